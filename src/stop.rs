@@ -29,7 +29,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// Runs `work`, which may not poll a stop request while it computes, on a separate thread. Returns None if it is
 /// still running `patience` after `is_stopped` first returned true: the thread is then abandoned and its result lost.
-pub fn or_left_behind<T: Send + 'static>(
+pub fn run_abandonable<T: Send + 'static>(
     is_stopped: impl Fn() -> bool,
     patience: Duration,
     work: impl FnOnce() -> T + Send + 'static,
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn work_is_awaited_until_it_is_asked_to_stop_and_then_abandoned() {
         let stop = Stop::default();
-        let result = or_left_behind(|| stop.is_requested(), Duration::ZERO, || 7);
+        let result = run_abandonable(|| stop.is_requested(), Duration::ZERO, || 7);
         assert_eq!(result, Some(7));
         let (end, ended) = bounded::<()>(0);
         let asked = stop.clone();
@@ -75,16 +75,16 @@ mod tests {
             // Blocks until the test is over.
             let _ = ended.recv();
         };
-        assert!(or_left_behind(|| stop.is_requested(), Duration::from_millis(20), endless).is_none());
+        assert!(run_abandonable(|| stop.is_requested(), Duration::from_millis(20), endless).is_none());
         drop(end);
         let soon = || thread::sleep(Duration::from_millis(20));
-        assert!(or_left_behind(|| stop.is_requested(), Duration::from_secs(600), soon).is_some());
+        assert!(run_abandonable(|| stop.is_requested(), Duration::from_secs(600), soon).is_some());
     }
 
     #[test]
     fn a_panic_of_the_work_reaches_the_caller() {
         let work = || -> () { panic!("on purpose") };
-        let panic = catch_unwind(|| or_left_behind(|| false, Duration::ZERO, work)).unwrap_err();
+        let panic = catch_unwind(|| run_abandonable(|| false, Duration::ZERO, work)).unwrap_err();
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"on purpose"));
     }
 }

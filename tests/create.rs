@@ -1,7 +1,5 @@
 //! Compares physics and environment with recordings of CREATE (`tests/data/create`).
 
-use std::io::BufReader;
-
 use mge::physics::{NO_OP, ToolSplit, catalogue_tool};
 use mge::protocol::{self, Catalogue};
 use serde_json::Value;
@@ -72,31 +70,42 @@ fn scenes_agree_at_every_step() {
     assert!(errors[errors.len() - 1] < 2e-3, "largest {}", errors[errors.len() - 1]);
 }
 
-#[test]
-fn episodes_agree_in_every_rule() {
+/// The actions of the episodes, recorded and ours, each with its name. Asserts that rewards and the values of `keys`
+/// agree.
+fn played(levels: &str, catalogue: &Catalogue, episodes: &str, keys: &[&str]) -> Vec<(String, Value, Value)> {
     let mut answers = Vec::new();
-    let episodes = BufReader::new(EPISODES.as_bytes());
-    protocol::play_episodes(LEVELS.as_bytes(), "levels", &Catalogue::of_create(), episodes, &mut answers).unwrap();
-    let mut errors = Vec::new();
-    for (theirs, ours) in pairs(EPISODES, &answers) {
+    protocol::play_episodes(levels.as_bytes(), "levels", catalogue, episodes.as_bytes(), &mut answers).unwrap();
+    let mut actions = Vec::new();
+    for (theirs, ours) in pairs(episodes, &answers) {
         let steps = |record: &Value| record["steps"].as_array().unwrap().clone();
-        let (id, theirs, ours) = (theirs["id"].clone(), steps(&theirs), steps(&ours));
+        let (id, theirs, ours) = (&theirs["id"], steps(&theirs), steps(&ours));
         assert_eq!(theirs.len(), ours.len(), "{id}: length");
-        for (number, (theirs, ours)) in theirs.iter().zip(&ours).enumerate() {
-            for key in ["outcome", "goal_hit", "subgoals_hit", "placed_tools"] {
-                assert_eq!(theirs[key], ours[key], "{id}, action {number}: {key}");
+        for (number, (theirs, ours)) in theirs.into_iter().zip(ours).enumerate() {
+            let name = format!("{id}, action {number}");
+            for key in keys {
+                assert_eq!(theirs[*key], ours[*key], "{name}: {key}");
             }
             let reward = |step: &Value| step["reward"].as_f64().unwrap();
-            assert!((reward(theirs) - reward(ours)).abs() < 1e-4, "{id}, action {number}: reward");
-            let is_over = ours["terminated"] == true || ours["truncated"] == true;
-            assert_eq!(theirs["done"], is_over, "{id}, action {number}: done");
-            if is_over {
-                let only_limit = theirs["done_reasons"] == serde_json::json!(["max_steps"]);
-                assert_eq!(ours["truncated"], only_limit, "{id}: truncated");
-            }
-            let names = theirs["balls"].as_object().unwrap();
-            errors.extend(names.iter().map(|(name, theirs)| distance(theirs, &ours["balls"][name])));
+            assert!((reward(&theirs) - reward(&ours)).abs() < 1e-4, "{name}: reward");
+            actions.push((name, theirs, ours));
         }
+    }
+    actions
+}
+
+#[test]
+fn episodes_agree_in_every_rule() {
+    let keys = ["outcome", "goal_hit", "subgoals_hit", "placed_tools"];
+    let mut errors = Vec::new();
+    for (name, theirs, ours) in played(LEVELS, &Catalogue::of_create(), EPISODES, &keys) {
+        let is_over = ours["terminated"] == true || ours["truncated"] == true;
+        assert_eq!(theirs["done"], is_over, "{name}: done");
+        if is_over {
+            let only_limit = theirs["done_reasons"] == serde_json::json!(["max_steps"]);
+            assert_eq!(ours["truncated"], only_limit, "{name}: truncated");
+        }
+        let balls = theirs["balls"].as_object().unwrap();
+        errors.extend(balls.iter().map(|(ball, theirs)| distance(theirs, &ours["balls"][ball])));
     }
     errors.sort_by(f64::total_cmp);
     let quantile = |share: f64| errors[(share * errors.len() as f64) as usize];
@@ -155,20 +164,8 @@ fn episodes_with_action_sets_agree_in_every_rule() {
     let episodes = all(include_bytes!("data/create/all/episodes.jsonl.gz"));
     let tools = all(include_bytes!("data/create/all/tools.jsonl.gz"));
     let catalogue = Catalogue::read(tools.as_bytes(), "tools").unwrap();
-    let mut answers = Vec::new();
-    protocol::play_episodes(levels.as_bytes(), "levels", &catalogue, episodes.as_bytes(), &mut answers).unwrap();
-    for (theirs, ours) in pairs(&episodes, &answers) {
-        let steps = |record: &Value| record["steps"].as_array().unwrap().clone();
-        let (id, theirs, ours) = (theirs["id"].clone(), steps(&theirs), steps(&ours));
-        assert_eq!(theirs.len(), ours.len(), "{id}: length");
-        for (number, (theirs, ours)) in theirs.iter().zip(&ours).enumerate() {
-            for key in ["outcome", "goal_hit", "subgoals_hit", "placed_tools", "done_reasons"] {
-                assert_eq!(theirs[key], ours[key], "{id}, action {number}: {key}");
-            }
-            let reward = |step: &Value| step["reward"].as_f64().unwrap();
-            assert!((reward(theirs) - reward(ours)).abs() < 1e-4, "{id}, action {number}: reward");
-        }
-    }
+    let keys = ["outcome", "goal_hit", "subgoals_hit", "placed_tools", "done_reasons"];
+    played(&levels, &catalogue, &episodes, &keys);
 }
 
 #[test]

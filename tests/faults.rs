@@ -126,7 +126,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     while metrics(&run) == at_rest {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    assert!(asked(&["stop", &path]).contains("asked to by another process"));
+    assert!(asked(&["stop", &path]).contains("requested by another process"));
     assert!(ended(child).status.success());
     let message = failure(&mge(&["stop", &path]));
     assert!(message.contains("nobody is training") && message.contains("mge resume"), "{message}");

@@ -28,8 +28,8 @@ pub fn exception(error: impl std::error::Error + 'static) -> PyErr {
 pub fn vector_exception(py: Python<'_>, error: VectorError) -> PyErr {
     let message = error.to_string();
     match error {
-        VectorError::NotBegun { .. } | VectorError::Over { .. } => reset_needed(py, message),
-        VectorError::NoSuch { .. } => PyIndexError::new_err(message),
+        VectorError::NotReset { .. } | VectorError::EpisodeOver { .. } => reset_needed(py, message),
+        VectorError::NoSuchEnvironment { .. } => PyIndexError::new_err(message),
         VectorError::NotFinite { .. }
         | VectorError::NoTool { .. }
         | VectorError::OtherTask { .. }

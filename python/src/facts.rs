@@ -1,22 +1,19 @@
 //! Facts about episodes (the `info` of Gymnasium), as columns.
 
-use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
+use numpy::ndarray::Dimension;
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use mge::env::{EndReason, Info, Placement, VectorEnvironment};
 
-/// Placement outcomes by code, from 1; 0 means "not known yet".
-const PLACEMENTS: [Placement; 5] =
+/// Placement outcomes by code, from 1; 0 means "not known yet". A code is the place in the enum, so all are listed in
+/// its order.
+const PLACEMENTS: [Placement; Placement::NoOp as usize + 1] =
     [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
-/// Why an episode ended, by code, from 1; 0 means "not ended".
-const ENDS: [EndReason; 5] =
+/// Why an episode ended, by code, from 1; 0 means "not ended". In the order of the enum, as above.
+const ENDS: [EndReason; EndReason::MaxActions as usize + 1] =
     [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
-
-fn code<T: PartialEq>(of: &[T], value: Option<T>) -> u8 {
-    // There are fewer than 256 of each, so the cast does not truncate.
-    value.and_then(|value| of.iter().position(|known| *known == value)).map_or(0, |place| place as u8 + 1)
-}
 
 /// The names of the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
 #[pyfunction]
@@ -44,8 +41,12 @@ pub fn zeros<T: Element>(py: Python<'_>, count: usize) -> Py<PyArray1<T>> {
     PyArray1::zeros(py, count, false).unbind()
 }
 
-/// Writes one value per row.
-pub fn fill<T: Element>(py: Python<'_>, array: &Py<PyArray1<T>>, values: impl Iterator<Item = T>) -> PyResult<()> {
+/// Writes the values of an array, row by row.
+pub fn fill<T: Element, D: Dimension>(
+    py: Python<'_>,
+    array: &Py<PyArray<T, D>>,
+    values: impl Iterator<Item = T>,
+) -> PyResult<()> {
     let mut array = array.bind(py).try_readwrite()?;
     array.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
     Ok(())
@@ -69,20 +70,15 @@ impl Facts {
     pub fn note<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
         fill(py, &self.success, infos.clone().map(|info| info.goal))?;
         fill(py, &self.placed, infos.clone().map(|info| info.placed as i64))?;
-        fill(py, &self.placement, infos.clone().map(|info| code(&PLACEMENTS, info.placement)))?;
-        fill(py, &self.end, infos.clone().map(|info| code(&ENDS, info.end)))?;
-        let mut subgoals = self.subgoals.bind(py).try_readwrite()?;
-        let values = infos.flat_map(|info| info.subgoals.iter().copied());
-        subgoals.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
-        Ok(())
+        fill(py, &self.placement, infos.clone().map(|info| info.placement.map_or(0, |placement| placement as u8 + 1)))?;
+        fill(py, &self.end, infos.clone().map(|info| info.end.map_or(0, |end| end as u8 + 1)))?;
+        fill(py, &self.subgoals, infos.flat_map(|info| info.subgoals.iter().copied()))
     }
 
     /// Writes the numbers of the tools in the action sets.
     pub fn note_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
         let Some(tools) = &self.tools else { return Ok(()) };
-        let mut tools = tools.bind(py).try_readwrite()?;
-        tools.as_slice_mut()?.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number as i64);
-        Ok(())
+        fill(py, tools, numbers.map(|number| number as i64))
     }
 
     /// The arrays by name.

@@ -182,23 +182,19 @@ impl AnyModel {
     /// Converts a [`Model`], `"physics"`, `"rapier"`, the name or path of a model, or an object with `interval`
     /// and `advance(balls, tools)`.
     pub fn of(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
-        if let Ok(model) = model.cast::<Model>() {
-            let model = &model.get().0;
-            model.check_task(task).map_err(exception)?;
-            return Ok(Self::Learned(model.clone()));
-        }
-        if let Ok(name) = model.extract::<String>() {
-            return match name.as_str() {
-                "physics" => Ok(Self::Physics),
-                "rapier" => Ok(Self::Rapier),
-                _ => {
-                    let model = dynamics::named(&name).map_err(exception)?;
-                    model.check_task(task).map_err(exception)?;
-                    Ok(Self::Learned(model))
-                }
-            };
-        }
-        PythonModel::of(model, task).map(Self::Python)
+        let learned = if let Ok(model) = model.cast::<Model>() {
+            model.get().0.clone()
+        } else if let Ok(name) = model.extract::<String>() {
+            match name.as_str() {
+                "physics" => return Ok(Self::Physics),
+                "rapier" => return Ok(Self::Rapier),
+                _ => dynamics::named(&name).map_err(exception)?,
+            }
+        } else {
+            return PythonModel::of(model, task).map(Self::Python);
+        };
+        learned.check_task(task).map_err(exception)?;
+        Ok(Self::Learned(learned))
     }
 
     /// The name that a prior records.

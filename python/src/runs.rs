@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::IntoPyArray;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PySlice};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -13,7 +13,7 @@ use super::error::exception;
 use super::pool::work;
 use mge::evidence::{self, FoundRun, find_runs, read_runs};
 use mge::figures::DEFAULT_DPI;
-use mge::run::{RunDirectory, RunHistory};
+use mge::run::{EpisodeRecord, RunDirectory, RunHistory};
 use mge::stats::Bootstrap;
 use mge::trainer::RunConfig;
 
@@ -30,6 +30,22 @@ fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bound<
     for name in names {
         let values: Vec<&Value> = rows.iter().map(|row| row.get(name).unwrap_or(&Value::Null)).collect();
         dict.set_item(name, column(py, &values)?)?;
+    }
+    Ok(dict)
+}
+
+/// The columns of `rows`; without rows, empty ones of the kinds that `example` would have.
+fn columns_like<'py>(
+    py: Python<'py>,
+    rows: &[Map<String, Value>],
+    example: Map<String, Value>,
+) -> PyResult<Bound<'py, PyDict>> {
+    if !rows.is_empty() {
+        return columns(py, rows);
+    }
+    let dict = PyDict::new(py);
+    for (name, column) in columns(py, &[example])? {
+        dict.set_item(name, column.get_item(PySlice::new(py, 0, 0, 1))?)?;
     }
     Ok(dict)
 }
@@ -82,12 +98,14 @@ pub fn read_run<'py>(
     };
     let state = directory.status().map_err(exception)?.state;
     let episodes: Vec<_> = history.records.iter().map(row).collect();
-    let evaluations: Vec<_> = history
-        .evaluations
-        .iter()
-        .map(|one| row(&json!({"episode": one.episode, "success": one.success, "mean_return": one.mean_return})))
-        .collect();
-    Ok((json!(config).to_string(), state.name().to_owned(), columns(py, &episodes)?, columns(py, &evaluations)?))
+    let episodes = columns_like(py, &episodes, row(&EpisodeRecord::default()))?;
+    let evaluation = |episode: u64, success: f64, mean_return: f64| {
+        row(&json!({"episode": episode, "success": success, "mean_return": mean_return}))
+    };
+    let evaluations: Vec<_> =
+        history.evaluations.iter().map(|one| evaluation(one.episode, one.success, one.mean_return)).collect();
+    let evaluations = columns_like(py, &evaluations, evaluation(0, 0.0, 0.0))?;
+    Ok((json!(config).to_string(), state.name().to_owned(), episodes, evaluations))
 }
 
 /// Finds and reads the runs in folders.

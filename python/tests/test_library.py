@@ -216,6 +216,16 @@ def test_a_run_is_a_table(run):
     assert isinstance(mge.ActionPrior.of_run(run), mge.ActionPrior)
 
 
+def test_a_run_without_episodes_has_empty_columns(run, tmp_path):
+    (tmp_path / "config.json").write_bytes((run / "config.json").read_bytes())
+    whole, empty = mge.read_run(run), mge.read_run(tmp_path)
+    assert empty.state == "not started"
+    for full, none in [(whole.episodes, empty.episodes), (whole.evaluations, empty.evaluations)]:
+        assert list(none) == list(full)
+        for name, column in none.items():
+            assert len(column) == 0 and getattr(column, "dtype", list) == getattr(full[name], "dtype", list), name
+
+
 def test_missing_measurements_are_nan(plain):
     read = mge.read_run(plain)
     assert read.episodes["critic_loss"].dtype == np.float64 and np.isnan(read.episodes["critic_loss"][0])

@@ -3,8 +3,8 @@
 
 use std::borrow::Cow;
 
-use super::{Ddpg, Options, join::join};
-use crate::nn::Mlp;
+use super::{Ddpg, Options};
+use crate::nn::{Mlp, join_rows};
 
 /// The best candidate of a row, and its value. Without candidates, it is the proto item itself.
 struct Best<'a> {
@@ -55,7 +55,7 @@ impl Ddpg {
     pub(super) fn target_values(&self, observations: &[f32], offsets: &[f32]) -> Vec<f32> {
         let Some(options) = &self.options else {
             let rows = offsets.len() / self.action_len();
-            return super::ddpg::predict(&self.target_critic, &join(rows, observations, offsets));
+            return super::ddpg::predict(&self.target_critic, &join_rows(rows, observations, offsets));
         };
         let best = self.best(options, &self.target_critic, observations, offsets);
         best.into_iter().map(|best| best.value).collect()

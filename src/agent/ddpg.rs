@@ -4,8 +4,10 @@ use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use super::{Batch, DdpgConfig, Options, join::join};
-use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, concat_columns, matrix};
+use super::{Batch, DdpgConfig, Options};
+use crate::nn::{
+    Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, concat_columns, join_rows, matrix,
+};
 use crate::validation::ValidationError;
 
 /// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
@@ -273,7 +275,7 @@ impl Ddpg {
         if n > 1 && observations.len() == self.observation_len() {
             return self.q_values(&observations.repeat(n), actions);
         }
-        predict(&self.critic, &join(n, &self.seen(observations), &self.offsets(observations, actions)))
+        predict(&self.critic, &join_rows(n, &self.seen(observations), &self.offsets(observations, actions)))
     }
 
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d), the last M of which may be
@@ -295,7 +297,7 @@ impl Ddpg {
         let y = self.bellman_target(&batch.rewards, &batch.terminated, &next_q);
 
         // Critic: one step down L = 1/N Σ (Q(s, a) - y)²
-        let q = self.critic.forward_data(self.rows(n, join(n, s, &a)).leaky_trace());
+        let q = self.critic.forward_data(self.rows(n, join_rows(n, s, &a)).leaky_trace());
         (metrics.mean_q, metrics.max_q) = mean_and_max(&q.as_vec());
         let loss = mse_loss(q, self.rows(n, y));
         metrics.critic_loss = self.finite("critic loss", loss.array())?;

@@ -69,7 +69,6 @@
 mod choice;
 mod config;
 mod ddpg;
-mod join;
 mod learner;
 mod noise;
 mod options;

@@ -3,12 +3,11 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::join::join;
 use super::{
     Batch, Checkpoint, Ddpg, DdpgConfig, ImitationConfig, Learner, ReplayBuffer, ReplayError, StateError, Streams,
     Transition, UpdateError,
 };
-use crate::nn::{Mlp, OptimiserKind, TensorFile};
+use crate::nn::{Mlp, OptimiserKind, TensorFile, join_rows};
 
 const OBSERVATION: usize = 5;
 const ACTION: usize = 2;
@@ -130,7 +129,7 @@ fn the_target_is_computed_with_the_target_networks() {
     };
     let loss = |actor: &Mlp, critic: &Mlp| {
         let next_a = of(actor, &batch.next_observations);
-        let next_q = of(critic, &join(8, &batch.next_observations, &next_a));
+        let next_q = of(critic, &join_rows(8, &batch.next_observations, &next_a));
         let error = |i: usize| (batch.rewards[i] + config.gamma * next_q[i]).clamp(-1.0, 16.0) - q[i];
         (0..8).map(|i| error(i).powi(2)).sum::<f32>() / 8.0
     };

@@ -148,7 +148,7 @@ impl JobHandle {
             self.stop.request();
             // The receiver lives as long as the handle.
             let _ = self.controls.0.send(Control::Stop { reason: "interrupted".to_owned() });
-            self.watch.note_stop();
+            self.watch.signal_stop();
         }
     }
 

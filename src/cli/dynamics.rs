@@ -116,10 +116,10 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
 
 fn ablate(arguments: &DynamicsAblate) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let StudyPlan { tasks, .. } = StudyPlan::full(arguments.seed);
+    let study = StudyPlan::full(arguments.seed);
     let tool_sets = match &arguments.tools {
         Some(tools) => vec![canonical_tool_set(tools)?],
-        None => StudyPlan::full(arguments.seed).tool_sets(),
+        None => study.tool_sets(),
     };
     let mut training = TrainConfig { seed: arguments.seed, ..TrainConfig::default() };
     training.epochs = arguments.epochs.unwrap_or(training.epochs);
@@ -134,7 +134,7 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         training,
         seeds: arguments.seeds.max(1),
         tool_sets,
-        tasks,
+        tasks: study.tasks,
         evaluation: EvaluationConfig::default(),
         bootstrap: Bootstrap::default(),
     };

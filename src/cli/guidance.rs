@@ -11,7 +11,7 @@ use crate::trainer::{Method, RunConfig, build_prior};
 
 pub fn clusters(arguments: &Clusters) -> Outcome {
     let task = Arc::new(task::load(&arguments.task)?);
-    let mut config = RunConfig::usual_with(task, Method::DdpgMge, arguments.tools);
+    let mut config = RunConfig::default_with(task, Method::DdpgMge, arguments.tools);
     config.prior = arguments.model.clone().unwrap_or(config.prior);
     config.seed = arguments.seed;
     let stages = config.task.stage_count();

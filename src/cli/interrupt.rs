@@ -19,7 +19,7 @@ use crate::atomic;
 ///
 /// # Errors
 /// When the handlers cannot be registered.
-pub fn end_at_once() -> io::Result<()> {
+pub fn exit_on_first_signal() -> io::Result<()> {
     blocked(wait_for_the_end)
 }
 

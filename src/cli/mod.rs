@@ -99,7 +99,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
 
 /// Runs work without state to save: the first signal ends it.
 fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
-    interrupt::end_at_once()?;
+    interrupt::exit_on_first_signal()?;
     work()
 }
 

@@ -81,7 +81,7 @@ pub fn resume(arguments: &Resume) -> Outcome {
         session.apply(command::Episodes(episodes))?;
     }
     for run in &arguments.runs {
-        session.apply(command::Continue(Some(run.clone())))?;
+        session.apply(command::Continue { folder: Some(run.clone()), until: None })?;
     }
     follow(&mut session, 0, arguments.quiet, &interrupt)
 }
@@ -213,7 +213,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let saved = run.saved();
     for episode in 0..arguments.episodes {
-        let trace = saved.greedy_episode_among(arguments.tools, arguments.seed + u64::from(episode))?;
+        let trace = saved.greedy_episode_with_tools(arguments.tools, arguments.seed + u64::from(episode))?;
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
         let mut line = json!({
             "episode": episode + 1,
@@ -284,11 +284,14 @@ pub fn figures(arguments: &Figures) -> Outcome {
         let (key, value) = split_definition(option, "--set")?;
         composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
     }
-    let learning = command::Figure::usual(FigureKind::Learning, shared.join(format!("learning.{ending}")));
+    let learning = command::Figure::with_defaults(FigureKind::Learning, shared.join(format!("learning.{ending}")));
     export(&mut session, command::Figure { dpi, composition, ..learning })?;
     for run in &arguments.runs {
         session.apply(command::Open(run.clone()))?;
-        export(&mut session, command::Figure { dpi, ..command::Figure::usual(FigureKind::Dashboard, dashboard(run)) })?;
+        export(
+            &mut session,
+            command::Figure { dpi, ..command::Figure::with_defaults(FigureKind::Dashboard, dashboard(run)) },
+        )?;
     }
     Ok(())
 }

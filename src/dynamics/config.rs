@@ -31,7 +31,8 @@ pub struct ModelConfig {
     pub targets: Targets,
     /// Tools have all properties of CREATE's tools, and edges carry them; otherwise tools differ in
     /// size only.
-    #[serde(skip_serializing_if = "is_false")]
+    // Models without properties are written in the older format, which had no such field.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub properties: bool,
     /// The ball's spin is part of its state.
     pub spin: bool,
@@ -41,11 +42,6 @@ pub struct ModelConfig {
     pub width: usize,
     /// Size of messages and of the node embedding.
     pub embedding: usize,
-}
-
-/// Models without properties are written in the older format, which had no such field.
-fn is_false(value: &bool) -> bool {
-    !value
 }
 
 /// Whether each pair of object types has its own edge function.

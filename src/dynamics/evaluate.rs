@@ -14,7 +14,7 @@ use super::model::Model;
 use super::predictor::Predictor;
 use super::rapier::Rapier;
 use super::rollout::{distance_to_segment, rollouts};
-use super::true_scenes::{TrueScenes, random_states, really_hits};
+use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
 use crate::env::{Action, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
@@ -274,8 +274,11 @@ fn scene_errors(
     let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
         .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
         .unzip();
-    let real: Vec<bool> =
-        hit_starts.iter().zip(&hit_sequences).map(|(start, actions)| really_hits(task, start, actions)).collect();
+    let real: Vec<bool> = hit_starts
+        .iter()
+        .zip(&hit_sequences)
+        .map(|(start, actions)| reaches_next_stage(task, start, actions))
+        .collect();
     Ok(SceneErrors {
         task: task.name.clone(),
         rollout: predictors.map(|predictor| {
@@ -384,14 +387,15 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
     }
     let last = STEPS_PER_ACTION as usize;
     let deflected: Vec<usize> = (0..launches.len()).filter(|&index| is_deflected(&launches[index].states)).collect();
-    let really_hits = |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
+    let reaches_next_stage =
+        |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
     let action_contact = deflected.iter().map(|&index| distance(&balls[index], &launches[index].states[last]));
     Ok(OneTool {
         one_step: Errors::of(one_step),
         one_step_contact: Errors::of(one_step_contact),
         rollout,
         action_contact: Errors::of(action_contact.collect()),
-        hits: Hits::count(deflected.iter().map(|&index| (predicted_hits[index], really_hits(index)))),
+        hits: Hits::count(deflected.iter().map(|&index| (predicted_hits[index], reaches_next_stage(index)))),
     })
 }
 

@@ -85,7 +85,7 @@ pub(crate) use network::Network;
 pub use object::ObjectType;
 pub use predictor::Predictor;
 pub use rapier::Rapier;
-pub use rollout::{Rollout, RolloutAction, rollouts, rollouts_among};
+pub use rollout::{Rollout, RolloutAction, rollouts, rollouts_with_tools};
 pub use shipped::{named, shipped, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
 pub use train::{Ended, Progress, Training};

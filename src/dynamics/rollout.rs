@@ -79,7 +79,7 @@ pub fn rollouts(
 ///
 /// # Errors
 /// When the predictor cannot predict a scene of the task or one of the tools.
-pub fn rollouts_among(
+pub fn rollouts_with_tools(
     predictor: &dyn Predictor,
     task: &Task,
     set: &ActionSet,

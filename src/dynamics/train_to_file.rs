@@ -9,11 +9,14 @@ use super::error::{DynamicsError, Result};
 use super::model::Model;
 use super::tool_set::canonical_tool_set;
 use super::train::{Ended, Progress, Training};
+use crate::bounded;
 use crate::nn::TensorFile;
 use crate::physics::ToolKind;
 
 /// Epochs between two checkpoints.
 const CHECKPOINT_EVERY: u32 = 100;
+/// Largest checkpoint, in bytes: an optimiser keeps up to two numbers for each weight of the model.
+const LARGEST: u64 = 3 * bounded::MODEL;
 
 /// An ended training into a file.
 #[derive(Debug)]
@@ -75,7 +78,8 @@ pub fn train_to_file(
 ) -> Result<TrainedModel> {
     let checkpoint = checkpoint_of(path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
-    let mut training = match std::fs::read(&checkpoint) {
+    let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, LARGEST));
+    let mut training = match read {
         Ok(bytes) => resume(&bytes, &checkpoint.display().to_string(), &config, &settings, tools)?,
         Err(error) if error.kind() == ErrorKind::NotFound => Training::new(config, settings, tools, command)?,
         Err(error) => return Err(io(error)),
@@ -128,6 +132,17 @@ mod tests {
         assert_eq!(of("m/a.safetensors"), "m/a.safetensors.checkpoint");
         assert_eq!(of("a.checkpoint"), "a.checkpoint.checkpoint");
         assert_ne!(of("a.safetensors"), of("a.model"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_in_place_of_the_checkpoint_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model");
+        std::os::unix::fs::symlink("/dev/null", checkpoint_of(&path)).unwrap();
+        let (config, settings) = (ModelConfig::default(), TrainConfig::default());
+        let trained = train_to_file(&path, config, settings, &[ToolKind::Box], "test", |_| false);
+        assert!(matches!(trained, Err(DynamicsError::Io { .. })), "{trained:?}");
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub(super) fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8
 }
 
 /// Whether `actions` really reach the next stage of `start`.
-pub(super) fn really_hits(task: &Arc<Task>, start: &Snapshot, actions: &[Action]) -> bool {
+pub(super) fn reaches_next_stage(task: &Arc<Task>, start: &Snapshot, actions: &[Action]) -> bool {
     let mut env = Environment::new(task.clone());
     env.restore(start);
     let reached = |env: &Environment| env.snapshot().stage() > start.stage() || env.snapshot().goal_reached();

@@ -233,7 +233,7 @@ impl Environment {
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step_unseen(&mut self, action: impl Into<Choice>) -> Result<Step, EpisodeOver> {
+    pub fn step_without_observation(&mut self, action: impl Into<Choice>) -> Result<Step, EpisodeOver> {
         self.act(action.into(), |_| {})
     }
 

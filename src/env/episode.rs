@@ -241,7 +241,7 @@ impl Snapshot {
             let sensor = first_subgoal(task) + index;
             let is_reached = match task.rules.subgoal_check {
                 SubgoalCheck::AnyStep => self.touches(TARGET, ObjectId::Sensor(sensor)),
-                SubgoalCheck::ActionEnd => self.world.touches_sensor(TARGET, sensor),
+                SubgoalCheck::ActionEnd => self.world.overlaps_sensor(TARGET, sensor),
             };
             if is_reached {
                 self.reach_subgoal(index, task, step);
@@ -270,7 +270,7 @@ impl Snapshot {
     fn check_marker_subgoals(&mut self, task: &Task, step: &mut Step) {
         for index in 0..self.reached_by_marker.len() {
             let sensor = first_subgoal(task) + self.reached.len() + index;
-            if !self.reached_by_marker[index] && self.world.touches_sensor(MARKER, sensor) {
+            if !self.reached_by_marker[index] && self.world.overlaps_sensor(MARKER, sensor) {
                 self.reached_by_marker[index] = true;
                 self.world.remove_sensor(sensor);
                 step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
@@ -403,7 +403,7 @@ fn world(task: &Task, target: &BallSpec) -> World {
         // Other code indexes balls and sensors in the usual order.
         let arranged = |added: &[(Part, usize)]| -> Vec<usize> {
             let index = |part| added.iter().find(|(other, _)| *other == part).map(|(_, index)| *index);
-            task.usual_parts().filter_map(index).collect()
+            task.default_parts().filter_map(index).collect()
         };
         world.arrange(&arranged(&balls), &arranged(&sensors));
     }

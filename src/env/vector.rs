@@ -103,13 +103,13 @@ impl Info {
 pub enum VectorError {
     /// No reset yet.
     #[error("environment {index} has not begun an episode: reset it before the first step")]
-    NotBegun {
+    NotReset {
         /// Which one.
         index: usize,
     },
     /// The episode is over and is not reset automatically.
     #[error("the episode of environment {index} is over: reset that environment before the next step")]
-    Over {
+    EpisodeOver {
         /// Which one.
         index: usize,
     },
@@ -141,7 +141,7 @@ pub enum VectorError {
     },
     /// There is no environment with this index.
     #[error("there is no environment {index}: the last of {count} is {}", count.saturating_sub(1))]
-    NoSuch {
+    NoSuchEnvironment {
         /// The index.
         index: usize,
         /// Number of environments.
@@ -396,10 +396,10 @@ impl VectorEnvironment {
         for (index, (player, action)) in self.players.iter().zip(actions).enumerate() {
             let Choice { tool, place: action } = (*action).into();
             if !player.begun {
-                return Err(VectorError::NotBegun { index });
+                return Err(VectorError::NotReset { index });
             }
             if self.autoreset == Autoreset::Disabled && player.is_over() {
-                return Err(VectorError::Over { index });
+                return Err(VectorError::EpisodeOver { index });
             }
             if !action.iter().all(|value| value.is_finite()) {
                 return Err(VectorError::NotFinite { index, action });
@@ -417,7 +417,7 @@ impl VectorEnvironment {
     /// # Errors
     /// When there is no such environment.
     pub fn state(&self, index: usize) -> Result<State, VectorError> {
-        let missing = VectorError::NoSuch { index, count: self.players.len() };
+        let missing = VectorError::NoSuchEnvironment { index, count: self.players.len() };
         self.players.get(index).cloned().map(State).ok_or(missing)
     }
 
@@ -435,7 +435,7 @@ impl VectorEnvironment {
             return Err(VectorError::OtherTools { found: name(state.0.env.split()), wanted: name(self.split) });
         }
         let count = self.players.len();
-        let player = self.players.get_mut(index).ok_or(VectorError::NoSuch { index, count })?;
+        let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
         // A state read from text has no pictures.
         let pictures = player.env.pictures.take();
         player.clone_from(&state.0);
@@ -471,7 +471,9 @@ impl Player {
 
     /// Takes an action and writes the observation after it.
     fn step(&mut self, action: Choice, autoreset: Autoreset, has_images: bool, observation: &mut [f32]) {
-        let Ok(step) = self.env.step_unseen(action) else { return observation.copy_from_slice(&self.reset()) };
+        let Ok(step) = self.env.step_without_observation(action) else {
+            return observation.copy_from_slice(&self.reset());
+        };
         self.actions.push(action);
         let outcome = &mut self.outcome;
         (outcome.reward, outcome.terminated, outcome.truncated) = (step.reward, step.terminated, step.truncated);

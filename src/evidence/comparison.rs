@@ -26,7 +26,7 @@ pub struct Comparison {
     /// Every finished run.
     pub learning: Vec<LearningRow>,
     /// Runs that are left out: unfinished ones and duplicates.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<ExcludedRun>,
     /// Tasks on which every method was trained; scores are aggregated over these.
     pub common_tasks: Vec<String>,
     /// Each method's scores over the common tasks.
@@ -37,7 +37,7 @@ pub struct Comparison {
 
 /// A run that is left out of a report.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LeftOut {
+pub struct ExcludedRun {
     /// Its folder.
     pub run: PathBuf,
     /// The reason.
@@ -97,7 +97,7 @@ pub(super) const MEASURES: [Measure; 3] = [
 
 /// Separates runs from duplicates with the same settings and seed, which would make intervals too
 /// narrow.
-pub(super) fn without_copies(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<LeftOut>) {
+pub(super) fn without_duplicates(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<ExcludedRun>) {
     let mut kept: Vec<FoundRun> = Vec::new();
     let mut copies = Vec::new();
     for run in runs {
@@ -105,14 +105,14 @@ pub(super) fn without_copies(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<LeftOut
             None => kept.push(run),
             Some(known) => {
                 let reason = format!("has the settings and the seed of {}", known.path.display());
-                copies.push(LeftOut { run: run.path, reason });
+                copies.push(ExcludedRun { run: run.path, reason });
             }
         }
     }
     (kept, copies)
 }
 
-pub(super) fn left_out(run: &FoundRun) -> LeftOut {
+pub(super) fn left_out(run: &FoundRun) -> ExcludedRun {
     let episodes = format!("{} of {} episodes", run.trained.row.episodes, run.config.episodes);
     let state = match &run.state {
         RunState::Failed(reason) => format!("failed: {reason}"),
@@ -121,7 +121,7 @@ pub(super) fn left_out(run: &FoundRun) -> LeftOut {
         RunState::Running | RunState::Paused => "still being trained".to_owned(),
         RunState::Interrupted | RunState::Finished => "interrupted".to_owned(),
     };
-    LeftOut { run: run.path.clone(), reason: format!("{state} ({episodes})") }
+    ExcludedRun { run: run.path.clone(), reason: format!("{state} ({episodes})") }
 }
 
 impl Comparison {
@@ -134,7 +134,7 @@ impl Comparison {
     /// When a statistic cannot be computed.
     pub(super) fn new(
         runs: &[TrainedRun],
-        left_out: Vec<LeftOut>,
+        left_out: Vec<ExcludedRun>,
         bootstrap: &Bootstrap,
         command: &str,
     ) -> Result<Self, StatsError> {
@@ -218,7 +218,7 @@ mod tests {
             RunDirectory::create(folder.path().join(name), &config).unwrap();
         }
         let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
-        let (kept, copies) = without_copies(runs);
+        let (kept, copies) = without_duplicates(runs);
         assert_eq!(kept.iter().map(FoundRun::name).collect::<Vec<_>>(), ["a", "c"]);
         assert_eq!(copies.len(), 1);
         assert!(copies[0].run.ends_with("b") && copies[0].reason.ends_with("/a"), "{copies:?}");

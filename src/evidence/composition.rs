@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-use super::comparison::without_copies;
+use super::comparison::without_duplicates;
 use super::error::EvidenceError;
 use super::estimates::CurveEstimates;
 use super::figures::{learning_curves, step_curves};
@@ -88,7 +88,7 @@ fn read<T: Copy>(values: &[(&'static str, T); 2], key: &str, word: &str) -> Resu
 }
 
 /// The name of a value, unless it is the default.
-fn unusual<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> Option<String> {
+fn unless_default<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> Option<String> {
     (values[0].1 != *value).then(|| values[1].0.to_owned())
 }
 
@@ -133,11 +133,11 @@ impl Composition {
         });
         let others = [
             ("reference", self.reference.clone()),
-            ("success", unusual(&SUCCESS, &self.success)),
-            ("against", unusual(&AGAINST, &self.against)),
-            ("width", unusual(&WIDTH, &self.look.single)),
+            ("success", unless_default(&SUCCESS, &self.success)),
+            ("against", unless_default(&AGAINST, &self.against)),
+            ("width", unless_default(&WIDTH, &self.look.single)),
             ("font", Some(self.look.font()).filter(|size| *size != Look::FONT).map(|size| size.to_string())),
-            ("axis", unusual(&AXIS, &self.look.logarithmic)),
+            ("axis", unless_default(&AXIS, &self.look.logarithmic)),
         ];
         let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
         runs.chain(curves).chain(others).collect()
@@ -160,7 +160,7 @@ impl Composition {
         let mut kept = reader.lock().unwrap_or_else(PoisonError::into_inner);
         let found = kept.read(&paths, &mut |read| on_progress(read, paths.len()))?;
         drop(kept);
-        let runs = self.chosen(without_copies(shown(found)).0)?;
+        let runs = self.chosen(without_duplicates(shown(found)).0)?;
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);
         let config_hash = config_hash(&configs)?;

@@ -190,7 +190,7 @@ mod tests {
     fn method_scores_have_the_baseline_of_reports_as_reference() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let row = |method| {
-            let config = RunConfig::usual(task.clone(), method);
+            let config = RunConfig::default_for(task.clone(), method);
             let efficiency = efficiency(&[true, false, true], WINDOW);
             LearningRow { episodes: 3, efficiency, ..LearningRow::new(&config, &RunHistory::default()) }
         };

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::comparison::{Comparison, LeftOut, MEASURES, left_out, without_copies};
+use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
 use super::error::EvidenceError;
 use super::figures::{learning_curves, method_scores, performance_profile, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
@@ -39,7 +39,7 @@ pub fn report(
     if finished.is_empty() {
         return Err(EvidenceError::NothingFinished { runs: others.len() });
     }
-    let (finished, copies) = without_copies(finished);
+    let (finished, copies) = without_duplicates(finished);
     let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
     let hash = config_hash(&configs)?;
     let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
@@ -102,7 +102,7 @@ impl Comparison {
             return;
         }
         let _ = writeln!(text, "Left out, because they are not finished:\n");
-        for LeftOut { run, reason } in &self.left_out {
+        for ExcludedRun { run, reason } in &self.left_out {
             let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
         }
         text.push('\n');

@@ -48,7 +48,7 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     let mut usual: BTreeMap<&str, Settings> = BTreeMap::new();
     for (run, (config, row)) in runs.iter_mut().enumerate() {
         let kind: &str = &kinds[run];
-        let usual = usual.entry(kind).or_insert_with(|| usual_settings(config));
+        let usual = usual.entry(kind).or_insert_with(|| default_settings(config));
         let is_shown = |path: &String, value: &String| {
             among_kind.contains(&(kind, path)) || (among_all.contains(&("", path)) && usual.get(path) != Some(value))
         };
@@ -90,8 +90,9 @@ fn differing_settings<'a>(
 }
 
 /// The usual settings of a run with this method and these tools.
-fn usual_settings(config: &RunConfig) -> Settings {
-    let mut settings = compared_settings(&RunConfig::usual_with(config.task.clone(), config.method, config.tools), &[]);
+fn default_settings(config: &RunConfig) -> Settings {
+    let mut settings =
+        compared_settings(&RunConfig::default_with(config.task.clone(), config.method, config.tools), &[]);
     // The tools do not depend on the method.
     settings.remove("tools");
     settings
@@ -223,7 +224,7 @@ mod tests {
     #[test]
     fn usual_settings_of_a_method_are_omitted_beside_other_methods() {
         let task = Arc::new(crate::task::load("task1").unwrap());
-        let usual = Method::ALL.map(|method| RunConfig::usual(task.clone(), method));
+        let usual = Method::ALL.map(|method| RunConfig::default_for(task.clone(), method));
         let other = usual[0].with_setting("ddpg.tau", "0.1").unwrap();
         let labels = |configs: &[RunConfig]| -> Vec<String> {
             let mut rows: Vec<LearningRow> =

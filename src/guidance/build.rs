@@ -12,7 +12,7 @@ use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
 use crate::dynamics::{DynamicsError, Result, Rollout};
 use crate::env::{Action, Environment, Snapshot, uniform_action};
-use crate::stop::or_left_behind;
+use crate::stop::run_abandonable;
 use crate::streams::Stream;
 use crate::task::Task;
 
@@ -53,12 +53,10 @@ pub(super) fn build_stages(
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
     let mut prior = ActionPrior {
-        version: ActionPrior::VERSION,
-        task: task.name.clone(),
         model: model_name.to_owned(),
-        seed,
         config: config.clone(),
         stages: Vec::new(),
+        ..ActionPrior::uniform(task, seed)
     };
     let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
     for stage in 0..stages {
@@ -140,7 +138,7 @@ fn unless_stopped(
     }
     let (actions, rng) = (actions.to_vec(), rng.clone());
     let work = move || cluster(&actions, count, std_floor, &rng);
-    or_left_behind(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)
+    run_abandonable(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)
 }
 
 /// Step 3: plays actions from the clusters in the real environment. Returns the states in which the

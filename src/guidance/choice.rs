@@ -190,7 +190,7 @@ fn play(env: &mut Environment, prior: &ActionPrior, actions: usize, rng: &mut Ch
 mod tests {
     use super::*;
     use crate::dynamics::DynamicsError;
-    use crate::guidance::{Stoppable, TruePhysics};
+    use crate::guidance::{InterruptibleModel, TruePhysics};
     use crate::stop::Stop;
     use crate::task::load;
 
@@ -255,7 +255,7 @@ mod tests {
     fn the_choice_can_be_stopped() {
         let stop = Stop::default();
         stop.request();
-        let stopped = Stoppable::new(&TruePhysics, &stop);
+        let stopped = InterruptibleModel::new(&TruePhysics, &stop);
         let choice = choose_subgoals(&load("task1").unwrap(), &stopped, 2, &GuidanceConfig::default(), 0, |_| ());
         assert!(matches!(choice, Err(DynamicsError::Stopped)));
     }

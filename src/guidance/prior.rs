@@ -151,16 +151,20 @@ impl StagePrior {
 
     /// A random action for this stage, as in [`ActionPrior::sample`].
     pub fn sample(&self, rng: &mut impl Rng) -> Action {
-        let mut share: f32 = rng.r#gen();
-        for cluster in &self.clusters {
-            share -= cluster.weight;
-            if share < 0.0 {
-                return cluster.sample(rng);
-            }
-        }
-        match self.clusters.last() {
-            Some(cluster) => cluster.sample(rng),
+        match self.draw(rng) {
+            Some(cluster) => self.clusters[cluster].sample(rng),
             None => uniform_action(rng),
         }
+    }
+
+    /// The index of a cluster drawn by weight; none if there are no clusters.
+    pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<usize> {
+        let mut share: f32 = rng.r#gen();
+        let drawn = self.clusters.iter().position(|cluster| {
+            share -= cluster.weight;
+            share < 0.0
+        });
+        // If rounding leaves a remainder, take the last.
+        drawn.or(self.clusters.len().checked_sub(1))
     }
 }

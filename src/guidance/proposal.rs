@@ -178,8 +178,7 @@ fn candidates<'a>(task: &Task, points: impl Iterator<Item = &'a [f32; 2]>) -> Ve
     let radius = task.goal.radius;
     let region = |cell: [i32; 2]| Region { position: cell.map(|value| value as f32 * SPACING), radius };
     let apart = |region: &Region| {
-        let [x, y] = [0, 1].map(|axis| region.position[axis] - task.goal.position[axis]);
-        x.hypot(y) * SCREEN / 2.0 > 2.0 * (radius + Ball::default().radius)
+        distance(region.position, task.goal.position) * SCREEN / 2.0 > 2.0 * (radius + Ball::default().radius)
             && region.position.iter().all(|value| value.abs() <= 0.9)
     };
     cells.into_iter().map(region).filter(apart).collect()
@@ -231,7 +230,7 @@ mod tests {
     }
 
     fn is_near(found: Option<[f32; 2]>, expected: [f32; 2]) -> bool {
-        found.is_some_and(|found| (found[0] - expected[0]).hypot(found[1] - expected[1]) < 1e-3)
+        found.is_some_and(|found| distance(found, expected) < 1e-3)
     }
 
     #[test]

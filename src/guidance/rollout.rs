@@ -20,7 +20,7 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
     /// When the model cannot predict the scenes of `task`.
     fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
 
-    /// Whether callers should stop their work: see [`Stoppable`].
+    /// Whether callers should stop their work: see [`InterruptibleModel`].
     fn is_stopped(&self) -> bool {
         false
     }
@@ -32,19 +32,19 @@ const PIECE: usize = 2500;
 /// A model whose rollouts, however many, end with [`DynamicsError::Stopped`] soon after a stop
 /// request. Its predictions are those of the wrapped model.
 #[derive(Debug)]
-pub struct Stoppable<'a> {
+pub struct InterruptibleModel<'a> {
     model: &'a dyn RolloutModel,
     stop: &'a Stop,
 }
 
-impl<'a> Stoppable<'a> {
+impl<'a> InterruptibleModel<'a> {
     /// Wraps `model` so that it ends soon after `stop` is requested.
     pub fn new(model: &'a dyn RolloutModel, stop: &'a Stop) -> Self {
         Self { model, stop }
     }
 }
 
-impl RolloutModel for Stoppable<'_> {
+impl RolloutModel for InterruptibleModel<'_> {
     fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
         let piece = (PIECE / horizon.max(1)).max(1);

@@ -432,10 +432,10 @@ fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
         let whole = model.rollouts(&task, &starts, &sequences).unwrap();
         let stop = Stop::default();
         let pieces = Pieces { model, stop: &stop, stop_in: None, pieces: AtomicUsize::new(0) };
-        assert!(Stoppable::new(&pieces, &stop).rollouts(&task, &starts, &sequences).unwrap() == whole);
+        assert!(InterruptibleModel::new(&pieces, &stop).rollouts(&task, &starts, &sequences).unwrap() == whole);
         assert_eq!(pieces.pieces.into_inner(), 2);
         let pieces = Pieces { model, stop: &stop, stop_in: Some(0), pieces: AtomicUsize::new(0) };
-        let stopped = Stoppable::new(&pieces, &stop);
+        let stopped = InterruptibleModel::new(&pieces, &stop);
         assert!(matches!(stopped.rollouts(&task, &starts, &sequences), Err(DynamicsError::Stopped)));
         assert_eq!(pieces.pieces.load(Ordering::Relaxed), 1, "it went on after the first piece");
         let config = GuidanceConfig::default();

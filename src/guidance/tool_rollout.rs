@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::rollout::TruePhysics;
-use crate::dynamics::{Model, Result, RolloutAction, rollouts_among};
+use crate::dynamics::{Model, Result, RolloutAction, rollouts_with_tools};
 use crate::env::{Choice, Environment, Placement, Snapshot};
 use crate::physics::{ObjectId, Tool, World};
 
@@ -68,7 +68,7 @@ impl ToolModel for Model {
         let set = env.action_set().cloned().unwrap_or_default();
         let tools: Vec<Tool> = set.tools().flatten().copied().collect();
         model.check_tools(env.task(), &tools)?;
-        let rolled = rollouts_among(&*model, env.task(), &set, starts, sequences)?;
+        let rolled = rollouts_with_tools(&*model, env.task(), &set, starts, sequences)?;
         let predicted = rolled.into_iter();
         Ok(predicted.map(|rollout| ToolRollout { actions: rollout.actions, hit: rollout.hit, end: None }).collect())
     }

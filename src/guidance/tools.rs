@@ -8,7 +8,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::clusters::Cluster;
 use super::config::GuidanceConfig;
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::TruePhysics;
@@ -44,7 +43,7 @@ type Drawn = (usize, Vec<Choice>);
 ///
 /// # Errors
 /// When the model cannot predict the task or one of the tools.
-pub fn build_among(
+pub fn build_with_tools(
     task: &Arc<Task>,
     tools: ToolSplit,
     model: &dyn ToolModel,
@@ -184,16 +183,8 @@ impl ActionPrior {
     pub fn sample_with_tool(&self, stage: usize, rng: &mut impl Rng) -> (Action, Option<Vec<f32>>) {
         let known = self.stages.get(stage).filter(|stage| !stage.tools.is_empty());
         let Some(stage) = known else { return (self.sample(stage, rng), None) };
-        let mut share: f32 = rng.r#gen();
-        let drawn = stage.clusters.iter().zip(&stage.tools).find(|(cluster, _)| {
-            share -= cluster.weight;
-            share < 0.0
-        });
-        // If rounding leaves a remainder, take the last.
-        let drawn = drawn.or_else(|| stage.clusters.last().zip(stage.tools.last()));
-        let Some((cluster, tools)): Option<(&Cluster, &ToolCluster)> = drawn else {
-            return (uniform_action(rng), None);
-        };
+        let drawn = stage.draw(rng).and_then(|index| stage.clusters.get(index).zip(stage.tools.get(index)));
+        let Some((cluster, tools)) = drawn else { return (uniform_action(rng), None) };
         let place = cluster.sample(rng);
         let number = |(mean, std): (&f32, &f32)| {
             let normal: f32 = StandardNormal.sample(rng);
@@ -217,7 +208,7 @@ mod tests {
     fn rewarding_positions_and_tools_are_sampled_and_a_seed_determines_the_prior() {
         let task = Arc::new(crate::task::load("create/GoalTest").unwrap());
         let build = || {
-            let prior = build_among(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &Stop::default());
+            let prior = build_with_tools(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &Stop::default());
             prior.unwrap().unwrap()
         };
         let prior = build();
@@ -243,7 +234,7 @@ mod tests {
         task.rules.subgoal_check = SubgoalCheck::AnyStep;
         let (model, task) = (learned(), Arc::new(task));
         let config = GuidanceConfig { model_rollouts: 600, environment_rollouts: 40, ..GuidanceConfig::default() };
-        let build = || build_among(&task, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
+        let build = || build_with_tools(&task, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
         let prior = build().unwrap().unwrap();
         assert_eq!(prior, build().unwrap().unwrap());
         assert_eq!(prior.model, "create");
@@ -255,10 +246,10 @@ mod tests {
         let (place, tool) = prior.sample_with_tool(0, &mut rng);
         assert!(place.iter().chain(&tool.unwrap()).all(|value| (-1.0..=1.0).contains(value)));
         let push = Arc::new(crate::task::load("create/Push").unwrap());
-        let refused = build_among(&push, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
+        let refused = build_with_tools(&push, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
         assert!(matches!(refused, Err(DynamicsError::OtherMovers { .. })));
         let shipped = crate::dynamics::shipped("bucket-box").unwrap();
-        let refused = build_among(&task, ToolSplit::Train, &*shipped, &config, 3, |_| (), &Stop::default());
+        let refused = build_with_tools(&task, ToolSplit::Train, &*shipped, &config, 3, |_| (), &Stop::default());
         assert!(matches!(refused, Err(DynamicsError::UnseenEdge { .. })));
     }
 
@@ -290,7 +281,7 @@ mod tests {
     fn a_build_can_be_stopped() {
         let (task, stop) = (Arc::new(crate::task::load("create/Push").unwrap()), Stop::default());
         stop.request();
-        let prior = build_among(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &stop);
+        let prior = build_with_tools(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &stop);
         assert_eq!(prior.unwrap(), None);
     }
 }

@@ -47,10 +47,7 @@ impl ActiveColumns {
         for (to, from) in self.values.chunks_exact_mut(active.max(1)).zip(batch.chunks_exact(width)) {
             to.iter_mut().zip(&self.columns).for_each(|(to, &column)| *to = from[column]);
         }
-        self.weight.resize(active * weight_row);
-        for (to, &column) in self.weight.chunks_exact_mut(weight_row).zip(&self.columns) {
-            to.copy_from_slice(&weight[column * weight_row..][..weight_row]);
-        }
+        gather(&self.columns, weight, weight_row, &mut self.weight);
     }
 
     /// The rows of the batch from `start` on, their length, and the weight; none if skipping
@@ -63,10 +60,7 @@ impl ActiveColumns {
 
     /// Copies the rows of a gradient of the weight that belong to active columns to `space`.
     pub fn gather(&self, gradient: &[f32], row: usize, space: &mut Buffer) {
-        space.resize(self.columns.len() * row);
-        for (to, &column) in space.chunks_exact_mut(row).zip(&self.columns) {
-            to.copy_from_slice(&gradient[column * row..][..row]);
-        }
+        gather(&self.columns, gradient, row, space);
     }
 
     /// Copies the rows gathered in `space` back to the gradient of the weight.
@@ -74,5 +68,13 @@ impl ActiveColumns {
         for (from, &column) in space.chunks_exact(row).zip(&self.columns) {
             gradient[column * row..][..row].copy_from_slice(from);
         }
+    }
+}
+
+/// Copies the rows of `from` with the numbers `columns` to `to`.
+fn gather(columns: &[usize], from: &[f32], row: usize, to: &mut Buffer) {
+    to.resize(columns.len() * row);
+    for (to, &column) in to.chunks_exact_mut(row).zip(columns) {
+        to.copy_from_slice(&from[column * row..][..row]);
     }
 }

@@ -1,4 +1,4 @@
-//! A differentiable operation on the rows of matrices.
+//! Matrices side by side.
 
 use dfdx::prelude::*;
 
@@ -20,12 +20,7 @@ where
     let mut tape = OwnedTape::default().merge(of_a).merge(of_b);
     let ((rows, left), (rows_b, right)) = (*a.shape(), *b.shape());
     assert_eq!(rows, rows_b, "rows of the concatenated matrices");
-    let (left_values, right_values) = (values(&a), values(&b));
-    let mut joined = Vec::with_capacity(rows * (left + right));
-    for row in 0..rows {
-        joined.extend_from_slice(&left_values[row * left..(row + 1) * left]);
-        joined.extend_from_slice(&right_values[row * right..(row + 1) * right]);
-    }
+    let joined = join_rows(rows, &values(&a), &values(&b));
     let out = a.device().tensor_from_vec(joined, (rows, left + right));
     let (a, b, ghost) = (a.ghost(), b.ghost(), out.ghost());
     tape.add_backward_op(move |grads| {
@@ -44,6 +39,24 @@ where
     out.put_tape(tape)
 }
 
+/// Row `i` of `a` followed by row `i` of `b`, for all `rows`.
+///
+/// # Panics
+/// If the values are not `rows` whole rows.
+pub fn join_rows(rows: usize, a: &[f32], b: &[f32]) -> Vec<f32> {
+    if rows == 0 {
+        return Vec::new();
+    }
+    let (left, right) = (a.len() / rows, b.len() / rows);
+    assert_eq!((a.len(), b.len()), (rows * left, rows * right), "{rows} rows");
+    let mut joined = Vec::with_capacity(a.len() + b.len());
+    for row in 0..rows {
+        joined.extend_from_slice(&a[row * left..][..left]);
+        joined.extend_from_slice(&b[row * right..][..right]);
+    }
+    joined
+}
+
 /// The values of a contiguous `x`, row-major. dfdx's own `as_vec` copies element by element.
 fn values(x: &Matrix) -> Vec<f32> {
     let mut values = vec![0.0; x.shape().num_elements()];
@@ -59,6 +72,12 @@ mod tests {
     fn grid(rows: usize, columns: usize, from: f32) -> Matrix {
         let values = (0..rows * columns).map(|i| from + i as f32).collect();
         matrix(&Cpu::default(), values, rows, columns)
+    }
+
+    #[test]
+    fn rows_are_joined_side_by_side() {
+        let joined = join_rows(2, &[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2]);
+        assert_eq!(joined, [1.0, 2.0, 0.1, 3.0, 4.0, 0.2]);
     }
 
     #[test]

@@ -44,7 +44,7 @@ mod tensor_file;
 mod tests;
 
 pub use branch::{Branch, sum_of_branches};
-pub use concat::concat_columns;
+pub use concat::{concat_columns, join_rows};
 pub use error::{NnError, TensorFileError};
 pub use init::{Init, InitScheme};
 pub use matrix::{Matrix, matrix};

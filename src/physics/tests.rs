@@ -132,15 +132,15 @@ fn sensors_detect_and_do_not_push() {
     let seen = |world: &World, sensor| world.touches().contains(&Touch { ball: 0, object: ObjectId::Sensor(sensor) });
     world.step();
     free.step();
-    assert!(seen(&world, circle) && world.touches_sensor(0, circle));
-    assert!(!seen(&world, star) && !world.touches_sensor(0, star));
+    assert!(seen(&world, circle) && world.overlaps_sensor(0, circle));
+    assert!(!seen(&world, star) && !world.overlaps_sensor(0, star));
     run(&mut world, 119);
     run(&mut free, 119);
     assert_eq!(world.ball(0), free.ball(0));
     assert!(seen(&world, star));
     world.remove_sensor(star);
     world.step();
-    assert!(!seen(&world, star) && !world.touches_sensor(0, star));
+    assert!(!seen(&world, star) && !world.overlaps_sensor(0, star));
 }
 
 #[test]

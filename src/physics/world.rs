@@ -363,7 +363,7 @@ impl World {
     }
 
     /// Whether a ball overlaps a sensor now.
-    pub fn touches_sensor(&self, ball: usize, sensor: usize) -> bool {
+    pub fn overlaps_sensor(&self, ball: usize, sensor: usize) -> bool {
         self.sensors[sensor].is_some_and(|shape| {
             let shape = &self.shapes[shape as usize];
             overlap(self.detected_outline(self.balls[ball].0), &shape.outline, shape.number)

@@ -205,9 +205,7 @@ impl RecordedEpisode {
             Some(inventory) => {
                 let set = catalogue.action_set(inventory)?;
                 let choice = |(i, step): (usize, &RecordedStep)| match step.action[..] {
-                    [index, x, y]
-                        if index >= 0.0 && index.fract() == 0.0 && (index as usize) < inventory.len() =>
-                    {
+                    [index, x, y] if index >= 0.0 && index.fract() == 0.0 && (index as usize) < inventory.len() => {
                         Ok(Choice { tool: index as usize, place: [x, y] })
                     }
                     _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),

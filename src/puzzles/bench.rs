@@ -8,7 +8,7 @@ use super::error::{PuzzleError, finished};
 use super::index::Index;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::dynamics::DynamicsError;
-use crate::guidance::{GuidanceConfig, Stoppable, choose_subgoals};
+use crate::guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
 use crate::task;
 use crate::trainer::{Method, PriorSource, rollout_model};
 
@@ -91,7 +91,7 @@ impl<'a> Proposal<'a> {
         // The uniform source has no model to propose subgoals with.
         if let Some((model, _)) = rollout_model(&self.plan.model, &puzzle)? {
             let config = GuidanceConfig::default();
-            let model = Stoppable::new(&*model, handle.stop());
+            let model = InterruptibleModel::new(&*model, handle.stop());
             puzzle.subgoals = match choose_subgoals(&puzzle, &model, self.plan.subgoals, &config, 0, |_| ()) {
                 Err(DynamicsError::Stopped) => return Ok(None),
                 found => found?.subgoals,

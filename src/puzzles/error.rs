@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
 use crate::json::SyntaxError;
-use crate::run::RunError;
 use crate::task::TaskError;
 use crate::trainer::PriorError;
 
@@ -33,9 +32,6 @@ pub enum PuzzleError {
     /// The model cannot be used.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// A run cannot be read.
-    #[error(transparent)]
-    Run(#[from] RunError),
     /// The threads of the batch cannot be started.
     #[error(transparent)]
     Batch(#[from] BatchError),

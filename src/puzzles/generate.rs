@@ -11,7 +11,7 @@ use super::index::{Index, Puzzle, Split};
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::dynamics::DynamicsError;
 use crate::env::Environment;
-use crate::guidance::{self, GuidanceConfig, Stoppable, TruePhysics, propose_subgoals};
+use crate::guidance::{self, GuidanceConfig, InterruptibleModel, TruePhysics, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::stop::Stop;
 use crate::streams::Stream;
@@ -96,7 +96,12 @@ impl<'a> Search<'a> {
     }
 
     fn name(&self) -> String {
-        name(self.index, self.number)
+        let split = match self.index.split {
+            Split::Train => "train",
+            Split::Validation => "validation",
+            Split::Test => "test",
+        };
+        format!("{split}-{}-{:04}", self.index.seed, self.number)
     }
 
     fn search(&self, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
@@ -129,11 +134,12 @@ impl<'a> Search<'a> {
         let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
         let is_easy =
             |episodes| Ok::<_, DynamicsError>(successes(task, &mut Uniform, episodes, seed, stop)?.0 > most_random);
-        if is_easy(FIRST_LOOK.min(episodes))? {
+        let first = FIRST_LOOK.min(episodes);
+        if is_easy(first)? {
             return Ok(None);
         }
         let config = GuidanceConfig::default();
-        let model = Stoppable::new(&TruePhysics, stop);
+        let model = InterruptibleModel::new(&TruePhysics, stop);
         let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed)?;
         let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
         let Some(prior) = guidance::build(&staged, &model, "true physics", &config, seed, |_| ())? else {
@@ -141,8 +147,8 @@ impl<'a> Search<'a> {
         };
         let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);
         // Far fewer successes than expected in the first check mean too few in total.
-        let expected = least_guided as f32 * FIRST_LOOK as f32 / episodes as f32;
-        if (guided(FIRST_LOOK.min(episodes))?.0 as f32) < expected / 3.0 {
+        let expected = least_guided as f32 * first as f32 / episodes as f32;
+        if (guided(first)?.0 as f32) < expected / 3.0 {
             return Ok(None);
         }
         let (guided_goals, fewest) = guided(episodes)?;
@@ -163,15 +169,6 @@ impl<'a> Search<'a> {
             random_goals: 0,
         }))
     }
-}
-
-fn name(index: &Index, number: u64) -> String {
-    let split = match index.split {
-        Split::Train => "train",
-        Split::Validation => "validation",
-        Split::Test => "test",
-    };
-    format!("{split}-{}-{number:04}", index.seed)
 }
 
 /// A random scene with the ball in the upper part, a goal, and a tool to place.

@@ -14,39 +14,33 @@ use super::{Result, RunError, file, folder};
 pub(super) struct AppendFile {
     path: PathBuf,
     file: File,
-    length: u64,
 }
 
 impl AppendFile {
     /// Opens the file for appending; creates it if there is none.
     pub fn open(path: &Path) -> Result<Self> {
         let is_new = !path.exists();
-        let file = Self::of(file::open_append(path).map_err(RunError::io("write", path))?, path)?;
+        let file = file::open_append(path).map_err(RunError::io("write", path))?;
         if is_new {
             // Later syncs of the content are useless unless the name is durable as well.
             folder::sync(&folder::parent_of(path))?;
         }
-        Ok(file)
+        Ok(Self { path: path.to_path_buf(), file })
     }
 
-    fn of(file: File, path: &Path) -> Result<Self> {
-        let length = file.metadata().map_err(RunError::io("read", path))?.len();
-        Ok(Self { path: path.to_path_buf(), file, length })
+    fn length(&self) -> Result<u64> {
+        Ok(self.file.metadata().map_err(RunError::io("read", &self.path))?.len())
     }
 
     /// Appends `bytes` as one piece.
     pub fn append(&mut self, bytes: &[u8]) -> Result<()> {
-        match self.file.write_all(bytes) {
-            Ok(()) => {
-                self.length += bytes.len() as u64;
-                Ok(())
-            }
-            Err(source) => {
-                // Best effort: half a line would make the next line unreadable as well.
-                let _ = self.file.set_len(self.length);
-                Err(RunError::Io { action: "write", path: self.path.clone(), source })
-            }
-        }
+        // Not a length remembered from earlier: other processes may have appended in the meantime.
+        let length = self.length()?;
+        self.file.write_all(bytes).map_err(|source| {
+            // Best effort: half a line would make the next line unreadable as well.
+            let _ = self.file.set_len(length);
+            RunError::Io { action: "write", path: self.path.clone(), source }
+        })
     }
 
     /// Appends a value as a line of JSON.
@@ -76,14 +70,12 @@ impl AppendFile {
 
     /// Truncates the file to `length` bytes.
     pub fn cut(&mut self, length: u64) -> Result<()> {
-        self.file.set_len(length).map_err(RunError::io("shorten", &self.path))?;
-        self.length = length;
-        Ok(())
+        self.file.set_len(length).map_err(RunError::io("shorten", &self.path))
     }
 
     /// Whether the file is empty.
-    pub fn is_empty(&self) -> bool {
-        self.length == 0
+    pub fn is_empty(&self) -> Result<bool> {
+        Ok(self.length()? == 0)
     }
 
     /// Waits until everything is on disk.
@@ -95,8 +87,8 @@ impl AppendFile {
     #[cfg(test)]
     #[cfg(target_os = "linux")]
     pub fn on_a_full_disk() -> Self {
-        let path = Path::new("/dev/full");
-        Self::of(File::options().append(true).open(path).unwrap(), path).unwrap()
+        let path = PathBuf::from("/dev/full");
+        Self { file: File::options().append(true).open(&path).unwrap(), path }
     }
 
     /// The path of the file.
@@ -114,7 +106,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log");
         let mut file = AppendFile::open(&path).unwrap();
-        assert!(file.is_empty());
+        assert!(file.is_empty().unwrap());
         file.append(b"one\n").unwrap();
         drop(file);
         let mut file = AppendFile::open(&path).unwrap();
@@ -123,6 +115,20 @@ mod tests {
         file.append(b"three\n").unwrap();
         file.sync().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"one\nthree\n");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_failed_append_keeps_what_another_process_appended() {
+        use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+
+        let mut theirs = File::from(memfd_create("log", MemfdFlags::ALLOW_SEALING).unwrap());
+        let mut ours = AppendFile { path: "log".into(), file: theirs.try_clone().unwrap() };
+        theirs.write_all(b"theirs\n").unwrap();
+        // As on a full disk, nothing can be appended any more.
+        fcntl_add_seals(&theirs, SealFlags::GROW).unwrap();
+        ours.append(b"ours\n").unwrap_err();
+        assert_eq!(theirs.metadata().unwrap().len(), 7);
     }
 
     #[cfg(target_os = "linux")]

@@ -1,6 +1,7 @@
 //! A new run that starts from the state of another run after some of its episodes.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,7 +10,7 @@ use tempfile::TempDir;
 use super::checkpoint::Checkpoint;
 use super::log::EventLog;
 use super::retention::{CheckpointAction, CheckpointName};
-use super::{Result, RunDirectory, RunError, episodes, folder, metrics};
+use super::{Result, RunDirectory, RunError, episodes, file, folder, metrics};
 
 /// The folder of a run that is being created from another. It is moved to its place when it is complete, and
 /// removed if dropped before.
@@ -40,7 +41,8 @@ impl Branch {
             (source.episodes_path(), directory.episodes_path()),
         ];
         for (from, to) in copies {
-            fs::copy(&from, &to).map_err(RunError::io("copy", &from))?;
+            let copy = || io::copy(&mut file::open(&from)?, &mut File::create_new(&to)?);
+            copy().map_err(RunError::io("copy", &from))?;
         }
         EventLog::open(&directory.events_path(), episode)?.sync()?;
         metrics::open(&directory.metrics_path(), episode)?.sync()?;
@@ -107,5 +109,18 @@ mod tests {
         assert_eq!((checkpoint.episode, problems.len()), (4, 0));
         RunWriter::open(&made, 4).unwrap();
         assert_eq!(read_metrics(&source.metrics_path()).unwrap().len(), 9, "the source is unchanged");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_place_of_a_log_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = RunDirectory::create(folder.path().join("a"), &"config").unwrap();
+        RunWriter::open(&source, 0).unwrap();
+        let (log, elsewhere) = (source.episodes_path(), folder.path().join("elsewhere"));
+        fs::rename(&log, &elsewhere).unwrap();
+        std::os::unix::fs::symlink(&elsewhere, &log).unwrap();
+        let branch = Branch::new(&source, &folder.path().join("b"), 0);
+        assert!(matches!(&branch, Err(RunError::Io { path, .. }) if *path == log), "{branch:?}");
     }
 }

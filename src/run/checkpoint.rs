@@ -150,11 +150,11 @@ impl Checkpoint {
     /// new; [`RunError::Truncated`], [`RunError::Damaged`] or [`RunError::Io`], with the file that
     /// does not match the manifest.
     pub fn load(path: &Path) -> Result<Self> {
-        Self::load_where(path, |_| true)
+        Self::load_filtered(path, |_| true)
     }
 
     /// Like [`Checkpoint::load`], but reads only the sections whose names are `wanted`.
-    pub(super) fn load_where(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Self> {
+    pub(super) fn load_filtered(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Self> {
         let path = &existing(path);
         folder::check(path)?;
         let manifest = Manifest::read(path)?;
@@ -185,10 +185,7 @@ impl Manifest {
         let path = &existing(path);
         folder::check(path)?;
         let file = path.join(MANIFEST);
-        let bytes = match file::read(&file) {
-            Err(error) if error.is_not_found() => return Err(RunError::NoCheckpoint(path.clone())),
-            bytes => bytes?,
-        };
+        let Some(bytes) = file::read_optional(&file)? else { return Err(RunError::NoCheckpoint(path.clone())) };
         check_format(&file, &bytes, FORMAT)?;
         parse_json(&file, &bytes)
     }
@@ -216,8 +213,7 @@ pub(super) fn duplicate(from: &Path, to: &Path) -> Result<()> {
         };
         let target = new.path().join(name);
         if fs::hard_link(&source, &target).is_err() {
-            let bytes = fs::read(&source).map_err(RunError::io("read", &source))?;
-            write_new(&target, &bytes)?;
+            write_new(&target, &file::read(&source)?)?;
         }
     }
     folder::sync(new.path())?;

@@ -1,7 +1,7 @@
 //! The folder of a run: paths, configuration, lock.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -104,11 +104,7 @@ impl RunDirectory {
 
     pub(super) fn write_config(&self, config: &impl Serialize) -> Result<()> {
         let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
-        let mut text = serde_json::to_vec_pretty(&saved)
-            .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
-        text.push(b'\n');
-        let file = self.config_path();
-        atomic::write(&file, &text).map_err(RunError::io("write", &file))
+        file::write_json(&self.config_path(), "the configuration", &saved)
     }
 
     fn config_bytes(&self) -> Result<Vec<u8>> {
@@ -199,12 +195,8 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::Io`] if it cannot be read.
     pub fn read_prior(&self) -> Result<Option<String>> {
-        let path = self.prior_path();
-        match file::read(&path) {
-            Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
-            Err(error) if error.is_not_found() => Ok(None),
-            Err(error) => Err(error),
-        }
+        let bytes = file::read_optional(&self.prior_path())?;
+        Ok(bytes.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()))
     }
 
     /// A reader of the event log, from its beginning.
@@ -269,23 +261,10 @@ impl RunDirectory {
     pub fn log_tail(&self, lines: usize) -> Result<Vec<String>> {
         /// Approximate bytes per line.
         const LINE: u64 = 200;
-        let path = self.log_path();
-        let read = || -> std::io::Result<Vec<u8>> {
-            let mut file = file::open(&path)?;
-            let start = file.metadata()?.len().saturating_sub(LINE * lines as u64);
-            file.seek(SeekFrom::Start(start))?;
-            let mut bytes = Vec::new();
-            file.read_to_end(&mut bytes)?;
-            // Unless this is the beginning of the file, the first line may be incomplete.
-            let whole = bytes.iter().position(|byte| *byte == b'\n').filter(|_| start > 0).map_or(0, |end| end + 1);
-            Ok(bytes.split_off(whole))
-        };
-        let bytes = match read() {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(error) => return Err(RunError::io("read", &path)(error)),
-        };
-        let text = String::from_utf8_lossy(&bytes);
+        let (bytes, is_whole) = file::read_end(&self.log_path(), LINE * lines as u64)?;
+        // Unless this is the beginning of the file, the first line may be incomplete.
+        let start = bytes.iter().position(|byte| *byte == b'\n').filter(|_| !is_whole).map_or(0, |end| end + 1);
+        let text = String::from_utf8_lossy(&bytes[start..]);
         let all: Vec<&str> = text.lines().collect();
         Ok(all[all.len().saturating_sub(lines)..].iter().map(|line| (*line).to_owned()).collect())
     }

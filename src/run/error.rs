@@ -43,7 +43,7 @@ pub enum RunError {
     },
     /// The folder was moved or deleted while the run was being written.
     #[error("{} was moved or deleted while it was being trained: the training has ended", .0.display())]
-    Gone(PathBuf),
+    Moved(PathBuf),
     /// Written by a newer version of the program.
     #[error(
         "{} has format {found}, and this program reads formats 1 to {supported}: update mge",

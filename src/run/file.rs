@@ -2,10 +2,13 @@
 //! change another file, and a pipe would block a reader forever, so both are rejected.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::{Result, RunError};
+use crate::atomic;
 
 /// Opens a file for reading.
 pub(super) fn open(path: &Path) -> io::Result<File> {
@@ -30,6 +33,44 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
         Ok(bytes)
     };
     read().map_err(RunError::io("read", path))
+}
+
+/// All bytes of a file; `None` if there is no such file.
+pub(super) fn read_optional(path: &Path) -> Result<Option<Vec<u8>>> {
+    match read(path) {
+        Err(error) if error.is_not_found() => Ok(None),
+        found => found.map(Some),
+    }
+}
+
+/// The last `most` bytes of a file, and whether they are the whole file; none if there is no such file.
+pub(super) fn read_end(path: &Path, most: u64) -> Result<(Vec<u8>, bool)> {
+    let read = || -> io::Result<(Vec<u8>, bool)> {
+        let mut file = open(path)?;
+        let start = file.metadata()?.len().saturating_sub(most);
+        file.seek(SeekFrom::Start(start))?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes)?;
+        Ok((bytes, start == 0))
+    };
+    match read() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok((Vec::new(), true)),
+        found => found.map_err(RunError::io("read", path)),
+    }
+}
+
+/// The part of a text before a half-written last line.
+pub(super) fn whole_lines(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+    &bytes[..end]
+}
+
+/// Replaces a file by a value as indented JSON; `what` names the value in errors.
+pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Result<()> {
+    let mut text =
+        serde_json::to_vec_pretty(value).map_err(|source| RunError::Encode { what: what.to_owned(), source })?;
+    text.push(b'\n');
+    atomic::write(path, &text).map_err(RunError::io("write", path))
 }
 
 fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {

@@ -86,10 +86,8 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
 
 /// Lines that end with a line feed, counted from 1; a half-written last line is left out.
 fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
-    let whole = bytes.iter().rposition(|&byte| byte == b'\n').unwrap_or(0);
-    let lines = bytes[..whole].split(|&byte| byte == b'\n');
-    // Splitting an empty slice gives one empty line, but a log without a line feed has no lines.
-    (1..).zip(lines).take(if bytes.contains(&b'\n') { usize::MAX } else { 0 })
+    let lines = file::whole_lines(bytes).split_inclusive(|&byte| byte == b'\n');
+    (1..).zip(lines.map(|line| &line[..line.len() - 1]))
 }
 
 fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
@@ -219,19 +217,8 @@ pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> 
 
 /// The events in the last `bytes` bytes of a log, oldest first, without invalid lines.
 pub(super) fn read_tail(path: &Path, bytes: u64) -> Result<Vec<LoggedEvent>> {
-    let read = || -> std::io::Result<Vec<u8>> {
-        let mut file = file::open(path)?;
-        let start = file.metadata()?.len().saturating_sub(bytes);
-        file.seek(SeekFrom::Start(start))?;
-        let mut tail = Vec::new();
-        file.read_to_end(&mut tail)?;
-        Ok(tail)
-    };
-    match read() {
-        Ok(tail) => Ok(complete_lines(&tail).filter_map(|(_, l)| serde_json::from_slice(l).ok()).collect()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => Err(RunError::io("read", path)(error)),
-    }
+    let (tail, _) = file::read_end(path, bytes)?;
+    Ok(complete_lines(&tail).filter_map(|(_, line)| serde_json::from_slice(line).ok()).collect())
 }
 
 #[cfg(test)]

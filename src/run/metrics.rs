@@ -10,7 +10,7 @@ use super::{Result, RunError, file};
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
     let bytes = file::read(path)?;
-    let (rows, ends, damage) = parse(path, whole_lines(&bytes));
+    let (rows, ends, damage) = parse(path, file::whole_lines(&bytes));
     let kept = rows.iter().take_while(|row| row.episode <= episode).count();
     let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
     if found < episode {
@@ -23,7 +23,7 @@ pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
 
 /// Appends one row, preceded by the header if it is the first.
 pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<()> {
-    let mut writer = csv::WriterBuilder::new().has_headers(table.is_empty()).from_writer(Vec::new());
+    let mut writer = csv::WriterBuilder::new().has_headers(table.is_empty()?).from_writer(Vec::new());
     let row = writer.serialize(record).map_err(|error| error.to_string());
     let row = row.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
     let malformed = |reason| RunError::Malformed { path: table.path().to_path_buf(), line: None, reason };
@@ -38,13 +38,8 @@ pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<(
 /// line that is not a row. A half-written last row is left out and is no error.
 pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
     let bytes = file::read(path)?;
-    let (rows, _, damage) = parse(path, whole_lines(&bytes));
+    let (rows, _, damage) = parse(path, file::whole_lines(&bytes));
     damage.map_or(Ok(rows), Err)
-}
-
-fn whole_lines(bytes: &[u8]) -> &[u8] {
-    let end = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
-    &bytes[..end]
 }
 
 /// The rows up to the first invalid one, the end offset of each in `bytes`, and the error of the

@@ -71,7 +71,7 @@ pub use metric::{Direction, Metric, MetricInfo};
 pub use metrics::read_metrics;
 pub use notes::Notes;
 pub use request::{Request, RequestReader};
-pub use retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
+pub use retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
 pub use series::Series;
 pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};

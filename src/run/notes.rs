@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{check_format, parse_json};
 use super::{Result, RunDirectory, RunError, file};
-use crate::atomic;
 
 /// The format of `notes.json` that this program writes, and the newest that it reads.
 const FORMAT: u64 = 1;
@@ -59,10 +58,7 @@ impl RunDirectory {
     /// [`RunError::Io`], [`RunError::UnknownFormat`], [`RunError::Malformed`].
     pub fn notes(&self) -> Result<Notes> {
         let path = self.notes_path();
-        let bytes = match file::read(&path) {
-            Err(error) if error.is_not_found() => return Ok(Notes::default()),
-            bytes => bytes?,
-        };
+        let Some(bytes) = file::read_optional(&path)? else { return Ok(Notes::default()) };
         check_format(&path, &bytes, FORMAT)?;
         let notes: Notes = parse_json(&path, &bytes)?;
         notes.check().map_err(|reason| RunError::Malformed { path, line: None, reason })?;
@@ -75,11 +71,7 @@ impl RunDirectory {
     /// [`RunError::Notes`] if they are invalid, [`RunError::Io`] if they cannot be written.
     pub fn write_notes(&self, notes: &Notes) -> Result<()> {
         notes.check().map_err(RunError::Notes)?;
-        let mut text =
-            serde_json::to_vec_pretty(notes).map_err(|source| RunError::Encode { what: "notes".into(), source })?;
-        text.push(b'\n');
-        let path = self.notes_path();
-        atomic::write(&path, &text).map_err(RunError::io("write", &path))
+        file::write_json(&self.notes_path(), "notes", notes)
     }
 }
 

@@ -4,11 +4,11 @@
 
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::PathBuf;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
 use super::append::AppendFile;
+use super::writer::now;
 use super::{Result, RunDirectory, RunError, file};
 
 /// The format of a line that this program writes, and the only one that it reads.
@@ -59,8 +59,7 @@ impl RunDirectory {
         if !self.is_locked()? {
             return Err(RunError::NotTrained(self.path().to_owned()));
         }
-        let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64());
-        let line = RequestLine { format: FORMAT, time, process: std::process::id(), request: request.clone() };
+        let line = RequestLine { format: FORMAT, time: now(), process: std::process::id(), request: request.clone() };
         let mut file = AppendFile::open(&self.requests_path())?;
         file.end_line()?;
         file.append_json(&line)
@@ -100,13 +99,13 @@ impl RequestReader {
         }
         let failed = RunError::io("read", &self.path);
         let bytes = self.read_on().map_err(failed)?;
-        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-        self.offset += whole as u64;
-        if whole == 0 && bytes.len() as u64 == MOST {
+        let whole = file::whole_lines(&bytes);
+        self.offset += whole.len() as u64;
+        if whole.is_empty() && bytes.len() as u64 == MOST {
             self.offset = length;
         }
         let (mut requests, mut problems) = (Vec::new(), Vec::new());
-        for line in bytes[..whole].split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+        for line in whole.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
             match serde_json::from_slice::<RequestLine>(line) {
                 Ok(line) if line.format == FORMAT => requests.push(line.request),
                 Ok(line) => problems.push(format!("format {} is not known to this program", line.format)),

@@ -60,7 +60,7 @@ impl Default for Retention {
     }
 }
 
-/// The inputs of [`what_to_keep`] besides the policy.
+/// The inputs of [`checkpoint_actions`] besides the policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RetentionContext<'a> {
     /// Episodes finished so far.
@@ -89,7 +89,7 @@ pub enum CheckpointAction {
 /// Whenever something is saved, `last` is saved first, so that it is never older than any other
 /// checkpoint. A checkpoint becomes `best` if its score is strictly higher than that of the current
 /// `best`; this is never the case for NaN.
-pub fn what_to_keep(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
+pub fn checkpoint_actions(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
     let due = |every: u64| every > 0 && moment.episode > 0 && moment.episode.is_multiple_of(every);
     let best = match (moment.score, moment.best_score) {
         (Some(score), Some(best)) => score > best,
@@ -129,7 +129,7 @@ mod tests {
         RetentionContext { episode: 7, score: None, best_score: None, closing: false, existing: &[] };
 
     fn check(moment: RetentionContext, actions: &[CheckpointAction]) {
-        assert_eq!(what_to_keep(&POLICY, &moment), actions, "{moment:?}");
+        assert_eq!(checkpoint_actions(&POLICY, &moment), actions, "{moment:?}");
     }
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
         check(RetentionContext { closing: true, ..QUIET }, &[Save(Last)]);
         check(RetentionContext { episode: 0, closing: true, ..QUIET }, &[Save(Last)]);
         let never = Retention { last_every: 0, periodic_every: 0, periodic_kept: None };
-        assert_eq!(what_to_keep(&never, &RetentionContext { episode: 20, ..QUIET }), []);
+        assert_eq!(checkpoint_actions(&never, &RetentionContext { episode: 20, ..QUIET }), []);
     }
 
     #[test]
@@ -166,7 +166,7 @@ mod tests {
             &[Save(Last), Save(Episode(300)), Delete(Episode(100))],
         );
         let all = Retention { periodic_kept: None, ..POLICY };
-        let actions = what_to_keep(&all, &RetentionContext { episode: 400, existing: &existing, ..QUIET });
+        let actions = checkpoint_actions(&all, &RetentionContext { episode: 400, existing: &existing, ..QUIET });
         assert_eq!(actions, [Save(Last), Save(Episode(400))]);
     }
 

@@ -70,7 +70,7 @@ impl CheckpointStore {
     /// As [`Checkpoint::load`].
     pub fn load_sections(&self, name: CheckpointName, sections: &[&str]) -> Result<Checkpoint> {
         folder::check(&self.folder)?;
-        Checkpoint::load_where(&self.path(name), |section| sections.contains(&section))
+        Checkpoint::load_filtered(&self.path(name), |section| sections.contains(&section))
     }
 
     /// The checkpoints with a readable manifest and their episodes, sorted by episode.
@@ -108,7 +108,7 @@ impl CheckpointStore {
         Err(problems.into_iter().next().unwrap_or_else(none))
     }
 
-    /// Carries out the actions of [`what_to_keep`](super::what_to_keep): saves first, then removals.
+    /// Carries out the actions of [`checkpoint_actions`](super::checkpoint_actions): saves first, then removals.
     ///
     /// # Errors
     /// [`RunError::Io`]. If a save fails, the old checkpoint of that name is unchanged and nothing is

@@ -9,7 +9,7 @@ use super::episodes::{self, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
 use super::log::EventLog;
 use super::metrics;
-use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
+use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
 use super::scalars::Scalars;
 use super::tensorboard::TensorBoardWriter;
 use super::{Result, RunError, file};
@@ -75,7 +75,7 @@ impl RunWriter {
     /// specified in [`Event`].
     ///
     /// # Errors
-    /// [`RunError::Io`], for example on a full disk, and [`RunError::Gone`]. The run should then end;
+    /// [`RunError::Io`], for example on a full disk, and [`RunError::Moved`]. The run should then end;
     /// the last checkpoint is intact.
     pub fn record(&mut self, event: &Event) -> Result<()> {
         let logged = LoggedEvent { time: now(), event: event.clone() };
@@ -95,9 +95,9 @@ impl RunWriter {
     /// moved or deleted.
     ///
     /// # Errors
-    /// [`RunError::Gone`] when the run was moved or deleted.
+    /// [`RunError::Moved`] when the run was moved or deleted.
     pub fn check_in_place(&self) -> Result<()> {
-        if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Gone(self.directory.path().to_owned())) }
+        if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Moved(self.directory.path().to_owned())) }
     }
 
     /// Records the actions of an episode, so that it can be replayed.
@@ -116,7 +116,7 @@ impl RunWriter {
         self.log.append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
     }
 
-    /// Carries out the actions of [`what_to_keep`], then records [`Event::Checkpointed`] if anything was
+    /// Carries out the actions of [`checkpoint_actions`], then records [`Event::Checkpointed`] if anything was
     /// saved.
     ///
     /// # Errors
@@ -172,7 +172,7 @@ impl RunWriter {
         // If there is a `best` of this episode, it was due.
         let closing = is_finished || is_here(CheckpointName::Best);
         let moment = RetentionContext { episode, score: checkpoint.score, best_score, closing, existing: &existing };
-        let mut actions = what_to_keep(policy, &moment);
+        let mut actions = checkpoint_actions(policy, &moment);
         if actions.is_empty() {
             return Ok(());
         }
@@ -189,7 +189,7 @@ impl RunWriter {
 }
 
 /// Seconds since 1970-01-01 UTC.
-fn now() -> f64 {
+pub(super) fn now() -> f64 {
     SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |elapsed| elapsed.as_secs_f64())
 }
 
@@ -226,7 +226,7 @@ mod tests {
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
             let moment = RetentionContext { episode, score: None, best_score: None, closing: false, existing: &[] };
-            let actions = what_to_keep(&policy, &moment);
+            let actions = checkpoint_actions(&policy, &moment);
             if !actions.is_empty() {
                 writer.checkpoint(&actions, &Checkpoint::new(episode)).unwrap();
             }
@@ -278,7 +278,7 @@ mod tests {
         fs::remove_dir_all(run.path()).unwrap();
         let record = EpisodeRecord { episode: 6, ..Default::default() };
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err();
-        assert!(matches!(error, RunError::Gone(_)), "{error}");
+        assert!(matches!(error, RunError::Moved(_)), "{error}");
         let save = [CheckpointAction::Save(CheckpointName::Last)];
         assert!(writer.checkpoint(&save, &Checkpoint::new(6)).is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -310,7 +310,7 @@ mod tests {
             let best_score = writer.directory().checkpoints().best_score().unwrap();
             let score = Some(episode as f64);
             let moment = RetentionContext { episode, score, best_score, closing: false, existing: &existing };
-            writer.checkpoint(&what_to_keep(&policy, &moment), &scored(episode)).unwrap();
+            writer.checkpoint(&checkpoint_actions(&policy, &moment), &scored(episode)).unwrap();
         };
         let (_folder, whole) = new_run();
         let mut writer = RunWriter::open(&whole, 0).unwrap();

@@ -9,7 +9,7 @@ use super::StudyError;
 use super::hits::{ActorNoise, Guided, Hits, Uniform, count_hits};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job};
-use crate::guidance::{self, GuidanceConfig, Stoppable, TruePhysics};
+use crate::guidance::{self, GuidanceConfig, InterruptibleModel, TruePhysics};
 use crate::task::Task;
 
 /// One kind of exploration of one task.
@@ -62,7 +62,7 @@ fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [Hits; EXPLORATION
         let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
         let Some(actor) = count_hits(task, &mut actor, episodes, seed, stop) else { return Ok(None) };
         handle.set_done(2 * u64::from(episodes));
-        let model = Stoppable::new(&TruePhysics, stop);
+        let model = InterruptibleModel::new(&TruePhysics, stop);
         let prior = guidance::build(task, &model, "true physics", &GuidanceConfig::default(), seed, |_| ())?;
         let guided = prior.and_then(|prior| count_hits(task, &mut Guided(&prior), episodes, seed, stop));
         Ok(guided.map(|guided| [uniform, actor, guided]))

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
 use crate::figures::FigureError;
-use crate::guidance::GuidanceError;
 use crate::run::RunError;
 use crate::stats::StatsError;
 use crate::trainer::{PriorError, SettingError, TrainerError};
@@ -29,9 +28,6 @@ pub enum StudyError {
     /// An action prior cannot be built.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// A saved action prior is invalid.
-    #[error(transparent)]
-    Guidance(#[from] GuidanceError),
     /// The untrained agent cannot be configured.
     #[error(transparent)]
     Agent(#[from] ValidationError),

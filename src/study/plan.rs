@@ -187,7 +187,7 @@ impl StudyPlan {
     }
 
     fn run(&self, arm: &Arm, task: Arc<Task>, seed: u64, episodes: u32) -> Result<PlannedRun, SettingError> {
-        let mut config = RunConfig::usual(task, arm.method);
+        let mut config = RunConfig::default_for(task, arm.method);
         config.epsilon = arm.epsilon.clone();
         config.seed = seed;
         config.episodes = episodes;

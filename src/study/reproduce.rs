@@ -17,7 +17,7 @@ use crate::dynamics::{
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
-use crate::guidance::{ActionPrior, Stoppable, propose_subgoals};
+use crate::guidance::{ActionPrior, InterruptibleModel, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunHistory, config_hash};
 use crate::stats::Bootstrap;
@@ -298,7 +298,7 @@ impl<'a> Study<'a> {
             let found = rollout_model(&config.prior, task)?;
             // Only the uniform source has no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
-            let model = Stoppable::new(&*model, handle.stop());
+            let model = InterruptibleModel::new(&*model, handle.stop());
             match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed) {
                 Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),
                 found => Ok(found?),

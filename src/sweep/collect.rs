@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
@@ -72,8 +73,12 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
         Kind::Agent => "metrics.csv",
         Kind::Model => RESULT,
     };
-    // A run that has not started has no such file.
-    let [a, b] = [first, second].map(|path| fs::read(path.join(file)).unwrap_or_default());
+    let read = |path: &Path| match fs::read(path.join(file)) {
+        // A run that has not started has no such file.
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        bytes => bytes.map_err(RunError::io("read", &path.join(file))),
+    };
+    let (a, b) = (read(first)?, read(second)?);
     if !(a.starts_with(&b) || b.starts_with(&a)) {
         return conflict("have the same settings and different results");
     }

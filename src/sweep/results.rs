@@ -66,8 +66,6 @@ pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, SweepError> {
 }
 
 fn agents(runs: &[FoundRun]) -> Results {
-    let settings: BTreeSet<&String> = runs.iter().flat_map(|run| run.trained.row.settings.keys()).collect();
-    let settings: Vec<&str> = settings.into_iter().map(String::as_str).filter(|key| *key != "epsilon").collect();
     let before = ["run", "state", "task", "method", "epsilon"];
     let after = [
         "seed",
@@ -79,6 +77,10 @@ fn agents(runs: &[FoundRun]) -> Results {
         "held_success",
         "greedy_success",
     ];
+    let settings: BTreeSet<&str> =
+        runs.iter().flat_map(|run| run.trained.row.settings.keys()).map(String::as_str).collect();
+    let settings: Vec<&str> =
+        settings.into_iter().filter(|key| !before.contains(key) && !after.contains(key)).collect();
     let row = |run: &FoundRun| {
         // Plain data always serialises.
         let row = serde_json::to_value(&run.trained.row).expect("a row is plain data");

@@ -364,3 +364,28 @@ fn collected_runs_are_merged_and_conflicts_are_refused() {
     let error = collect(&[folder.path().join("nowhere")], &out).unwrap_err().to_string();
     assert!(error.contains("is not the folder of a sweep"), "{error}");
 }
+
+#[test]
+fn an_unreadable_copy_is_not_taken_for_a_run_that_has_not_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
+    let job = &sweep.jobs[0];
+    let Work::Train(config) = &job.work else { panic!("an agent") };
+    for place in [&a, &b] {
+        RunDirectory::create(job.folder(place), config).unwrap();
+    }
+    std::fs::create_dir(job.folder(&a).join("metrics.csv")).unwrap();
+    let error = collect(&[a, b], &out).unwrap_err().to_string();
+    assert!(error.contains("metrics.csv") && !out.exists(), "{error}");
+}
+
+#[test]
+fn a_setting_that_is_also_a_measure_is_one_column_of_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0, "episodes": [2, 3]})));
+    assert_eq!(finish(&sweep, folder.path()), []);
+    let csv = String::from_utf8(read_results(folder.path()).unwrap().to_csv()).unwrap();
+    let heading = csv.lines().next().unwrap();
+    assert_eq!(heading.split(',').filter(|column| *column == "episodes").count(), 1, "{heading}");
+}

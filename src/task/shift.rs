@@ -99,13 +99,13 @@ impl Task {
     /// The scene's parts in the order in which they are added to the world.
     pub fn parts(&self) -> Vec<Part> {
         let mut parts = self.order.clone();
-        let missing: Vec<Part> = self.usual_parts().filter(|part| !parts.contains(part)).collect();
+        let missing: Vec<Part> = self.default_parts().filter(|part| !parts.contains(part)).collect();
         parts.extend(missing);
         parts
     }
 
     /// The scene's parts in the order of a task that sets none.
-    pub(crate) fn usual_parts(&self) -> impl Iterator<Item = Part> {
+    pub(crate) fn default_parts(&self) -> impl Iterator<Item = Part> {
         let marker_subgoals = self.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
         [Part::Target]
             .into_iter()

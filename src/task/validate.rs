@@ -80,7 +80,7 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
 
 /// Checks that the order names existing parts, each once, and tools in the order of their list.
 fn order(task: &Task) -> Result<(), ValidationError> {
-    let known: Vec<Part> = task.usual_parts().collect();
+    let known: Vec<Part> = task.default_parts().collect();
     let mut last_tool = None;
     for (i, part) in task.order.iter().enumerate() {
         listed(&task.order[..=i], &known, &format!("order[{i}]"))?;
@@ -110,7 +110,7 @@ fn listed(parts: &[Part], known: &[Part], path: &str) -> Result<(), ValidationEr
 }
 
 fn shifted(task: &Task, shift: &Shift, path: &str) -> Result<(), ValidationError> {
-    let known: Vec<Part> = task.usual_parts().collect();
+    let known: Vec<Part> = task.default_parts().collect();
     for i in 0..shift.parts.len() {
         listed(&shift.parts[..=i], &known, &format!("{path}.parts[{i}]"))?;
     }

@@ -6,7 +6,6 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::parts::ModelReplay;
-use super::training::to_action;
 use crate::agent::{Ddpg, OrnsteinUhlenbeck};
 use crate::dynamics::DynamicsError;
 use crate::env::{Action, Environment, Snapshot};
@@ -36,7 +35,10 @@ pub(super) fn imagine(
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Imagined>, DynamicsError> {
     let mut transitions = Vec::new();
-    for _ in 0..config.rollouts.min(config.rollouts * states.len()) {
+    if states.is_empty() {
+        return Ok(transitions);
+    }
+    for _ in 0..config.rollouts {
         let mut env = Environment::new(task.clone());
         env.restore(&states[rng.gen_range(0..states.len())]);
         let mut noise = OrnsteinUhlenbeck::new(2, ddpg.config().ou);
@@ -45,7 +47,7 @@ pub(super) fn imagine(
             let observation = env.observation();
             let mut action = ddpg.act(&observation);
             noise.perturb(&mut action, rng);
-            let action = to_action(&action);
+            let action = [action[0], action[1]];
             let rollout = model.rollouts(task, &[env.snapshot()], &[vec![action]])?;
             let Some((rollout, ball)) = rollout.first().and_then(|r| Some((r, *r.balls.first()?))) else { break };
             let Ok(step) = env.step_predicted(action, ball, rollout.hit) else { break };

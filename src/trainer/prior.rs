@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::dynamics::{self, DynamicsError};
 use crate::guidance::{
-    self, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, Stoppable, ToolModel, TruePhysics,
+    self, ActionPrior, GuidanceError, InterruptibleModel, RapierPhysics, RolloutModel, ToolModel, TruePhysics,
 };
 use crate::physics::{Tool, ToolSplit, catalogue_tool};
 use crate::run::{RunDirectory, RunError};
@@ -107,12 +107,20 @@ pub fn build_prior(
         let Some(model) = tool_model(&config.rollout_source(), &config.task, tools)? else {
             return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
         };
-        return Ok(guidance::build_among(&config.task, tools, &*model, &config.guidance, config.seed, progress, stop)?);
+        return Ok(guidance::build_with_tools(
+            &config.task,
+            tools,
+            &*model,
+            &config.guidance,
+            config.seed,
+            progress,
+            stop,
+        )?);
     }
     let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
-    let model = Stoppable::new(&*model, stop);
+    let model = InterruptibleModel::new(&*model, stop);
     Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, progress)?)
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::config::RunConfig;
 use super::method::{Method, PriorSource};
-use super::setting::unusual_settings;
+use super::setting::non_default_settings;
 use crate::env::{BALL_POSITION, TARGET_POSITION};
 use crate::guidance::{ClusterCount, EpsilonSchedule};
 use crate::nn::Activation;
@@ -13,12 +13,12 @@ use crate::task::Task;
 
 impl RunConfig {
     /// The default configuration of a method for a task.
-    pub fn usual(task: Arc<Task>, method: Method) -> Self {
-        Self::usual_with(task, method, None)
+    pub fn default_for(task: Arc<Task>, method: Method) -> Self {
+        Self::default_with(task, method, None)
     }
 
     /// The default configuration of a method for a task, with an agent that chooses among `tools`, if given.
-    pub fn usual_with(task: Arc<Task>, method: Method, tools: Option<ToolSplit>) -> Self {
+    pub fn default_with(task: Arc<Task>, method: Method, tools: Option<ToolSplit>) -> Self {
         let mut config = Self { method, tools, ..Self::new(task) };
         if method.is_adaptive() {
             adapt(&mut config);
@@ -48,9 +48,9 @@ impl RunConfig {
     }
 
     fn changed_to(&self, method: Method, tools: Option<ToolSplit>) -> Self {
-        let mut config = Self::usual_with(self.task.clone(), method, tools);
+        let mut config = Self::default_with(self.task.clone(), method, tools);
         let is_other = |key: &str| !["method", "tools"].contains(&key);
-        for (key, value) in unusual_settings(self).iter().filter(|(key, _)| is_other(key)) {
+        for (key, value) in non_default_settings(self).iter().filter(|(key, _)| is_other(key)) {
             // A value of one configuration is also valid in another.
             config = config.with_unchecked_setting(key, value).unwrap_or(config);
         }

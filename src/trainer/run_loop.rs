@@ -19,9 +19,9 @@ use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::ActionPrior;
 use crate::run::{
     Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
-    RunDirectory, RunError, RunWriter, what_to_keep,
+    RunDirectory, RunError, RunWriter, checkpoint_actions,
 };
-use crate::stop::{Stop, or_left_behind};
+use crate::stop::{Stop, run_abandonable};
 
 pub use controls::Control;
 use controls::Next;
@@ -222,7 +222,7 @@ impl RunLoop<'_> {
             self.record_needs(&training, &[])?;
         }
         self.watch.set_phase(Phase::Training);
-        training.show_phase(self.watch.phase_sign());
+        training.show_phase(self.watch.shared_phase());
         while !training.is_finished() {
             if let Next::Stop(reason) = self.handle_controls(&mut training)? {
                 self.save_now(&training)?;
@@ -280,7 +280,7 @@ impl RunLoop<'_> {
             let played = play(&mut copy);
             (played, copy)
         };
-        let (played, mut after) = or_left_behind(|| stop.is_requested(), PATIENCE, work)?;
+        let (played, mut after) = run_abandonable(|| stop.is_requested(), PATIENCE, work)?;
         if matches!(played, Err(TrainingError::Stopped)) {
             return None;
         }
@@ -294,7 +294,7 @@ impl RunLoop<'_> {
         let (episode, score, best_score) = (training.episode(), self.score, self.best_score);
         let closing = training.is_finished();
         let moment = RetentionContext { episode, score, best_score, closing, existing: &self.existing };
-        let actions = what_to_keep(&training.config().checkpoints, &moment);
+        let actions = checkpoint_actions(&training.config().checkpoints, &moment);
         if actions.is_empty() {
             return Ok(());
         }
@@ -367,7 +367,7 @@ impl RunLoop<'_> {
     fn explained(&self, error: TrainerError) -> TrainerError {
         let is_missing = matches!(&error, TrainerError::Run(cause) if cause.is_not_found());
         match self.writer.check_in_place() {
-            Ok(()) if is_missing => RunError::Gone(self.writer.directory().path().to_owned()).into(),
+            Ok(()) if is_missing => RunError::Moved(self.writer.directory().path().to_owned()).into(),
             Ok(()) => error,
             Err(gone) => gone.into(),
         }

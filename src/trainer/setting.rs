@@ -40,12 +40,11 @@ impl RunConfig {
     /// # Errors
     /// When there is no such setting, or it cannot have that value.
     pub fn with_unchecked_setting(&self, key: &str, value: &str) -> Result<Self, SettingError> {
+        let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
         if key == "method" {
-            let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
             return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
         }
         if key == "tools" {
-            let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
             let tools = (value != "null").then(|| value.trim_matches('"').parse()).transpose().map_err(wrong)?;
             return Ok(self.with_tools(tools));
         }
@@ -62,20 +61,16 @@ impl RunConfig {
             _ => Value::String(value.to_owned()),
         };
         // The inherent function, which does not check ranges.
-        RunConfig::deserialize(config).map_err(|error| SettingError::Value {
-            key: key.to_owned(),
-            value: value.to_owned(),
-            message: error.to_string(),
-        })
+        RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))
     }
 }
 
 /// The settings, by path, in which a configuration differs from the default one of its task, method
 /// and tools. The method, if it is not the default, and the tools, if there are any, come first.
 /// Values are in the form that [`RunConfig::with_setting`] accepts.
-pub fn unusual_settings(config: &RunConfig) -> Vec<(String, String)> {
+pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
     let (ours, usual) =
-        (to_json(config), to_json(&RunConfig::usual_with(config.task.clone(), config.method, config.tools)));
+        (to_json(config), to_json(&RunConfig::default_with(config.task.clone(), config.method, config.tools)));
     let usual = json::leaves(&usual);
     let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
@@ -126,7 +121,7 @@ mod tests {
         let changes = [("ddpg.gamma", "0.9"), ("method", "ddpg"), ("epsilon", "0.25"), ("seed", "3")];
         let set = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
         let changed = changes.into_iter().fold(config(), set);
-        let changes_found = unusual_settings(&changed);
+        let changes_found = non_default_settings(&changed);
         assert_eq!(changes_found.len(), changes.len(), "{changes_found:?}");
         assert!(changes_found.contains(&("ddpg.gamma".to_owned(), "0.9".to_owned())));
         let again = changes_found.iter().map(|(key, value)| (key.as_str(), value.as_str())).fold(config(), set);

@@ -19,7 +19,7 @@ use crate::stop::Stop;
 use crate::task::{self, Task};
 
 fn config(method: Method, episodes: u32) -> RunConfig {
-    let mut config = RunConfig::usual(Arc::new(task::load("task1").unwrap()), method);
+    let mut config = RunConfig::default_for(Arc::new(task::load("task1").unwrap()), method);
     config.episodes = episodes;
     config.seed = 3;
     config.prior = PriorSource::TruePhysics;
@@ -249,9 +249,9 @@ fn default_settings_change_with_the_method_and_chosen_ones_stay() {
     assert_eq!((adaptive.ddpg.gamma, adaptive.episodes, adaptive.seed), (0.9, 8, 3));
     assert!(adaptive.ddpg.imitation.share > 0.0);
     assert_eq!(adaptive.with_method(Method::DdpgMge), plain);
-    let unusual = unusual_settings(&adaptive);
-    assert!(unusual.iter().all(|(key, _)| !key.starts_with("ddpg.imitation")), "{unusual:?}");
-    let again = unusual.iter().fold(RunConfig::new(adaptive.task.clone()), |config, (key, value)| {
+    let settings = non_default_settings(&adaptive);
+    assert!(settings.iter().all(|(key, _)| !key.starts_with("ddpg.imitation")), "{settings:?}");
+    let again = settings.iter().fold(RunConfig::new(adaptive.task.clone()), |config, (key, value)| {
         config.with_unchecked_setting(key, value).unwrap()
     });
     assert_eq!(again, adaptive);

@@ -57,7 +57,7 @@ impl Trainer {
         let _ = self.controls.send(control);
         // Only after sending, so that the trainer finds the control when it sees the flag.
         if stops {
-            self.watch.note_stop();
+            self.watch.signal_stop();
         }
     }
 

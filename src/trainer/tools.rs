@@ -57,7 +57,7 @@ pub(super) fn environment(task: Arc<Task>, tools: Option<ToolSplit>) -> Environm
 
 /// The environment of an episode in which the agent chose among these tools of the catalogue; with the task's
 /// own tool if there are none.
-pub(super) fn environment_among(task: Arc<Task>, tools: &[usize]) -> Environment {
+pub(super) fn environment_with_tools(task: Arc<Task>, tools: &[usize]) -> Environment {
     let env = roomy(task);
     if tools.is_empty() { env } else { env.with_action_set(ActionSet::of_catalogue(tools)) }
 }
@@ -135,7 +135,7 @@ mod tests {
 
     fn training() -> (Training, Environment) {
         let task = Arc::new(crate::task::load("create/Push").unwrap());
-        let mut config = RunConfig::usual_with(task.clone(), Method::Ddpg, Some(ToolSplit::Train));
+        let mut config = RunConfig::default_with(task.clone(), Method::Ddpg, Some(ToolSplit::Train));
         config.ddpg.hidden = 8;
         let mut env = environment(task, Some(ToolSplit::Test));
         env.reset(&mut ChaCha8Rng::seed_from_u64(5));

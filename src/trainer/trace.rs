@@ -65,7 +65,7 @@ impl Trace {
 
     /// The environment at the beginning of the episode.
     pub fn environment(&self, task: &Arc<Task>) -> Environment {
-        let mut env = tools::environment_among(task.clone(), &self.tools);
+        let mut env = tools::environment_with_tools(task.clone(), &self.tools);
         env.begin(Start { shift: self.shift, shifts: self.shifts.clone(), tools: self.tools.clone() });
         env
     }

@@ -26,14 +26,14 @@ use super::tools::{self, Space};
 use super::trace::Trace;
 use crate::agent::{Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
-use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
+use crate::guidance::{self, ActionPrior, EpsilonSchedule, InterruptibleModel, Played, RolloutModel};
 use crate::physics::ToolSplit;
 use crate::run::{EpisodeRecord, Event, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
-use crate::trainer::watch::PhaseSign;
+use crate::trainer::watch::SharedPhase;
 
 pub use error::TrainingError;
 use means::UpdateMeans;
@@ -74,7 +74,7 @@ pub struct Training {
     /// Abandons the current episode when requested.
     stop: Stop,
     /// Shows the current phase to observers.
-    phase: PhaseSign,
+    phase: SharedPhase,
 }
 
 impl Training {
@@ -109,7 +109,7 @@ impl Training {
         let model = consulted_model(&config)?;
         let env = tools::environment(config.played_task(), config.tools);
         learner.ddpg_mut().set_candidates(config.tool_candidates);
-        Ok(Self { config, model, env, learner, progress, stop: Stop::default(), phase: PhaseSign::default() })
+        Ok(Self { config, model, env, learner, progress, stop: Stop::default(), phase: SharedPhase::default() })
     }
 
     /// The configuration.
@@ -155,7 +155,7 @@ impl Training {
     }
 
     /// From now on, shows practice on `sign`.
-    pub(super) fn show_phase(&mut self, sign: &PhaseSign) {
+    pub(super) fn show_phase(&mut self, sign: &SharedPhase) {
         self.phase = sign.clone();
     }
 
@@ -275,7 +275,7 @@ impl Training {
     /// replay buffer.
     fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
         let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
-        let model = Stoppable::new(&**model, &self.stop);
+        let model = InterruptibleModel::new(&**model, &self.stop);
         let rng = &mut self.progress.streams.model;
         let config = &self.config;
         let ddpg = self.learner.ddpg();
@@ -421,7 +421,7 @@ impl Training {
         Ok(match (&self.model, &self.progress.prior) {
             (Some(model), _) if self.config.method == Method::Planning => {
                 let (task, planner) = (&self.config.task, &self.config.planner);
-                let model = Stoppable::new(&**model, &self.stop);
+                let model = InterruptibleModel::new(&**model, &self.stop);
                 let action = guidance::plan(&model, task, self.env.snapshot(), planner, &mut streams.model);
                 let action = action.map_err(PriorError::from)?;
                 (action.to_vec(), Source::Planner)
@@ -493,9 +493,4 @@ pub fn greedy_episode(task: &Arc<Task>, tools: Option<ToolSplit>, ddpg: &Ddpg, r
         let Ok(step) = trace.step(&mut env, choice, Source::Policy) else { return trace };
         observation = tools::seen(&env, step.observation);
     }
-}
-
-/// The actor's two numbers as an action.
-pub(super) fn to_action(vector: &[f32]) -> Action {
-    [vector[0], vector[1]]
 }

@@ -44,9 +44,9 @@ impl Phase {
 
 /// The phase of a training, shared with the thread that plays an episode.
 #[derive(Debug, Clone, Default)]
-pub(super) struct PhaseSign(Arc<Mutex<Phase>>);
+pub(super) struct SharedPhase(Arc<Mutex<Phase>>);
 
-impl PhaseSign {
+impl SharedPhase {
     pub fn set(&self, phase: Phase) {
         *lock(&self.0) = phase;
     }
@@ -69,7 +69,7 @@ pub struct Watch {
     wanted: AtomicBool,
     episode: AtomicU64,
     view: Mutex<Option<LiveView>>,
-    phase: PhaseSign,
+    phase: SharedPhase,
     prior: Mutex<Option<Arc<ActionPrior>>>,
     stop: Stop,
 }
@@ -86,7 +86,7 @@ impl Watch {
     }
 
     /// Signals that a [`Control::Stop`](super::Control::Stop) was sent, so that long work is abandoned.
-    pub(crate) fn note_stop(&self) {
+    pub(crate) fn signal_stop(&self) {
         self.stop.request();
     }
 
@@ -101,7 +101,7 @@ impl Watch {
     }
 
     /// The phase, for a training to set.
-    pub(super) fn phase_sign(&self) -> &PhaseSign {
+    pub(super) fn shared_phase(&self) -> &SharedPhase {
         &self.phase
     }
 

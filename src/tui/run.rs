@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::app::{App, Guarded, TerminalRequest, report_kept};
+use super::app::{App, Guarded, TerminalRequest, report_recovered_edits};
 use super::input::{Keymap, KeymapError};
 #[cfg(unix)]
 use super::terminal::signals::{self, Listener, Request};
@@ -94,7 +94,7 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
-    report_kept(&mut app, Path::new("."));
+    report_recovered_edits(&mut app, Path::new("."));
     app.look_for_runs();
     if options.tour {
         app.show_tour();
@@ -118,11 +118,11 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         }
         if !connected {
             #[cfg(unix)]
-            listener.note_leaving();
+            listener.set_leaving();
             return Ok(Leaving::HungUp);
         }
     }
-    let runs = app.left_in_background();
+    let runs = app.background_runs();
     Ok(if runs.is_empty() { Leaving::Quit } else { Leaving::Background(runs) })
 }
 
@@ -172,7 +172,7 @@ impl Display {
         }
         // Discard the half-drawn frame.
         self.screen.redraw()?;
-        app.show_what_can_be_drawn();
+        app.show_log_alone();
         let message = app.message();
         match terminal::catch(|| self.screen.draw(|frame| app.draw(frame))) {
             Ok(drawn) => drawn,

@@ -25,10 +25,10 @@ const STEPS_PER_FRAME: usize = 3;
 const ANIMATION_DPI: u32 = 137;
 
 /// Deferred work that produces a figure and its provenance.
-pub type Drawing = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Drawn, String> + Send>;
+pub type FigureJob = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<DrawnFigure, String> + Send>;
 
 /// A figure and its provenance.
-pub struct Drawn {
+pub struct DrawnFigure {
     /// The figure.
     pub figure: Box<dyn Figure + Send>,
     seeds: Vec<u64>,
@@ -56,7 +56,7 @@ impl Session {
             create_parent(&path).map_err(|error| error.to_string())?;
             let written = match drawing {
                 Ok(drawing) => {
-                    let Drawn { figure, seeds, config_hash } =
+                    let DrawnFigure { figure, seeds, config_hash } =
                         drawing(&mut |done, all| _ = reporter.progress(done, all))?;
                     figure.write(&path, &Provenance::new(made_by, &seeds, config_hash), dpi.unwrap_or(DEFAULT_DPI))
                 }
@@ -101,7 +101,7 @@ impl Session {
     ///
     /// # Errors
     /// When there is nothing of that kind to show yet, or the kind is the animation, which is not a figure.
-    pub fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, SessionError> {
+    pub fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<FigureJob, SessionError> {
         let figure: Box<dyn Figure + Send> = match kind {
             FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
             FigureKind::Clusters => {
@@ -117,7 +117,7 @@ impl Session {
                 return Ok(Box::new(move |on_progress| {
                     let composed = composition.figure(&reader, &*estimates, on_progress);
                     let Composed { figure, seeds, config_hash } = composed.map_err(|error| error.to_string())?;
-                    Ok(Drawn { figure: Box::new(figure), seeds, config_hash })
+                    Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash })
                 }));
             }
             FigureKind::Dashboard => Box::new(dashboard(self.run().ok_or(SessionError::NoRun)?)),
@@ -127,7 +127,7 @@ impl Session {
         };
         let settings = self.settings_of(kind);
         let (seeds, config_hash) = (vec![settings.seed], config_hash(settings)?);
-        Ok(Box::new(move |_| Ok(Drawn { figure, seeds, config_hash })))
+        Ok(Box::new(move |_| Ok(DrawnFigure { figure, seeds, config_hash })))
     }
 
     /// The episode played by hand, or else a greedy episode of the current run.
@@ -212,7 +212,7 @@ mod tests {
         session
     }
 
-    fn drawn(session: &Session, composition: &Composition) -> Result<Drawn, String> {
+    fn drawn(session: &Session, composition: &Composition) -> Result<DrawnFigure, String> {
         let drawing = session.figure(FigureKind::Learning, composition).map_err(|error| error.to_string())?;
         drawing(&mut |_, _| ())
     }

@@ -36,12 +36,11 @@ impl Session {
         self.begin_job(command.clone(), work, move |session, made| {
             let (run, past) = made?;
             let added = session.add(run);
-            if let Some(run) = session.runs.iter_mut().find(|run| run.number() == added) {
+            if let Some(run) = session.run_numbered_mut(added) {
                 run.take_past(Ok(past))?;
             }
             session.journal.note_fork(asked.clone().into(), number, added);
-            let until = asked.until.map(|until| until.saturating_sub(asked.episode));
-            session.begin(added, until, "training in").map_err(|error| error.to_string())
+            session.begin(added, asked.until, "training in").map_err(|error| error.to_string())
         });
         Ok(report)
     }

@@ -13,7 +13,7 @@ use super::{Session, SessionError};
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Maximum number of jobs that run at the same time. The others wait without a thread, which bounds the
-/// memory in use.
+/// memory in use. Dropped jobs, which end soon, are not counted.
 const MAX_RUNNING: usize = 4;
 
 /// Applies a result to the session, and returns the report or the reason of the failure.
@@ -22,8 +22,8 @@ type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>
 /// A job started by a command.
 pub(super) struct Pending {
     pub command: Command,
-    /// The command's entry in the journal, if it has one.
-    pub entry: Option<u64>,
+    /// Its entries in the journal, removed when it fails.
+    pub entries: Vec<u64>,
     shown: Progress,
     pub job: Job<Completion>,
 }
@@ -58,7 +58,7 @@ impl Session {
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
         };
         let (command, job) = (command.into(), Job::new(work));
-        self.jobs.push(Pending { command, entry: None, shown: Progress::default(), job });
+        self.jobs.push(Pending { command, entries: Vec::new(), shown: Progress::default(), job });
         self.begin_waiting_jobs();
     }
 
@@ -88,14 +88,7 @@ impl Session {
         let cancelled: Vec<Pending> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
         for pending in &cancelled {
             pending.job.cancel();
-            self.forget(pending.entry);
-        }
-    }
-
-    /// Removes a command without effect from the recorded script.
-    fn forget(&mut self, entry: Option<u64>) {
-        if let Some(entry) = entry {
-            self.journal.forget(entry);
+            self.journal.forget(&pending.entries);
         }
     }
 
@@ -108,10 +101,10 @@ impl Session {
             }
         }
         while let Some(index) = self.jobs.iter().position(|pending| pending.job.is_finished()) {
-            let Pending { command, entry, job, .. } = self.jobs.remove(index);
+            let Pending { command, entries, job, .. } = self.jobs.remove(index);
             let outcome = job.result().and_then(|complete| complete(self));
             if outcome.is_err() {
-                self.forget(entry);
+                self.journal.forget(&entries);
             }
             self.notices.push(Notice::Finished { command, outcome });
         }

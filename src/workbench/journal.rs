@@ -54,9 +54,9 @@ impl Journal {
         self.entries.push(Entry { number, command, run: Some(run), begun: Some(begun), at: None });
     }
 
-    /// Removes the entry of a command that had no effect.
-    pub fn forget(&mut self, number: u64) {
-        self.entries.retain(|entry| entry.number != number);
+    /// Removes the entries of a command that had no effect.
+    pub fn forget(&mut self, numbers: &[u64]) {
+        self.entries.retain(|entry| !numbers.contains(&entry.number));
     }
 
     fn next_number(&mut self) -> u64 {
@@ -140,10 +140,18 @@ impl Writer<'_> {
                 self.wait(*run, until);
                 return;
             }
+            Command::Continue(continued) => {
+                match continued.folder {
+                    Some(_) => self.current = *run,
+                    None => run.iter().for_each(|run| self.act_on(*run)),
+                }
+                self.line(Continue { until, ..continued.clone() });
+                return self.wait(*run, until);
+            }
             Command::Watch(Watch(number)) => return self.act_on(*number),
             // The preceding line already paused the run at this episode.
             Command::Pause(_) => return,
-            Command::Open(_) | Command::Continue(Continue(Some(_))) => self.current = *run,
+            Command::Open(_) => self.current = *run,
             _ => {}
         }
         if let Some(run) = run
@@ -288,7 +296,7 @@ mod tests {
         let mut journal = Journal::default();
         let number = journal.note(command("figure scene a.png"), None);
         journal.note(command("goal size 5"), None);
-        journal.forget(number);
+        journal.forget(&[number]);
         assert_eq!(journal.to_script().lines().skip(1).collect::<Vec<_>>(), ["goal size 5"]);
     }
 

@@ -29,7 +29,7 @@ pub use clusters::PriorState;
 pub use command::{Command, CommandError, FigureKind, Verb, verbs};
 pub use error::SessionError;
 pub(crate) use export::run_label;
-pub use export::{Drawing, Drawn};
+pub use export::{DrawnFigure, FigureJob};
 pub use hand_play::HandPlay;
 pub(crate) use job::Job;
 pub use job::Progress;

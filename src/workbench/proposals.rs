@@ -6,7 +6,7 @@ use super::clusters::RolloutInputs;
 use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::guidance::{ChosenSubgoals, NO_SUBGOALS, Stoppable, TRIALS, choose_subgoals};
+use crate::guidance::{ChosenSubgoals, InterruptibleModel, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::task::{Region, Task};
 use crate::trainer::{RunConfig, rollout_model};
 
@@ -75,7 +75,7 @@ impl Session {
 fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
-    let model = Stoppable::new(&*model, reporter.stop());
+    let model = InterruptibleModel::new(&*model, reporter.stop());
     let progress = |tried| _ = reporter.progress(tried, TRIALS);
     choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
         .map_err(|error| error.to_string())

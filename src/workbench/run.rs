@@ -134,7 +134,7 @@ fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
 struct Turn {
     /// Runs with lower numbers start first.
     number: u64,
-    /// Pause after this many episodes.
+    /// Pause after this many episodes in total.
     until: Option<u32>,
 }
 
@@ -228,7 +228,7 @@ impl RunView {
     }
 
     /// Queues it for training in this process, after runs with lower turns; with `until`, it pauses
-    /// after this many episodes.
+    /// after this many episodes in total.
     pub(super) fn enqueue(&mut self, turn: u64, until: Option<u32>) {
         // Reads the existing log first, so that an old failure is not reported again.
         self.poll();
@@ -255,7 +255,11 @@ impl RunView {
     /// Starts training it if it is queued.
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
-        let first = turn.until.map(Control::Advance);
+        let first = turn.until.map(|until| match u64::from(until).saturating_sub(self.episodes()) {
+            0 => Control::Pause,
+            // The difference from a 32-bit number fits in 32 bits.
+            more => Control::Advance(more as u32),
+        });
         let trainer = Trainer::spawn(self.directory.clone(), first).map_err(SessionError::Thread);
         if let Err(error) = &trainer {
             self.failure = Some(error.to_string());

@@ -108,7 +108,7 @@ impl SavedRun {
     /// # Errors
     /// As [`SavedRun::agent`].
     pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        self.greedy_episode_among(None, seed)
+        self.greedy_episode_with_tools(None, seed)
     }
 
     /// An episode of the greedy policy of the latest checkpoint, with an action set drawn from these tools;
@@ -116,7 +116,7 @@ impl SavedRun {
     ///
     /// # Errors
     /// As [`SavedRun::agent`], and when tools are given but the agent does not choose among tools.
-    pub fn greedy_episode_among(&self, tools: Option<ToolSplit>, seed: u64) -> Result<Trace, SessionError> {
+    pub fn greedy_episode_with_tools(&self, tools: Option<ToolSplit>, seed: u64) -> Result<Trace, SessionError> {
         let agent = self.agent()?;
         if tools.is_some() && agent.options().is_none() {
             let reason = "the agent of this run has the task's own tool: it does not choose among others";

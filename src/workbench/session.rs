@@ -138,8 +138,9 @@ impl Session {
             (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(recorded, run, episode),
             _ => self.journal.note(recorded, self.current),
         };
-        if let Some(pending) = self.jobs.last_mut().filter(|pending| pending.command == command) {
-            pending.entry = Some(entry);
+        // An earlier job of the same command, such as that of a run opened twice, decides about both entries.
+        if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == command) {
+            pending.entries.push(entry);
         }
         Ok(report)
     }
@@ -260,7 +261,7 @@ impl Session {
 
     /// The current run, on which commands act.
     pub fn run(&self) -> Option<&RunView> {
-        self.runs.iter().find(|run| Some(run.number()) == self.current)
+        self.run_numbered(self.current?)
     }
 
     /// The run with a number.
@@ -268,8 +269,13 @@ impl Session {
         self.runs.iter().find(|run| run.number() == number)
     }
 
+    pub(super) fn run_numbered_mut(&mut self, number: usize) -> Option<&mut RunView> {
+        self.runs.iter_mut().find(|run| run.number() == number)
+    }
+
     pub(super) fn run_mut(&mut self) -> Option<&mut RunView> {
-        self.runs.iter_mut().find(|run| Some(run.number()) == self.current)
+        let number = self.current?;
+        self.run_numbered_mut(number)
     }
 
     /// The folder for new runs.
@@ -307,7 +313,7 @@ impl Session {
 }
 
 /// An episode number as the journal stores it; saturates beyond 32 bits, which no run reaches.
-fn episode_number(episodes: u64) -> u32 {
+pub(super) fn episode_number(episodes: u64) -> u32 {
     u32::try_from(episodes).unwrap_or(u32::MAX)
 }
 

@@ -23,7 +23,7 @@ pub(super) struct Setup {
 
 impl Setup {
     pub fn new(task: Task) -> Self {
-        let config = RunConfig::usual(Arc::new(task.clone()), Method::RECOMMENDED);
+        let config = RunConfig::default_for(Arc::new(task.clone()), Method::RECOMMENDED);
         Self { editor: Editor::new(task), file: None, config, episodes_asked: false }
     }
 

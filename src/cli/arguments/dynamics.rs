@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Print, count, threads};
+use super::{Print, count, first_seed, threads};
 use crate::dynamics::{Loss, ToolSet, Variant};
 use crate::physics::{ToolKind, ToolSplit};
 use crate::trainer::PriorSource;
@@ -78,7 +78,7 @@ pub struct DynamicsAblate {
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub seeds: u64,
     /// First seed
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = first_seed())]
     pub seed: u64,
     /// Passes over the observations, as in a training
     #[arg(long)]

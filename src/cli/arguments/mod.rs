@@ -42,6 +42,11 @@ fn count(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=most)
 }
 
+/// The first of consecutive seeds, of which at most a million follow.
+fn first_seed() -> RangedU64ValueParser<u64> {
+    RangedU64ValueParser::new().range(..=u64::MAX - 1_000_000)
+}
+
 /// Options for figures.
 #[derive(Debug, Args)]
 pub struct Print {

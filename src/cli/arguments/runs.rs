@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Print;
+use super::{Print, first_seed};
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolSplit;
 use crate::trainer::{Method, PriorSource};
@@ -109,7 +109,7 @@ pub struct Evaluate {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub episodes: u32,
     /// Seed of the start noise
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = first_seed())]
     pub seed: u64,
     /// For an agent that chooses among tools: draw its action sets from this split, one of all, train, validation,
     /// test [default: that of its training]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Print, threads};
+use super::{Print, first_seed, threads};
 
 #[derive(Debug, Args)]
 pub struct Script {
@@ -96,7 +96,7 @@ pub struct Reproduce {
     #[arg(long, default_value = "study")]
     pub out: PathBuf,
     /// First seed
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = first_seed())]
     pub seed: u64,
     #[command(flatten)]
     pub print: Print,

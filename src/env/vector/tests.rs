@@ -126,18 +126,18 @@ fn invalid_steps_are_refused_and_change_nothing() {
         let mut rows = vec![0.0; 3 * length];
         vector.step(&actions, &mut rows).unwrap_err()
     };
-    assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 0 });
+    assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotReset { index: 0 });
     vector.reset(&[Some(1); 3], Some(&[true, false, true]), &mut rows);
     assert!(rows[length..2 * length].iter().all(|value| *value == 0.0), "the other row is unchanged");
-    assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 1 });
+    assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotReset { index: 1 });
     vector.reset(&[Some(1); 3], None, &mut rows);
     let before = vector.state(0).unwrap().to_json();
     let error = refused(&mut vector, [[0.5; 2], [0.0; 2], [0.0, f32::NAN]]);
     assert!(matches!(error, VectorError::NotFinite { index: 2, .. }), "{error}");
     assert_eq!(vector.state(0).unwrap().to_json(), before);
     let over = (0..100).find_map(|_| vector.step(&[[0.9, 0.9]; 3], &mut rows).err());
-    assert_eq!(over, Some(VectorError::Over { index: 0 }));
-    assert_eq!(vector.state(3).unwrap_err(), VectorError::NoSuch { index: 3, count: 3 });
+    assert_eq!(over, Some(VectorError::EpisodeOver { index: 0 }));
+    assert_eq!(vector.state(3).unwrap_err(), VectorError::NoSuchEnvironment { index: 3, count: 3 });
 }
 
 #[test]

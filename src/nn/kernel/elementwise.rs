@@ -1,6 +1,7 @@
 //! Activations and other kernels that visit each float once.
 
 use super::dispatch::{Kernel, LINE};
+use super::normalise::dot;
 use super::simd::Simd;
 use crate::nn::Activation;
 
@@ -165,18 +166,8 @@ impl Kernel for SumOfSquares<'_> {
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> f32 {
         let (lines, rest) = self.0.split_at(self.0.len() / LINE * LINE);
-        let mut lanes = [0.0f32; LINE];
-        // SAFETY: `lines` consists of whole lines, and a line of whole vectors.
-        unsafe {
-            for offset in (0..LINE).step_by(S::LANES) {
-                let mut sum = S::splat(0.0);
-                for i in (offset..lines.len()).step_by(LINE) {
-                    let x = S::load(lines.as_ptr().add(i));
-                    sum = S::mul_add(x, x, sum);
-                }
-                S::store(lanes.as_mut_ptr().add(offset), sum);
-            }
-        }
-        lanes.iter().sum::<f32>() + rest.iter().map(|x| x * x).sum::<f32>()
+        // SAFETY: `lines` consists of whole lines.
+        let of_lines = unsafe { dot::<S>(lines, lines) };
+        of_lines + rest.iter().map(|x| x * x).sum::<f32>()
     }
 }

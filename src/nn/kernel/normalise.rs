@@ -76,7 +76,7 @@ fn row_length(floats: usize, rows: usize) -> usize {
 /// # Safety
 /// As for [`Simd`]; both slices have the same length, a multiple of [`LINE`].
 #[inline(always)]
-unsafe fn dot<S: Simd>(a: &[f32], b: &[f32]) -> f32 {
+pub(super) unsafe fn dot<S: Simd>(a: &[f32], b: &[f32]) -> f32 {
     let mut lanes = [0.0f32; LINE];
     // SAFETY: by this function's contract.
     unsafe {

@@ -9,7 +9,7 @@ use serde_json::{Map, Value as Json};
 
 use super::expression::Value;
 use super::objects::{BASKETBALL_RADIUS, Objects};
-use super::value::{as_pair, number, pair, truth, value};
+use super::value::{as_pair, boolean, number, pair, value};
 use crate::physics::ToolKind;
 use crate::task::{
     BallSpec, Form, Goal, GoalShape, Marker, Offset, Part, Placeable, Region, Rules, STANDARD_RADIUS, Shift, Task,
@@ -78,7 +78,7 @@ pub(in crate::task) fn level_task(level: LevelFile, is_random: bool) -> Result<T
         Some(Marker {
             ball: objects.take_marker()?,
             move_threshold: MOVE_THRESHOLD,
-            must_hit: truth(&level.marker_must_hit, "marker_must_hit")?,
+            must_hit: boolean(&level.marker_must_hit, "marker_must_hit")?,
             subgoals: regions(&level.marker_sec_goals, "marker_sec_goals")?,
         })
     } else if !level.marker_sec_goals.is_empty() {
@@ -91,7 +91,7 @@ pub(in crate::task) fn level_task(level: LevelFile, is_random: bool) -> Result<T
     let mut order: Vec<Part> = objects.named.iter().map(|(_, part)| *part).collect();
     order.extend((0..marker_subgoals).map(Part::MarkerSubgoal));
     order.extend((0..subgoals.len()).map(Part::Subgoal));
-    if truth(&level.place_walls, "place_walls")? {
+    if boolean(&level.place_walls, "place_walls")? {
         order.extend((0..3).map(|index| Part::Tool(objects.tools.len() + index)));
         objects.tools.extend(edge_walls());
     }
@@ -117,7 +117,7 @@ pub(in crate::task) fn level_task(level: LevelFile, is_random: bool) -> Result<T
 
 fn target(level: &LevelFile) -> Result<BallSpec, ValidationError> {
     let radius = match &level.target_ball_radius {
-        _ if truth(&level.ball_is_basket, "ball_is_basket")? => BASKETBALL_RADIUS,
+        _ if boolean(&level.ball_is_basket, "ball_is_basket")? => BASKETBALL_RADIUS,
         Some(radius) => number(radius, "target_ball_radius")? as f32,
         None => STANDARD_RADIUS,
     };
@@ -125,9 +125,9 @@ fn target(level: &LevelFile) -> Result<BallSpec, ValidationError> {
 }
 
 fn goal(level: &LevelFile) -> Result<Goal, ValidationError> {
-    let (shape, radius) = if truth(&level.goal_is_basket, "goal_is_basket")? {
+    let (shape, radius) = if boolean(&level.goal_is_basket, "goal_is_basket")? {
         (GoalShape::Basket, BASKET_HALF_SIDE)
-    } else if truth(&level.moving_goal, "moving_goal")? {
+    } else if boolean(&level.moving_goal, "moving_goal")? {
         (GoalShape::Ball, STANDARD_RADIUS)
     } else {
         (GoalShape::Star, STANDARD_RADIUS)
@@ -181,9 +181,7 @@ fn shifts(rnd: &Map<String, Json>, named: &[(String, Part)]) -> Result<Vec<Shift
             },
             Value::Choice(choices) => {
                 let pairs: Option<_> = choices.iter().map(as_pair).collect();
-                Offset::OneOf(
-                    pairs.ok_or_else(|| ValidationError::new(&path, "must be a choice of pairs of numbers"))?,
-                )
+                Offset::OneOf(pairs.ok_or_else(|| ValidationError::new(&path, "must be a choice of pairs of numbers"))?)
             }
             _ => return Err(ValidationError::new(path, "must be two numbers or ranges, [x, y], or a choice")),
         };

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use serde_json::{Map, Value as Json};
 
-use super::value::{number, pair, truth};
+use super::value::{boolean, number, pair};
 use crate::physics::{Tool, ToolKind};
 use crate::task::{BallSpec, BoxSpec, Form, Part, STANDARD_RADIUS, ToolSpec};
 use crate::validation::ValidationError;
@@ -123,7 +123,7 @@ impl Objects {
                     let thickness = object.number("thickness")?.unwrap_or(2.0);
                     tool.radius = (thickness / 2.0).floor();
                 }
-                "on_left" => tool.on_left = truth(&object.properties.shift_remove("on_left"), &object.at("on_left"))?,
+                "on_left" => tool.on_left = boolean(&object.properties.shift_remove("on_left"), &object.at("on_left"))?,
                 name => {
                     let field = match name {
                         "length" | "size" | "radius" => &mut tool.size,
@@ -224,7 +224,7 @@ impl<'a> Object<'a> {
     }
 
     fn expect_solid(&mut self) -> Result<(), ValidationError> {
-        match truth(&self.properties.shift_remove("sensor"), &self.at("sensor"))? {
+        match boolean(&self.properties.shift_remove("sensor"), &self.at("sensor"))? {
             false => Ok(()),
             true => {
                 Err(ValidationError::new(self.at("sensor"), format_args!("is true, but a {} is solid here", self.name)))

@@ -28,10 +28,10 @@ pub(super) fn number(json: &Json, path: &str) -> Result<f64, ValidationError> {
 }
 
 /// True or false in a level file; false if it is missing.
-pub(super) fn truth(json: &Option<Json>, path: &str) -> Result<bool, ValidationError> {
+pub(super) fn boolean(json: &Option<Json>, path: &str) -> Result<bool, ValidationError> {
     match json.as_ref().map(|json| value(json, path)).transpose()? {
         None => Ok(false),
-        Some(Value::Truth(truth)) => Ok(truth),
+        Some(Value::Truth(boolean)) => Ok(boolean),
         Some(_) => Err(ValidationError::new(path, "must be true or false")),
     }
 }
@@ -40,7 +40,7 @@ pub(super) fn truth(json: &Option<Json>, path: &str) -> Result<bool, ValidationE
 pub(super) fn value(json: &Json, path: &str) -> Result<Value, ValidationError> {
     match json {
         Json::String(text) => evaluate(text).map_err(|message| ValidationError::new(path, message)),
-        Json::Bool(truth) => Ok(Value::Truth(*truth)),
+        Json::Bool(boolean) => Ok(Value::Truth(*boolean)),
         Json::Number(number) => Ok(Value::Number(number.as_f64().unwrap_or(f64::NAN))),
         Json::Array(values) => {
             let values = values.iter().enumerate().map(|(index, item)| value(item, &format!("{path}[{index}]")));

@@ -7,8 +7,7 @@ use crossbeam_channel::RecvTimeoutError;
 
 use super::{RunLoop, TrainerError};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::{Event, RunError};
-use crate::trainer::request::control;
+use crate::run::{Event, Request, RunError};
 use crate::trainer::training::Training;
 use crate::trainer::watch::Phase;
 
@@ -134,4 +133,17 @@ impl RunLoop<'_> {
         self.watch.set_phase(Phase::Paused);
         Ok(())
     }
+}
+
+/// The control for a request of another process, or a line about what is wrong with the request.
+fn control(request: Request) -> Result<Control, String> {
+    Ok(match request {
+        Request::Pause => Control::Pause,
+        Request::Resume => Control::Resume,
+        Request::Advance { episodes } => Control::Advance(episodes),
+        Request::Stop => Control::Stop { reason: "requested by another process".to_owned() },
+        Request::Epsilon { schedule } => {
+            Control::SetSchedule(schedule.parse().map_err(|error| format!("epsilon: {error}"))?)
+        }
+    })
 }

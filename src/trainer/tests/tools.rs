@@ -7,7 +7,7 @@ use crate::physics::{NO_OP, ToolSplit};
 /// A short training on a level whose parts are shifted at every reset.
 fn choosing(method: Method, episodes: u32) -> RunConfig {
     let task = Arc::new(task::load("create/Push-random").unwrap());
-    let mut config = RunConfig::usual_with(task, method, Some(ToolSplit::Train));
+    let mut config = RunConfig::default_with(task, method, Some(ToolSplit::Train));
     (config.episodes, config.seed) = (episodes, 3);
     config.ddpg.hidden = 8;
     config.ddpg.batch_size = 8;
@@ -112,12 +112,12 @@ fn settings_that_conflict_with_tools_are_refused_in_one_line() {
 
 #[test]
 fn default_settings_change_with_the_tools_and_chosen_ones_stay() {
-    let plain = RunConfig::usual(Arc::new(task::load("create/Push").unwrap()), Method::DdpgAdaptive);
+    let plain = RunConfig::default_for(Arc::new(task::load("create/Push").unwrap()), Method::DdpgAdaptive);
     let plain = plain.with_setting("ddpg.gamma", "0.9").unwrap();
     let tools = plain.with_setting("tools", "train").unwrap();
     assert_eq!((tools.ddpg.gamma, tools.tools), (0.9, Some(ToolSplit::Train)));
     assert_eq!(tools.ddpg.action_origin, Some(crate::env::TARGET_POSITION));
-    let unusual = unusual_settings(&tools);
+    let unusual = non_default_settings(&tools);
     let names: Vec<&str> = unusual.iter().map(|(key, _)| key.as_str()).collect();
     assert_eq!(names, ["method", "tools", "ddpg.gamma"]);
     let set = |config: RunConfig, (key, value): &(String, String)| config.with_setting(key, value).unwrap();

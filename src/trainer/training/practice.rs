@@ -158,7 +158,7 @@ mod tests {
     fn practice_reports_its_progress() {
         let mut training = training(&config());
         let (watch, stop) = (Watch::default(), Stop::default());
-        training.show_phase(watch.phase_sign());
+        training.show_phase(watch.shared_phase());
         training.obey(&stop);
         assert_eq!(watch.phase(), Phase::Waiting);
         let work = std::thread::spawn(move || training.practise().unwrap());
@@ -218,7 +218,7 @@ mod tests {
     fn agents_that_choose_tools_practise_with_them() {
         let task = Arc::new(load("create/Push").unwrap());
         let mut config =
-            RunConfig::usual_with(task, Method::DdpgUniformAdaptive, Some(crate::physics::ToolSplit::Train));
+            RunConfig::default_with(task, Method::DdpgUniformAdaptive, Some(crate::physics::ToolSplit::Train));
         config.ddpg.hidden = 8;
         config.practice.rollouts = 3;
         let practised = training(&config).practise().unwrap().unwrap();

@@ -53,7 +53,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Quit, Everywhere, "quit", "q ctrl-c", "quit", "", Verb("quit")),
 
     (A::NextObject, Scene, "next-object", "tab", "select", "select the next object: ball, subgoals, goal, tools", Nothing),
-    (A::PreviousObject, Scene, "previous-object", "backtab", "", "select the object before", Nothing),
+    (A::PreviousObject, Scene, "previous-object", "backtab", "", "select the previous object", Nothing),
     (A::Left, Scene, "move-left", "left h", "", "move the selected object left by 0.01", Like("subgoal move")),
     (A::Right, Scene, "move-right", "right l", "move", "move the selected object right by 0.01", Like("subgoal move")),
     (A::Up, Scene, "move-up", "up k", "", "move the selected object up by 0.01", Like("subgoal move")),
@@ -82,7 +82,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Slower, Scene, "slower", "<", "", "play slower", Nothing),
     (A::Restart, Scene, "restart", "r", "", "play the episode from its start", Nothing),
     (A::Source, Scene, "source", "s", "", "show the latest training episode, or the scene untouched; leaves the past", Nothing),
-    (A::PreviousEpisode, Scene, "previous-episode", "pageup", "", "play the episode before again, from the past of the watched run", Nothing),
+    (A::PreviousEpisode, Scene, "previous-episode", "pageup", "", "replay the previous episode of the watched run", Nothing),
     (A::NextEpisode, Scene, "next-episode", "pagedown", "", "play the next episode of the watched run's past", Nothing),
     (A::First, Scene, "first-episode", "home", "", "play the first episode of the watched run again", Nothing),
     (A::Last, Scene, "last-episode", "end", "", "play the last episode of the watched run again", Nothing),
@@ -173,7 +173,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Pdf, Figures, "export-pdf", "D", "as PDF", "export the selected figure as PDF", Like("figure")),
     (A::Compose, Figures, "compose", "tab", "compose", "compose the learning figure from the marked runs, or stop doing so", Like("figure")),
 
-    (A::Left, Compose, "option-before", "left h", "", "the value before of the selected option", Like("figure")),
+    (A::Left, Compose, "option-before", "left h", "", "the previous value of the selected option", Like("figure")),
     (A::Right, Compose, "option-next", "right l", "change", "the next value of the selected option", Like("figure")),
     (A::Mark, Compose, "show-curve", "space", "show", "show the selected curve, or leave it out", Like("figure")),
     (A::Rename, Compose, "name-curve", "i", "name", "give the selected curve another name in the legend", Like("figure")),

@@ -10,7 +10,7 @@ mod recovery;
 pub(super) mod testing;
 mod unsaved;
 
-pub use unsaved::{Guarded, report_kept};
+pub use unsaved::{Guarded, report_recovered_edits};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use super::actions::{Action, Context, Tab};
 use super::effect::Effect;
 use super::input::{Key, Keymap};
 use super::layers::{Layer, Response, Tour};
-use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame, draw_scene, runs, training};
+use super::screens::{Chrome, HitRegions, Notice, Region, Screens, Ui, draw_frame, draw_scene, runs, training};
 use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
@@ -154,7 +154,7 @@ impl App {
     }
 
     /// Runs to continue in the background once the workbench is left and its trainings have stopped.
-    pub fn left_in_background(&self) -> Vec<PathBuf> {
+    pub fn background_runs(&self) -> Vec<PathBuf> {
         self.background.clone()
     }
 
@@ -251,9 +251,7 @@ impl App {
         }
         self.age_notice(elapsed);
         if self.leaving == Leaving::WhenIdle && self.workspace.view().training_runs().next().is_none() {
-            self.leaving = Leaving::No;
             self.quit();
-            self.changed = true;
         }
         if is_changed {
             self.choose_subject(None, false);
@@ -263,9 +261,9 @@ impl App {
             self.tick_scene(elapsed);
         }
         if self.is_time_to_ask(elapsed) {
-            self.want_curves();
+            self.request_curves();
         }
-        if self.tab == Tab::Runs && self.screens.runs.is_time_to_look(elapsed) {
+        if self.tab == Tab::Runs && self.screens.runs.is_scan_due(elapsed) {
             self.workspace.look_for_runs();
         }
         if self.tab == Tab::Figures {
@@ -304,16 +302,16 @@ impl App {
     }
 
     /// Requests the curves of the visible runs, and the files of the previewed run.
-    fn want_curves(&mut self) {
+    fn request_curves(&mut self) {
         let ui = self.ui();
         let (wanted, previewed) = match self.tab {
             Tab::Scene | Tab::Training => (training::wanted(&self.screens.curves, &self.screens.runs, &ui), None),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
-        self.workspace.want_curves(wanted);
+        self.workspace.request_curves(wanted);
         if let Some(run) = previewed {
-            self.workspace.want_details(&run);
+            self.workspace.request_details(&run);
         }
     }
 
@@ -335,8 +333,8 @@ impl App {
 
     fn tick_scene(&mut self, elapsed: Duration) {
         self.screens.scene.show_all(self.tab == Tab::Training);
-        if let Some(episode) = self.subject.wants_agent() {
-            self.workspace.want_agent(episode);
+        if let Some(episode) = self.subject.needed_agent() {
+            self.workspace.request_agent(episode);
         }
         if self.screens.scene.needs_model(&self.subject) {
             let model = self.workspace.model_for(&self.subject.task().clone());
@@ -492,7 +490,9 @@ impl App {
     /// copied from the previous picture.
     pub fn draw(&mut self, frame: &mut Frame) {
         let only_moved = std::mem::take(&mut self.moved) & !std::mem::take(&mut self.changed);
-        let known = self.picture.area == frame.area() && !self.regions.all().is_empty();
+        // A small terminal shows no scene.
+        let has_scene = self.regions.all().iter().any(|(_, region)| matches!(region, Region::Scene(_)));
+        let known = self.picture.area == frame.area() && has_scene;
         if only_moved && known && self.tab.has_scene() && self.layers.is_empty() {
             let notice = self.notice.as_ref().map(|(notice, _)| notice);
             draw_scene(&self.ui(), &self.screens.scene, notice, &self.picture, frame.buffer_mut());

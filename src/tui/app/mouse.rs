@@ -41,6 +41,8 @@ impl App {
     fn press(&mut self, at: (u16, u16)) -> bool {
         self.notice = None;
         self.drag = None;
+        // The release that ends a drag is lost outside the terminal and under a layer.
+        self.screens.scene.drop_dragged();
         match self.regions.at(at) {
             Some(Region::Tab(tab)) => self.show(tab),
             Some(Region::Hint(action)) => self.perform(action),
@@ -108,12 +110,7 @@ impl App {
             Some(Region::Chart(axes, _)) => Some(axes.x_at(at.0).round()),
             _ => None,
         };
-        let curves = &mut self.screens.curves;
-        let before = curves.hovered;
-        if crosshair.is_some() || self.tab == Tab::Scene {
-            curves.hovered = crosshair;
-        }
-        before != curves.hovered
+        std::mem::replace(&mut self.screens.curves.hovered, crosshair) != crosshair
     }
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {

@@ -7,7 +7,7 @@ use crate::env::Placement;
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::task;
-use crate::trainer::unusual_settings;
+use crate::trainer::non_default_settings;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, Help, Palette};
@@ -33,7 +33,13 @@ impl App {
                 Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
                 _ => self.apply(command::Pause),
             },
-            Action::Stop => self.ask_to_stop(),
+            Action::Stop => {
+                let stop = match self.subject.run() {
+                    Some(run) => runs::stop(&[run], &self.ui()),
+                    None => vec![Effect::apply(command::Stop)],
+                };
+                self.carry_out(stop);
+            }
             Action::Fork => match self.subject.run() {
                 Some(run) => {
                     let episode = self.subject.past_episode().unwrap_or(run.done);
@@ -142,8 +148,8 @@ impl App {
             }
             Effect::NameCurve { label, name } => self.screens.lists.composer.name(&label, &name),
             Effect::Compare => {
-                let show = runs::compare(&mut self.screens);
-                self.try_effect(show)?;
+                self.screens.curves.comparing = true;
+                self.show(Tab::Training);
             }
             Effect::Remember(line) => {
                 self.typed.retain(|known| *known != line);
@@ -277,7 +283,7 @@ impl App {
             return self.say(Level::Error, self.keymap.fill("no command for an unsaved task: {save} saves it"));
         };
         let mut words = ["mge", "train", &task, "--method", view.settings.method.name()].map(str::to_owned).to_vec();
-        for (key, value) in unusual_settings(&view.settings) {
+        for (key, value) in non_default_settings(&view.settings) {
             match key.as_str() {
                 "method" => {}
                 "tools" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),

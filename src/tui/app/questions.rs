@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::App;
-use crate::run::RunState;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
 use crate::tui::effect::Effect;
@@ -37,18 +36,6 @@ impl App {
     pub(super) fn ask_to_overwrite(&mut self, path: &Path, command: Command) {
         let text = format!("{} exists. What is in it now will be lost.", path.display());
         self.ask("overwrite the file?", text, vec![('y', "overwrite it", Effect::ApplyConfirmed(command))]);
-    }
-
-    pub(super) fn ask_to_stop(&mut self) {
-        let Some(run) = self.subject.run().filter(|run| matches!(run.state, RunState::Running | RunState::Paused))
-        else {
-            return self.carry_out(vec![Effect::apply(command::Stop)]);
-        };
-        let text = format!(
-            "{} ends after the present episode, {} of {}. Its checkpoint is kept: it can be continued later.",
-            run.name, run.done, run.episodes
-        );
-        self.ask("stop the training?", text, vec![('y', "stop it", Effect::apply(command::Stop))]);
     }
 
     pub(super) fn ask_for_epsilon(&mut self) {

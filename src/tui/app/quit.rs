@@ -1,10 +1,11 @@
 //! Leaving the workbench.
 
 use super::{App, Leaving};
+use crate::run::RunState;
 use crate::tui::effect::Effect;
 
 impl App {
-    /// Leaves the workbench; asks first if something would be lost or stopped.
+    /// Leaves the workbench; asks first if something would be lost or stopped. Does nothing while a question is open.
     pub(super) fn quit(&mut self) {
         if self.layers.iter().any(|layer| layer.is_warning()) {
             return;
@@ -12,7 +13,11 @@ impl App {
         let view = self.workspace.view();
         let mut text = Vec::new();
         for run in view.active_runs() {
-            let doing = if run.queued { "waits for a core" } else { "is being trained" };
+            let doing = match run.state {
+                _ if run.queued => "waits for a core",
+                RunState::Paused => "is paused",
+                _ => "is being trained",
+            };
             text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes));
         }
         let trained = !text.is_empty();
@@ -39,6 +44,7 @@ impl App {
             answers.push(('w', "wait: leave when all runs are done", Effect::QuitWhenIdle));
         }
         self.leaving = Leaving::No;
+        self.changed = true;
         self.ask("leave the workbench?", text.join("\n"), answers);
     }
 }

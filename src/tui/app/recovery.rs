@@ -39,7 +39,7 @@ impl App {
     }
 
     /// Closes all layers and shows the Log screen, which is the simplest to draw.
-    pub fn show_what_can_be_drawn(&mut self) {
+    pub fn show_log_alone(&mut self) {
         self.layers.clear();
         self.drag = None;
         self.tab = Tab::Log;

@@ -53,7 +53,7 @@ fn keep(view: &ViewModel, folder: &Path) -> String {
 }
 
 /// Reports a task that an earlier workbench saved in `folder`.
-pub fn report_kept(app: &mut App, folder: &Path) {
+pub fn report_recovered_edits(app: &mut App, folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let is_kept = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -82,7 +82,7 @@ mod tests {
             assert_eq!(kept.subgoals, typical().task.subgoals);
         }
         let (mut app, _) = app(empty());
-        report_kept(&mut app, folder.path());
+        report_recovered_edits(&mut app, folder.path());
         assert!(app.notice.unwrap().0.text.contains("`task unsaved-task1"));
         assert!(keep(&typical(), Path::new("/nowhere")).contains("are lost"));
     }

@@ -97,8 +97,10 @@ impl Axes {
         let most = usize::from(self.plot.width / 10).clamp(2, 8);
         for (value, text) in ticks([self.x.from, self.x.to], most) {
             let (Some(column), width) = (self.column(value), text.len() as u16) else { continue };
-            let start = (column.saturating_sub(width / 2)).clamp(self.plot.x, self.plot.right().max(width) - width);
-            if start >= free {
+            let last = self.plot.right().saturating_sub(width);
+            let start = column.saturating_sub(width / 2).min(last).max(self.plot.x);
+            // A label wider than the plot is left out.
+            if (free..=last).contains(&start) {
                 buffer.set_string(start, self.plot.bottom(), text, theme.faint());
                 free = start + width + 1;
             }
@@ -115,8 +117,7 @@ impl Axes {
     /// The dot of a point in a raster of `size` dots over the plot.
     pub fn dot(&self, size: [f32; 2], x: f32, y: f32) -> Dot {
         let across = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
-        let up = (self.scale.apply(y) - self.y[0]) / (self.y[1] - self.y[0]);
-        [across * (size[0] - 1.0) + 0.5, (1.0 - up) * (size[1] - 1.0) + 0.5]
+        [across * (size[0] - 1.0) + 0.5, self.height(size, self.scale.apply(y))]
     }
 
     /// The distance of a scaled value from the top, in a raster of `size` dots over the plot.
@@ -252,6 +253,18 @@ mod tests {
         let axes = draw(GUTTER + 4, 3, [0.0, 1.0]).unwrap();
         assert_eq!((axes.plot, axes.y), (Rect { x: GUTTER, y: 0, width: 4, height: 2 }, [0.0, 1.0]));
         assert_eq!(draw(30, 10, [0.5, 0.5]).unwrap().y, [0.0, 1.0]);
+    }
+
+    #[test]
+    fn labels_wider_than_the_plot_are_left_out() {
+        use crate::tui::widgets::theme::{Depth, Palette};
+        let area = Rect::new(0, 0, GUTTER + 4, 5);
+        let mut buffer = Buffer::empty(area);
+        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+        let x = Window { from: 1.0, to: 10_000.0 };
+        assert!(Axes::draw(area, x, [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
+        let labels: String = (GUTTER..area.right()).map(|column| buffer[(column, 4)].symbol()).collect();
+        assert!(!labels.contains('1'), "{labels}");
     }
 
     #[test]

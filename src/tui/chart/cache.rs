@@ -8,7 +8,7 @@ use std::rc::{Rc, Weak};
 use ratatui::buffer::Buffer;
 use ratatui::style::Color;
 
-use super::decimated::{Decimated, Look, LookKey};
+use super::decimated::{Decimated, Look, LookKey, union};
 
 /// What was computed for the charts of the last frame with charts, so that the next frame computes only what is new.
 /// Everything else is dropped, because the curves of a running training change with every frame.
@@ -83,7 +83,7 @@ pub struct Drawn {
 impl Drawn {
     fn new(number: Option<u64>, lines: Vec<Rc<Decimated>>) -> Self {
         let ranges = lines.iter().filter_map(|line| line.range);
-        let range = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)]);
+        let range = ranges.reduce(union);
         Self { number, lines, range }
     }
 }

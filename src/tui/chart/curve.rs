@@ -11,7 +11,7 @@ use ratatui::widgets::Widget;
 
 use super::axes::{Axes, Scale};
 use super::cache::{ChartCache, Drawn, DrawnKey, PictureKey};
-use super::decimated::{Column, Decimated, Look};
+use super::decimated::{Column, Decimated, Look, union};
 use super::legend::legend;
 use super::range::Window;
 use crate::tui::widgets::columns;
@@ -157,9 +157,9 @@ fn range(drawn: &Drawn, plot: &Plot) -> Option<[f32; 2]> {
     let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| plot.scale.apply(*value)));
     let points = points.filter(|value| value.is_finite()).map(|value| [value; 2]);
     let ranges = drawn.range.into_iter().chain(points);
-    let found = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)])?;
+    let found = ranges.reduce(union)?;
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
-        Some([low, high]) => Some([found[0].min(low), found[1].max(high)]),
+        Some(least) => Some(union(found, least)),
         None => {
             let margin = ((found[1] - found[0]) * 0.05)
                 .max(found[1].abs() * if found[0] == found[1] { 0.1 } else { 1e-3 })

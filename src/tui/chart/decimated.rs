@@ -96,7 +96,7 @@ impl Look {
             let column = column as u16;
             match found.columns.last_mut().filter(|known| known.x == column && !after_gap) {
                 Some(known) => {
-                    known.range = [known.range[0].min(value), known.range[1].max(value)];
+                    known.range = union(known.range, [value; 2]);
                     (known.ends[1], known.last) = (value, episode);
                 }
                 None => found.columns.push(Column {
@@ -110,7 +110,7 @@ impl Look {
             after_gap = false;
         }
         let ranges = found.columns.iter().map(|column| column.range);
-        found.range = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)]);
+        found.range = ranges.reduce(union);
         found
     }
 
@@ -131,6 +131,11 @@ impl Look {
         }
         samples
     }
+}
+
+/// The range from the lowest to the highest value of two ranges.
+pub fn union(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 /// The index of an episode, or of the next one if it is missing.

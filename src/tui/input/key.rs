@@ -38,8 +38,14 @@ const NAMED: [(&str, KeyCode); 15] = [
 ];
 
 impl Key {
-    /// The canonical form, without shift for characters, whose case already implies it.
+    /// The canonical form, without shift for characters: it makes letters upper case.
     pub fn new(code: KeyCode, modifiers: KeyModifiers) -> Self {
+        let code = match code {
+            KeyCode::Char(c) if modifiers.contains(KeyModifiers::SHIFT) => {
+                KeyCode::Char(c.to_uppercase().next().unwrap_or(c))
+            }
+            _ => code,
+        };
         let kept = match code {
             KeyCode::Char(_) | KeyCode::BackTab => KeyModifiers::CONTROL | KeyModifiers::ALT,
             _ => KeyModifiers::CONTROL | KeyModifiers::ALT | KeyModifiers::SHIFT,
@@ -118,6 +124,7 @@ mod tests {
     fn a_shifted_character_is_that_character() {
         let typed = KeyEvent::new(KeyCode::Char('?'), KeyModifiers::SHIFT);
         assert_eq!(Key::from(typed), "?".parse().unwrap());
+        assert_eq!("shift-t".parse::<Key>(), "T".parse::<Key>());
     }
 
     #[test]

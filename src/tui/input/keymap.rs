@@ -48,7 +48,7 @@ impl Default for Keymap {
 
 impl Keymap {
     /// The defaults, changed by the file at `path`: lines `name = key key`, comments
-    /// after `#`. The keys of a line replace all default keys of its action.
+    /// after `#`. The keys of a line replace all other keys of its action.
     ///
     /// # Errors
     /// When the file cannot be read or a line is invalid; names file and line.
@@ -67,6 +67,7 @@ impl Keymap {
         for (line, raw) in (1..).zip(text.lines()) {
             let Some((entry, keys)) = read_line(raw, origin, line)? else { continue };
             map.bindings.retain(|(_, bound)| bound.name != entry.name);
+            changed.retain(|(.., bound)| bound.name != entry.name);
             changed.extend(keys.into_iter().map(|key| (line, key, entry)));
         }
         for (line, key, entry) in changed {
@@ -189,6 +190,12 @@ mod tests {
         assert_eq!(hash.action("p".parse().unwrap(), &[Context::Everywhere]), None);
         let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
         assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
+    }
+
+    #[test]
+    fn only_the_last_line_of_an_action_counts() {
+        let map = Keymap::parse("train = f9\ntrain = f10", "keys").unwrap();
+        assert_eq!(map.keys(named("train").unwrap()), ["f10"]);
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Question {
             effect,
         };
         let answers = answers.into_iter().map(|(key, name, effect)| answer(&key.to_string(), name, Some(effect)));
-        let answers = answers.chain([answer("esc", "go on as before", None)]).collect();
+        let answers = answers.chain([answer("esc", "cancel", None)]).collect();
         Self { title: title.to_owned(), text, answers, selected: 0, rows: Vec::new() }
     }
 
@@ -86,10 +86,7 @@ impl Layer for Question {
     }
 
     fn click(&mut self, at: Position) -> Response {
-        match self.rows.iter().find(|(area, _)| area.contains(at)) {
-            Some((_, index)) => self.choose(*index),
-            None => Response::Stay,
-        }
+        list::hit(&self.rows, at).map_or(Response::Stay, |index| self.choose(index))
     }
 
     fn is_warning(&self) -> bool {

@@ -17,6 +17,7 @@ use crate::tui::effect::Effect;
 use crate::tui::input::Keymap;
 use crate::tui::scene::picture;
 use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
@@ -158,13 +159,9 @@ impl Layer for Tools {
     }
 
     fn click(&mut self, at: Position) -> Response {
-        match self.cells.iter().find(|(area, _)| area.contains(at)) {
-            Some((_, index)) => {
-                self.selected = *index;
-                self.choose()
-            }
-            None => Response::Stay,
-        }
+        let Some(index) = list::hit(&self.cells, at) else { return Response::Stay };
+        self.selected = index;
+        self.choose()
     }
 
     fn paste(&mut self, text: &str) {
@@ -183,7 +180,7 @@ impl Layer for Tools {
         let cursor = line(&self.input, "> ", inside, theme, buffer);
         let about = match self.chosen() {
             Some(offer) => format!("{} of {}: {}", self.selected + 1, self.found.len(), offer.text),
-            None => "no tool is like this".to_owned(),
+            None => "no tool matches".to_owned(),
         };
         let bottom = Rect { y: inside.bottom().saturating_sub(1), height: 1, ..inside };
         Text::from_iter(wrap(&about, usize::from(inside.width))).style(theme.faint()).render(bottom, buffer);

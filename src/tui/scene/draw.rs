@@ -333,7 +333,7 @@ impl Labels<'_> {
         let style = self.theme.strong().add_modifier(Modifier::REVERSED);
         let area = self.view.area;
         let name = content.objects.name(object);
-        let reach = 1 + (content.objects.size(object).unwrap_or(0.0) / 42.0 * f32::from(area.height) / 1.0) as u16;
+        let reach = 1 + (content.objects.size(object).unwrap_or(0.0) / 42.0 * f32::from(area.height)) as u16;
         if x >= area.x + reach {
             self.buffer.set_string(x - reach, y, "[", style);
         }

@@ -140,7 +140,7 @@ impl<'a> Charts<'a> {
             marks: marks.collect(),
             title: &title,
             curves: single.chain(curves).collect(),
-            x: self.state.range.window(self.episodes()),
+            x: self.state.range.window(episodes(&self.shown)),
             y: metric.info().range,
             scale: self.state.scale(metric),
             smoothing,
@@ -152,10 +152,11 @@ impl<'a> Charts<'a> {
             regions.add(axes.plot, Region::Chart(axes, metric));
         }
     }
+}
 
-    fn episodes(&self) -> usize {
-        self.shown.iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
-    }
+/// Episodes of the longest curve.
+pub fn episodes(shown: &[Shown]) -> usize {
+    shown.iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
 }
 
 /// Why a run has no curves.
@@ -166,8 +167,8 @@ fn without_episodes(run: &RunSummary) -> String {
     let text = match &run.state {
         _ if run.queued => "waiting for a free core",
         _ if run.done > 0 => "its log is being read",
-        RunState::Running if run.active => "the first episode is going on",
-        RunState::Running => "the first episode, or the practice before it, is going on",
+        RunState::Running if run.active => "the first episode is in progress",
+        RunState::Running => "the first episode, or the practice before it, is in progress",
         RunState::Paused => "paused before its first episode",
         RunState::NotStarted => "not started yet",
         _ => "it ended before its first episode",

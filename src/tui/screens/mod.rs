@@ -23,7 +23,7 @@ pub use frame::{Chrome, Notice, beside_scene, draw_frame, draw_scene};
 pub use regions::{HitRegions, Region};
 
 use super::input::Keymap;
-use super::view::{Subject, ViewModel};
+use super::view::{RunSummary, Subject, ViewModel};
 use super::widgets::preview::Preview;
 use super::widgets::theme::Theme;
 
@@ -44,6 +44,11 @@ impl Ui<'_> {
     /// Replaces each `{name}` of an action in a text by its key.
     pub fn text(&self, text: &str) -> String {
         self.keymap.fill(text)
+    }
+
+    /// Whether it is the watched run.
+    fn is_watched(&self, run: &RunSummary) -> bool {
+        self.subject.run().is_some_and(|watched| watched.path == run.path)
     }
 }
 

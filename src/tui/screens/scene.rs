@@ -149,7 +149,7 @@ impl Scene {
     }
 
     /// Ends a drag; returns the object and where it was dropped.
-    pub(super) fn drop_dragged(&mut self) -> Option<(Object, [f32; 2])> {
+    pub fn drop_dragged(&mut self) -> Option<(Object, [f32; 2])> {
         let dragged = self.dragged();
         self.dragged_to = None;
         dragged
@@ -313,9 +313,8 @@ fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
         Action::ShowModel => scene.overlays.model = !scene.overlays.model,
         Action::ShowLegend => scene.overlays.legend = !scene.overlays.legend,
         Action::ShowStage => {
-            let stages = ui.subject.task().subgoals.len() + 1;
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
-            scene.overlays.stage = Some(next).filter(|stage| *stage < stages);
+            scene.overlays.stage = Some(next).filter(|stage| *stage < ui.subject.task().stage_count());
         }
         _ => return None,
     }

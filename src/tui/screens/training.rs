@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
-use super::charts::{Charts, Shown};
+use super::charts::{self, Charts, Shown};
 use super::pane::{WIDE, hint, pane, system_line};
 use super::runs::Runs;
 use super::workbench::{beside_pane, scene_pane};
@@ -117,10 +117,12 @@ fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSumm
     if !curves.comparing {
         return watched.into_iter().collect();
     }
-    let all = || ui.view.runs.iter().map(|run| &**run);
-    let marked: Vec<&RunSummary> = all().filter(|run| runs.is_marked(run)).collect();
+    let marked = runs.marked(ui.view);
+    if !marked.is_empty() {
+        return marked;
+    }
     let of_task = |run: &&RunSummary| watched.is_some_and(|watched| watched.task == run.task);
-    if marked.is_empty() { all().filter(of_task).collect() } else { marked }
+    ui.view.runs.iter().map(|run| &**run).filter(of_task).collect()
 }
 
 /// The two compared runs, the watched one first, if there are exactly two.
@@ -182,7 +184,7 @@ pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
 
 /// Episodes of the longest curve that is shown.
 pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
-    shown(curves, runs, ui).iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
+    charts::episodes(&shown(curves, runs, ui))
 }
 
 /// Draws charts below one another, as many as fit.

@@ -195,7 +195,8 @@ fn meaning(parameters: &[u8], last: u8) -> Option<Received> {
         (b'O', _) => Some(Received::Event(Event::FocusLost)),
         (b'Z', _) => Some(key(KeyCode::BackTab, KeyModifiers::SHIFT)),
         (b'~', [number, ..]) => numbered_key(*number).map(|code| key(code, modifiers)),
-        (b'u', [code, ..]) => char::from_u32(u32::from(*code)).map(|typed| key(KeyCode::Char(typed), modifiers)),
+        (b'u', [9, ..]) if modifiers.contains(KeyModifiers::SHIFT) => Some(key(KeyCode::BackTab, modifiers)),
+        (b'u', [code, ..]) => coded_key(*code).map(|code| key(code, modifiers)),
         // A cursor position report, which was never requested.
         (b'R', [row, _]) if *row != 1 => None,
         _ => letter_key(last).map(|code| key(code, modifiers)),
@@ -223,6 +224,17 @@ fn letter_key(last: u8) -> Option<KeyCode> {
         b'M' => KeyCode::Enter,
         b'P'..=b'S' => KeyCode::F(last - b'P' + 1),
         _ => return None,
+    })
+}
+
+/// The key with a character code, which for some keys is that of a control character.
+fn coded_key(code: u16) -> Option<KeyCode> {
+    Some(match code {
+        8 | 127 => KeyCode::Backspace,
+        9 => KeyCode::Tab,
+        13 => KeyCode::Enter,
+        27 => KeyCode::Esc,
+        _ => KeyCode::Char(char::from_u32(code.into())?),
     })
 }
 
@@ -261,9 +273,7 @@ fn mouse(sent: u16, [column, row]: [u16; 2], released: bool) -> Option<Received>
         (7, false) => MouseEventKind::ScrollRight,
         _ => return None,
     };
-    let held = [(4, KeyModifiers::SHIFT), (8, KeyModifiers::ALT), (16, KeyModifiers::CONTROL)];
-    let held = held.into_iter().filter(|(bit, _)| sent & bit != 0);
-    let modifiers = held.fold(KeyModifiers::NONE, |all, (_, modifier)| all | modifier);
+    let modifiers = modifiers(((sent >> 2) & 0b111) + 1);
     let (column, row) = (column.saturating_sub(1), row.saturating_sub(1));
     Some(Received::Event(Event::Mouse(MouseEvent { kind, column, row, modifiers })))
 }
@@ -301,6 +311,7 @@ mod tests {
             (b"\x1b[Z\x1b[3~\x1b[5~\x1b[H\x1b[F", &["backtab", "delete", "pageup", "home", "end"]),
             (b"\x1bOP\x1b[15~\x1b[24~\x1b[1;2R\x1b[[B", &["f1", "f5", "f12", "shift-f3", "f2"]),
             (b"\x1b[17~\x1b[21~\x1c\x1b[97;5u", &["f6", "f10", "ctrl-4", "ctrl-a"]),
+            (b"\x1b[13;2u\x1b[27u\x1b[9;2u\x1b[127;5u", &["shift-enter", "esc", "backtab", "ctrl-backspace"]),
             (b"\x1b[<66;1;1M\x1b[M#!!", &["ScrollLeft 0 0", "Up(Left) 0 0"]),
             (b"\x1bx\x1b\x1b", &["alt-x", "esc", "esc"]),
             (b"\x1b\x1b[A", &["esc", "up"]),

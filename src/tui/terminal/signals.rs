@@ -78,7 +78,7 @@ impl Listener {
     }
 
     /// Notes that the workbench is shutting down: it is not stuck, however long its trainings take to end.
-    pub fn note_leaving(&self) {
+    pub fn set_leaving(&self) {
         self.noticed.store(true, Ordering::Relaxed);
     }
 
@@ -86,7 +86,7 @@ impl Listener {
     pub fn next(&self) -> Option<Request> {
         let request = self.requests.try_recv().ok();
         if matches!(request, Some(Request::Quit(_))) {
-            self.note_leaving();
+            self.set_leaving();
         }
         request
     }
@@ -108,7 +108,7 @@ fn end_if_stuck(noticed: &Arc<AtomicBool>) {
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        self.note_leaving();
+        self.set_leaving();
         self.handle.close();
     }
 }

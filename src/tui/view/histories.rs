@@ -37,9 +37,10 @@ pub struct Histories {
     known: HashMap<PathBuf, History>,
     wanted: Vec<PathBuf>,
     looked: Option<Instant>,
-    /// Sends the runs to read; None if the thread could not be started.
-    requests: Option<Sender<Vec<PathBuf>>>,
-    reports: Receiver<(PathBuf, History)>,
+    /// Sends the runs to read.
+    requests: Sender<Vec<PathBuf>>,
+    /// What was read of a run; None once the reader has dropped it.
+    reports: Receiver<(PathBuf, Option<History>)>,
 }
 
 impl Histories {
@@ -48,14 +49,9 @@ impl Histories {
         let (requests, wanted) = channel();
         let (sender, reports) = channel();
         let work = move || Reader::default().work(&wanted, &sender);
-        let thread = std::thread::Builder::new().name("mge-histories".to_owned()).spawn(work);
-        Self {
-            known: HashMap::new(),
-            wanted: Vec::new(),
-            looked: None,
-            requests: thread.is_ok().then_some(requests),
-            reports,
-        }
+        // If the thread cannot be started, nothing is read.
+        let _ = std::thread::Builder::new().name("mge-histories".to_owned()).spawn(work);
+        Self { known: HashMap::new(), wanted: Vec::new(), looked: None, requests, reports }
     }
 
     /// Requests the histories of the runs now in view.
@@ -66,24 +62,22 @@ impl Histories {
             return;
         }
         self.looked = Some(Instant::now());
-        if let Some(requests) = self.requests.as_ref().filter(|_| !runs.is_empty()) {
-            // Sending fails only if the thread has ended; then nothing more is read.
-            let _ = requests.send(runs.clone());
+        if !runs.is_empty() {
+            // Sending fails only without the thread; then nothing more is read.
+            let _ = self.requests.send(runs.clone());
         }
         self.wanted = runs;
     }
 
-    /// Takes over the histories that were read. True if there are any.
+    /// Takes over what was read and dropped. True if there is anything.
     pub fn collect(&mut self) -> bool {
-        let before = self.known.len();
         let mut news = false;
         for (path, history) in self.reports.try_iter() {
-            self.known.insert(path, history);
+            match history {
+                Some(history) => _ = self.known.insert(path, history),
+                None => _ = self.known.remove(&path),
+            }
             news = true;
-        }
-        if self.known.len() > KEPT && self.known.len() > before {
-            let wanted = &self.wanted;
-            self.known.retain(|path, _| wanted.contains(path));
         }
         news
     }
@@ -108,17 +102,21 @@ struct Reader {
 }
 
 impl Reader {
-    fn work(mut self, wanted: &Receiver<Vec<PathBuf>>, reports: &Sender<(PathBuf, History)>) {
+    fn work(mut self, wanted: &Receiver<Vec<PathBuf>>, reports: &Sender<(PathBuf, Option<History>)>) {
         while let Ok(mut runs) = wanted.recv() {
             // Only the latest of several pending requests counts.
             while let Ok(later) = wanted.try_recv() {
                 runs = later;
             }
             if self.followed.len() > KEPT {
-                self.followed.retain(|path, _| runs.contains(path));
+                for (path, _) in self.followed.extract_if(|path, _| !runs.contains(path)) {
+                    if reports.send((path, None)).is_err() {
+                        return;
+                    }
+                }
             }
             for path in runs {
-                if self.read(&path).is_some_and(|history| reports.send((path, history)).is_err()) {
+                if self.read(&path).is_some_and(|history| reports.send((path, Some(history))).is_err()) {
                     return;
                 }
             }
@@ -190,5 +188,39 @@ mod tests {
             std::thread::yield_now();
         }
         assert_eq!(histories.of(run.path()).unwrap().curves.last_episode(), 3);
+    }
+
+    #[test]
+    fn runs_in_view_have_their_curves_however_many_were_in_view_before() {
+        fn wait(histories: &mut Histories, is_done: impl Fn(&Histories) -> bool) {
+            let since = Instant::now();
+            while !is_done(histories) {
+                assert!(since.elapsed() < Duration::from_secs(20));
+                histories.collect();
+                std::thread::yield_now();
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let run = RunDirectory::create(folder.path().join("run"), &config).unwrap();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        writer.record(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..EpisodeRecord::default() })).unwrap();
+        let copy = |number: usize| {
+            let path = folder.path().join(number.to_string());
+            std::fs::create_dir(&path).unwrap();
+            for file in ["config.json", "events.jsonl"] {
+                std::fs::copy(run.path().join(file), path.join(file)).unwrap();
+            }
+            path
+        };
+        let runs: Vec<PathBuf> = (0..=KEPT).map(copy).collect();
+        let (many, last) = runs.split_at(KEPT);
+        let mut histories = Histories::new();
+        for viewed in [many, last, many] {
+            histories.want(viewed.to_vec());
+            wait(&mut histories, |histories| viewed.iter().all(|run| histories.of(run).is_some()));
+        }
+        // The run out of view is one too many.
+        wait(&mut histories, |histories| histories.of(&last[0]).is_none());
     }
 }

@@ -1,6 +1,6 @@
 //! Episodes shown at human speed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -70,6 +70,11 @@ impl Episode {
             trace: Arc::new(trace),
             origin: Origin::Untouched,
         }
+    }
+
+    /// Whether it belongs to the run in a folder.
+    pub fn is_of(&self, run: &Path) -> bool {
+        matches!(&self.origin, Origin::Run(path) if path == run)
     }
 
     /// Number of physics steps of the episode.

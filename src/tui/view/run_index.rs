@@ -24,12 +24,13 @@ pub struct RunIndex {
     unread: usize,
     /// The folder last looked at.
     folder: PathBuf,
-    /// Sends the folder to look at; None if the thread could not be started.
-    looks: Option<Sender<PathBuf>>,
+    /// Sends the folder to look at.
+    looks: Sender<PathBuf>,
     reports: Receiver<Report>,
 }
 
 struct Report {
+    folder: PathBuf,
     runs: Vec<Arc<RunSummary>>,
     unread: usize,
 }
@@ -39,9 +40,10 @@ impl RunIndex {
     pub fn new() -> Self {
         let (looks, folders) = channel();
         let (sender, reports) = channel();
-        let work = move || Reader::new(sender).work(&folders);
-        let thread = std::thread::Builder::new().name("mge-runs".to_owned()).spawn(work);
-        Self { runs: Vec::new(), unread: 0, folder: PathBuf::new(), looks: thread.is_ok().then_some(looks), reports }
+        let work = move || Reader::new(sender, REPORT).work(&folders);
+        // If the thread cannot be started, nothing is read.
+        let _ = std::thread::Builder::new().name("mge-runs".to_owned()).spawn(work);
+        Self { runs: Vec::new(), unread: 0, folder: PathBuf::new(), looks, reports }
     }
 
     /// Looks at a folder, in the background.
@@ -51,15 +53,14 @@ impl RunIndex {
             (self.folder, self.unread) = (folder.to_owned(), 1);
             self.runs.clear();
         }
-        if let Some(looks) = &self.looks {
-            // Sending fails only if the thread has ended; then nothing more is read.
-            let _ = looks.send(folder.to_owned());
-        }
+        // Sending fails only without the thread; then nothing more is read.
+        let _ = self.looks.send(folder.to_owned());
     }
 
     /// Takes over the latest report. True if there is one.
     pub fn collect(&mut self) -> bool {
-        let latest = self.reports.try_iter().last();
+        // A report of the folder before may still arrive.
+        let latest = self.reports.try_iter().filter(|report| report.folder == self.folder).last();
         let news = latest.is_some();
         if let Some(report) = latest {
             (self.runs, self.unread) = (report.runs, report.unread);
@@ -93,48 +94,53 @@ struct Reader {
     known: BTreeMap<PathBuf, Known>,
     /// Where the next look at runs at rest begins.
     turn: usize,
+    /// The latest report lacks something.
+    is_stale: bool,
     reports: Sender<Report>,
+    /// Minimum time between two reports in one look.
+    interval: Duration,
 }
 
 impl Reader {
-    fn new(reports: Sender<Report>) -> Self {
-        Self { folder: PathBuf::new(), modified: None, known: BTreeMap::new(), turn: 0, reports }
+    fn new(reports: Sender<Report>, interval: Duration) -> Self {
+        let (folder, known) = (PathBuf::new(), BTreeMap::new());
+        Self { folder, modified: None, known, turn: 0, is_stale: true, reports, interval }
     }
 
     /// Looks at folders until the index is dropped.
     fn work(mut self, folders: &Receiver<PathBuf>) {
-        while let Ok(mut folder) = folders.recv() {
-            // Only the latest of several pending requests counts.
-            while let Ok(later) = folders.try_recv() {
-                folder = later;
-            }
-            if !self.look(&folder) {
+        while let Ok(folder) = folders.recv() {
+            self.enter(folder);
+            // Only the latest of several pending requests is carried out.
+            folders.try_iter().for_each(|later| self.enter(later));
+            if !self.look() {
                 return;
             }
         }
     }
 
-    /// Reads what may have changed. False once the index has been dropped.
-    fn look(&mut self, folder: &Path) -> bool {
-        let first = self.folder != folder;
-        if first {
-            *self = Self { folder: folder.to_owned(), ..Self::new(self.reports.clone()) };
+    /// Forgets what is known if the folder is another one.
+    fn enter(&mut self, folder: PathBuf) {
+        if self.folder != folder {
+            *self = Self { folder, ..Self::new(self.reports.clone(), self.interval) };
         }
-        let mut changed = self.list() || first;
+    }
+
+    /// Reads what may have changed. False once the index has been dropped.
+    fn look(&mut self) -> bool {
+        self.is_stale |= self.list();
         let due = self.due();
         let mut reported = Instant::now();
         for (index, path) in due.iter().enumerate() {
-            changed |= self.read(path);
-            if changed && reported.elapsed() >= REPORT {
+            self.is_stale |= self.read(path);
+            if self.is_stale && reported.elapsed() >= self.interval {
                 if !self.report(due.len() - index - 1) {
                     return false;
                 }
                 reported = Instant::now();
-                changed = false;
             }
         }
-        // After a partial report, a final one states that nothing is left to read.
-        !(changed || due.len() > CHECKED_PER_LOOK) || self.report(0)
+        !self.is_stale || self.report(0)
     }
 
     /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
@@ -193,9 +199,11 @@ impl Reader {
         changed
     }
 
-    fn report(&self, unread: usize) -> bool {
+    fn report(&mut self, unread: usize) -> bool {
+        // After a partial report, a final one states that nothing is left to read.
+        self.is_stale = unread > 0;
         let runs = self.known.values().filter_map(|known| known.run.clone()).collect();
-        self.reports.send(Report { runs, unread }).is_ok()
+        self.reports.send(Report { folder: self.folder.clone(), runs, unread }).is_ok()
     }
 }
 
@@ -233,7 +241,8 @@ mod tests {
 
     /// The latest report after a look.
     fn look(reader: &mut Reader, reports: &Receiver<Report>, folder: &Path) -> Option<Vec<(String, u64)>> {
-        assert!(reader.look(folder));
+        reader.enter(folder.to_owned());
+        assert!(reader.look());
         let report = reports.try_iter().last()?;
         assert_eq!(report.unread, 0);
         Some(report.runs.iter().map(|run| (run.name.clone(), run.done)).collect())
@@ -243,7 +252,7 @@ mod tests {
     fn new_deleted_and_changed_runs_are_noticed_and_others_are_not_read_again() {
         let folder = tempfile::tempdir().unwrap();
         let (sender, reports) = channel();
-        let mut reader = Reader::new(sender);
+        let mut reader = Reader::new(sender, REPORT);
         let first = make(folder.path(), "a");
         std::fs::create_dir(folder.path().join("no run")).unwrap();
         let named = |name: &str, done| (name.to_owned(), done);
@@ -266,7 +275,7 @@ mod tests {
     #[test]
     fn runs_at_rest_are_checked_in_turns() {
         let (sender, _reports) = channel();
-        let mut reader = Reader::new(sender);
+        let mut reader = Reader::new(sender, REPORT);
         let at_rest = |name: usize| {
             let run = RunSummary { state: RunState::Finished, ..crate::tui::testing::run_summary("run") };
             (PathBuf::from(format!("{name:05}")), Known { run: Some(Arc::new(run)), ..Known::default() })
@@ -279,6 +288,28 @@ mod tests {
             seen.extend(due);
         }
         assert_eq!(seen.len(), 1200);
+    }
+
+    #[test]
+    fn a_partial_report_is_followed_by_a_final_one() {
+        let folder = tempfile::tempdir().unwrap();
+        make(folder.path(), "a");
+        std::fs::create_dir(folder.path().join("b")).unwrap();
+        let (sender, reports) = channel();
+        let mut reader = Reader::new(sender, Duration::ZERO);
+        let found = look(&mut reader, &reports, folder.path());
+        assert_eq!(found, Some(vec![("a".to_owned(), 0)]));
+    }
+
+    #[test]
+    fn a_late_report_of_the_folder_before_is_ignored() {
+        let (sender, reports) = channel();
+        let mut index = RunIndex { reports, ..RunIndex::new() };
+        index.look(Path::new("new"));
+        let runs = vec![Arc::new(crate::tui::testing::run_summary("run"))];
+        sender.send(Report { folder: "old".into(), runs, unread: 0 }).unwrap();
+        assert!(!index.collect());
+        assert!(index.runs().is_empty() && index.unread() == 1);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! model that belong to them. It is assembled in one place, so that an episode is never shown with the
 //! parts of another task. A missing part gives the reason.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
@@ -196,7 +196,7 @@ impl Subject {
 
     /// The number of the episode whose agent has to be read from a checkpoint, `u64::MAX` for the newest
     /// checkpoint. None if the networks of the running training are shown, or no agent acts.
-    pub fn wants_agent(&self) -> Option<u64> {
+    pub fn needed_agent(&self) -> Option<u64> {
         let is_past = self.is_of_run() && (self.networks.is_none() || self.agent.is_some());
         is_past.then(|| number_for_agent(&self.episode))
     }
@@ -372,15 +372,10 @@ fn other_task(trained: &Task, edited: &Task) -> String {
     }
 }
 
-impl Episode {
-    /// Whether it belongs to the run in a folder.
-    pub fn is_of(&self, run: &Path) -> bool {
-        matches!(&self.origin, Origin::Run(path) if path == run)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use rand::SeedableRng;
 
     use super::*;

@@ -46,14 +46,14 @@ pub trait Workspace {
     /// Why there is none, in one line.
     fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String>;
     /// Requests the curves of the runs in these folders, opened or not.
-    fn want_curves(&mut self, runs: Vec<PathBuf>);
+    fn request_curves(&mut self, runs: Vec<PathBuf>);
     /// Requests the contents of a run's folder.
-    fn want_details(&mut self, run: &Path);
+    fn request_details(&mut self, run: &Path);
     /// Makes the groups with a label the baseline, or unpins them if they are it already; returns a message.
     fn pin_baseline(&mut self, label: &str) -> String;
     /// Requests the agent of the watched run from the checkpoint nearest to an episode, counted from 1. It
     /// appears in the view model once it has been read.
-    fn want_agent(&mut self, episode: u64);
+    fn request_agent(&mut self, episode: u64);
     /// A figure of the current state.
     ///
     /// # Errors
@@ -75,6 +75,8 @@ const LOG: usize = 2000;
 /// A session and its view model.
 pub struct SessionWorkspace {
     session: Session,
+    /// Which commands are carried out; the others are refused.
+    allow: fn(&Command) -> bool,
     view: ViewModel,
     rates: HashMap<PathBuf, Rate>,
     models: Models,
@@ -133,6 +135,7 @@ impl SessionWorkspace {
         let index = RunIndex::new();
         let mut workspace = Self {
             session,
+            allow: |_| true,
             view,
             rates: HashMap::new(),
             models,
@@ -152,6 +155,11 @@ impl SessionWorkspace {
         };
         workspace.refresh();
         workspace
+    }
+
+    /// The workspace with only some commands allowed.
+    pub fn allowing(self, allow: fn(&Command) -> bool) -> Self {
+        Self { allow, ..self }
     }
 
     /// Updates the view from the session.
@@ -375,6 +383,9 @@ impl Workspace for SessionWorkspace {
     }
 
     fn apply(&mut self, command: Command) -> Result<String, String> {
+        if !(self.allow)(&command) {
+            return Err(format!("not allowed: {command}"));
+        }
         self.touched = Instant::now();
         let changes_folder = matches!(command, Command::Out(_) | Command::Note(_) | Command::Tag(_));
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
@@ -414,13 +425,13 @@ impl Workspace for SessionWorkspace {
         Ok(Arc::new(episode_of(run, summary.config.task_of(episode), Arc::new(trace))))
     }
 
-    fn want_curves(&mut self, runs: Vec<PathBuf>) {
+    fn request_curves(&mut self, runs: Vec<PathBuf>) {
         let is_opened = |path: &PathBuf| self.session.runs().iter().any(|run| run.directory().path() == path);
         let unopened = runs.into_iter().filter(|path| !is_opened(path)).collect();
         self.histories.want(unopened);
     }
 
-    fn want_details(&mut self, run: &Path) {
+    fn request_details(&mut self, run: &Path) {
         self.details.want(run);
     }
 
@@ -431,7 +442,7 @@ impl Workspace for SessionWorkspace {
         }
     }
 
-    fn want_agent(&mut self, episode: u64) {
+    fn request_agent(&mut self, episode: u64) {
         if let Some(run) = self.session.run() {
             self.agents.want(run, episode);
         }

@@ -1,7 +1,7 @@
 //! A list of rows with a selection.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Rect};
+use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Color;
 use ratatui::widgets::{Row, StatefulWidget, Table, TableState};
 
@@ -25,4 +25,9 @@ pub fn draw<'a>(
     let table = Table::new(shown.clone().map(row), columns).row_highlight_style(theme.selected().fg(Color::Reset));
     StatefulWidget::render(table, area, buffer, &mut state);
     (area.y..).zip(shown).map(|(y, index)| (Rect { y, height: 1, ..area }, index)).collect()
+}
+
+/// The index drawn at a position, if there is one.
+pub fn hit(drawn: &[(Rect, usize)], at: Position) -> Option<usize> {
+    drawn.iter().find(|(area, _)| area.contains(at)).map(|(_, index)| *index)
 }

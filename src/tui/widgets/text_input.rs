@@ -1,7 +1,8 @@
 //! One line of editable text.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use unicode_width::UnicodeWidthStr;
+
+use super::columns;
 
 /// A line of text with a cursor.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -25,7 +26,7 @@ impl TextInput {
 
     /// Number of columns before the cursor.
     pub fn cursor_column(&self) -> u16 {
-        self.text[..self.cursor].width() as u16
+        columns::width(&self.text[..self.cursor]) as u16
     }
 
     /// Inserts text at the cursor; line ends and other control characters become spaces.

@@ -326,7 +326,7 @@ mod tests {
         "open runs/a",
         "watch 2",
         "delete runs/a",
-        "continue runs/a",
+        "continue runs/a until 300",
         "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
         "evaluate",
         "note runs/a 'holds, but late'",

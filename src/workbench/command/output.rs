@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{BeforeOptions, Composed, Number, OneOf, Place, Word};
+use super::words::{Composed, Number, OneOf, Place, Unless, Word, is_option};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::evidence::Composition;
 use crate::workbench::dry_run::{DryRun, check_figure};
@@ -27,7 +27,7 @@ impl Execute for Figure {
             => Figure {
                 kind: OneOf("a kind", &FigureKind::ALL, FigureKind::name),
                 path: Place("a file"),
-                dpi: BeforeOptions(Number("resolution")),
+                dpi: Unless(Number("resolution"), is_option),
                 composition: Composed,
             };
     }
@@ -48,7 +48,7 @@ impl Execute for Figure {
 
 impl Figure {
     /// A figure with default options.
-    pub fn usual(kind: FigureKind, path: PathBuf) -> Self {
+    pub fn with_defaults(kind: FigureKind, path: PathBuf) -> Self {
         Self { kind, path, dpi: None, composition: Composition::default() }
     }
 }

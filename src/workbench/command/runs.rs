@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{BeforeUntil, Changes, InFolder, Index, List, Maybe, Number, Or, Place, Seeds, Text, Until, Word};
+use super::words::{Changes, Index, Keyword, List, Number, Or, Place, Text, Unless, Within, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
@@ -12,6 +12,9 @@ use crate::workbench::{Session, SessionError};
 /// Commands that control the current run. The journal derives them from the run's state or event log.
 const STEERS: InScripts =
     InScripts { recording: Recording::Never, acts_on_run: true, begins_work: false, awaits: Awaits::Nothing };
+
+/// The number of episodes after which a run pauses.
+const UNTIL: Keyword<Number> = Keyword("until", Number("number of episodes"));
 
 /// Starts or queues a run with the current settings.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,7 +30,10 @@ pub struct Train {
 impl Execute for Train {
     syntax! {
         "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; `until` pauses there"
-            => Train { folder: BeforeUntil(Place("a folder")), seeds: Seeds, until: Until };
+            => Train {
+                folder: Unless(Place("a folder"), |word| ["seeds", "until"].contains(&word)),
+                seeds: Keyword("seeds", Within("number of seeds", 1..=1000)), until: UNTIL
+            };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -72,7 +78,7 @@ pub struct Resume {
 }
 
 impl Execute for Resume {
-    syntax! { "resume" "[until N]" "go on with the paused run" => Resume { until: Until }; }
+    syntax! { "resume" "[until N]" "go on with the paused run" => Resume { until: UNTIL }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let done = session.run().ok_or(SessionError::NoRun)?.episodes();
@@ -101,7 +107,7 @@ impl Execute for Stop {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::WhenEffective, ..STEERS }
+        STEERS
     }
 }
 
@@ -137,17 +143,25 @@ impl Execute for Watch {
 
 /// Continues a run from its checkpoint: the one in a folder, or the current one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Continue(pub Option<PathBuf>);
+pub struct Continue {
+    /// Its folder; None for the current run.
+    pub folder: Option<PathBuf>,
+    /// Pause after this many episodes in total.
+    pub until: Option<u32>,
+}
 
 impl Execute for Continue {
-    syntax! { "continue" "[FOLDER]" "go on with a run from its checkpoint" => Continue { 0: Maybe(Place("a folder")) }; }
+    syntax! {
+        "continue" "[FOLDER] [until N]" "go on with a run from its checkpoint"
+            => Continue { folder: Unless(Place("a folder"), |word| word == "until"), until: UNTIL };
+    }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.continue_run(self)
     }
 
     fn in_scripts(&self) -> InScripts {
-        let acts_on_run = self.0.is_none();
+        let acts_on_run = self.folder.is_none();
         InScripts { acts_on_run, begins_work: true, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
@@ -168,7 +182,9 @@ pub struct Fork {
 impl Execute for Fork {
     syntax! {
         "fork" "EPISODE [KEY=VALUE]... [in FOLDER] [until N]" "train a new run from an episode of the watched one, with other settings"
-            => Fork { episode: Number("number of episodes"), changes: Changes, folder: InFolder, until: Until };
+            => Fork {
+                episode: Number("number of episodes"), changes: Changes, folder: Keyword("in", Place("a folder")), until: UNTIL
+            };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{BeforeOptions, Index, Maybe, Number, Or, Parsed, Place, Position, Properties, Text, Within, Word};
+use super::words::{
+    Index, Maybe, Number, Or, Parsed, Place, Position, Properties, Text, Unless, Within, Word, is_option,
+};
 use super::{Edit, Execute, InScripts, Recording, Verb, syntax};
 use crate::task::Edit::*;
 use crate::task::Editor;
@@ -107,7 +109,7 @@ impl Execute for Edit {
         "ball move" "X Y" "move the ball's start" => MoveBall { position: Position };
         "tool add" "TYPE X Y [SIZE] [KEY=VALUE]..." "add a static tool, such as `tool add ramp 0 0 20 angle=45`"
             => AddTool {
-                kind: Parsed("a type"), position: Position, size: BeforeOptions(Number("size")),
+                kind: Parsed("a type"), position: Position, size: Unless(Number("size"), is_option),
                 values: Properties(0)
             };
         "tool move" "N X Y" "move a static tool (from 1)" => MoveTool { index: Index, position: Position };
@@ -118,7 +120,7 @@ impl Execute for Edit {
         "tool delete" "N" "delete a static tool" => DeleteTool { index: Index };
         "placeable" "TYPE [SIZE] [KEY=VALUE]..." "give the agent another tool to place"
             => SetPlaceable {
-                kind: Parsed("a type"), size: BeforeOptions(Number("size")), values: Properties(0)
+                kind: Parsed("a type"), size: Unless(Number("size"), is_option), values: Properties(0)
             };
         "part move" "PART X Y" "move another part: marker, ball-N, box-N or marker-subgoal-N"
             => MovePart { part: Parsed("a part"), position: Position };

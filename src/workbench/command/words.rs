@@ -25,12 +25,8 @@ impl<'a> Words<'a> {
 
     /// Fails if a word is left.
     pub fn end(&self) -> Result<(), String> {
-        self.peek().map_or(Ok(()), |extra| Err(unexpected(extra)))
+        self.peek().map_or(Ok(()), |extra| Err(format!("`{extra}` was not expected")))
     }
-}
-
-fn unexpected(word: &str) -> String {
-    format!("`{word}` was not expected")
 }
 
 /// A kind of argument, with values of type `T`.
@@ -90,17 +86,17 @@ impl<T: FromStr + Display> Word<T> for Number {
 }
 
 /// A whole number within a range.
-pub(super) struct Within(pub &'static str, pub RangeInclusive<usize>);
+pub(super) struct Within<T>(pub &'static str, pub RangeInclusive<T>);
 
-impl Word<usize> for Within {
-    fn read(&self, words: &mut Words<'_>) -> Result<usize, String> {
+impl<T: FromStr + Display + PartialOrd + Copy> Word<T> for Within<T> {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
         let (what, range) = (self.0, &self.1);
-        let count = Number(what).read(words)?;
+        let count: T = Number(what).read(words)?;
         let wrong = || format!("`{count}` is not a {what} from {} to {}", range.start(), range.end());
         range.contains(&count).then_some(count).ok_or_else(wrong)
     }
 
-    fn write(&self, value: &usize) -> String {
+    fn write(&self, value: &T) -> String {
         Number(self.0).write(value)
     }
 }
@@ -190,16 +186,38 @@ impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
     }
 }
 
-/// An optional argument before KEY=VALUE options.
-pub(super) struct BeforeOptions<W>(pub W);
+/// An optional argument, absent if the next word is one of those that may follow it.
+pub(super) struct Unless<W>(pub W, pub fn(&str) -> bool);
 
-impl<T, W: Word<T>> Word<Option<T>> for BeforeOptions<W> {
+impl<T, W: Word<T>> Word<Option<T>> for Unless<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
-        words.peek().filter(|word| !word.contains('=')).map(|_| self.0.read(words)).transpose()
+        words.peek().filter(|word| !(self.1)(word)).map(|_| self.0.read(words)).transpose()
     }
 
     fn write(&self, value: &Option<T>) -> String {
         value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// Whether a word is a KEY=VALUE option.
+pub(super) fn is_option(word: &str) -> bool {
+    word.contains('=')
+}
+
+/// An argument after a keyword, if that follows.
+pub(super) struct Keyword<W>(pub &'static str, pub W);
+
+impl<T, W: Word<T>> Word<Option<T>> for Keyword<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        if words.peek() != Some(self.0) {
+            return Ok(None);
+        }
+        words.next(self.0)?;
+        self.1.read(words).map(Some)
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| format!(" {}{}", self.0, self.1.write(value))).unwrap_or_default()
     }
 }
 
@@ -257,56 +275,7 @@ impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
     }
 }
 
-/// An optional argument before [`Seeds`] and [`Until`].
-pub(super) struct BeforeUntil<W>(pub W);
-
-impl<T, W: Word<T>> Word<Option<T>> for BeforeUntil<W> {
-    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
-        words.peek().filter(|word| !["seeds", "until"].contains(word)).map(|_| self.0.read(words)).transpose()
-    }
-
-    fn write(&self, value: &Option<T>) -> String {
-        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
-    }
-}
-
-/// `seeds N`, if that follows.
-pub(super) struct Seeds;
-
-impl Word<Option<u32>> for Seeds {
-    fn read(&self, words: &mut Words<'_>) -> Result<Option<u32>, String> {
-        if words.peek() != Some("seeds") {
-            return Ok(None);
-        }
-        words.next("`seeds`")?;
-        let seeds = Within("number of seeds", 1..=1000).read(words)?;
-        // At most 1000.
-        Ok(Some(seeds as u32))
-    }
-
-    fn write(&self, value: &Option<u32>) -> String {
-        value.map(|seeds| format!(" seeds {seeds}")).unwrap_or_default()
-    }
-}
-
-/// `in FOLDER`, if that follows.
-pub(super) struct InFolder;
-
-impl Word<Option<PathBuf>> for InFolder {
-    fn read(&self, words: &mut Words<'_>) -> Result<Option<PathBuf>, String> {
-        if words.peek() != Some("in") {
-            return Ok(None);
-        }
-        words.next("`in`")?;
-        Place("a folder").read(words).map(Some)
-    }
-
-    fn write(&self, value: &Option<PathBuf>) -> String {
-        value.as_ref().map(|folder| format!(" in{}", Place("a folder").write(folder))).unwrap_or_default()
-    }
-}
-
-/// Settings as `KEY=VALUE`, up to [`InFolder`] and [`Until`].
+/// Settings as `KEY=VALUE`, up to the keyword `in` or `until`.
 pub(super) struct Changes;
 
 impl Word<Vec<(String, String)>> for Changes {
@@ -322,22 +291,5 @@ impl Word<Vec<(String, String)>> for Changes {
     fn write(&self, value: &Vec<(String, String)>) -> String {
         let quote = |text| shell_words::quote(text);
         value.iter().map(|(key, value)| format!(" {}={}", quote(key), quote(value))).collect()
-    }
-}
-
-/// `until N`, if any word follows.
-pub(super) struct Until;
-
-impl Word<Option<u32>> for Until {
-    fn read(&self, words: &mut Words<'_>) -> Result<Option<u32>, String> {
-        match words.peek().map(|_| words.next("`until`")).transpose()? {
-            None => Ok(None),
-            Some("until") => Number("number of episodes").read(words).map(Some),
-            Some(other) => Err(unexpected(other)),
-        }
-    }
-
-    fn write(&self, value: &Option<u32>) -> String {
-        value.map(|episodes| format!(" until {episodes}")).unwrap_or_default()
     }
 }

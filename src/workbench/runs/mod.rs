@@ -9,10 +9,10 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{Command, Continue, Delete, Evaluate, Open};
+use super::command::{Command, Continue, Delete, Evaluate, Open, Stop};
 use super::job::Reporter;
 use super::run::{Past, RunView};
-use super::session::Session;
+use super::session::{Session, episode_number};
 use crate::run::{RunDirectory, RunError, RunState};
 use crate::trainer::{Control, RunConfig};
 
@@ -27,14 +27,14 @@ impl Session {
 
     /// Continues a run: the current one, or the one in a folder.
     pub(super) fn continue_run(&mut self, command: &Continue) -> Result<String, SessionError> {
-        let folder = match &command.0 {
+        let folder = match &command.folder {
             Some(folder) => folder.clone(),
             None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
         };
         self.refuse_if_busy(&folder)?;
         self.extend(&RunDirectory::open(&folder)?)?;
         let number = self.known_or_read(&folder, command.clone().into())?;
-        self.begin(number, None, "going on with")
+        self.begin(number, command.until, "going on with")
     }
 
     /// Raises the number of episodes of a finished run to the number set in the session, if that was set
@@ -68,7 +68,7 @@ impl Session {
         let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
         self.begin_job(command, work, move |session, past| {
             // The run may have been deleted meanwhile.
-            let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) else { return Ok(report) };
+            let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
             run.take_past(past).map(|()| report)
         });
         Ok(number)
@@ -151,10 +151,15 @@ impl Session {
     }
 
     pub(super) fn stop(&mut self) -> Result<String, SessionError> {
-        if self.run_mut().is_some_and(RunView::unqueue) {
+        if let Some(run) = self.run_mut()
+            && run.unqueue()
+        {
+            // No event follows. The replay does not queue runs: it stops this one before its next episode.
+            let (number, episode) = (run.number(), episode_number(run.episodes()));
+            self.journal.note_at(Stop.into(), number, episode);
             return Ok("taken out of the queue".to_owned());
         }
-        self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode")
+        self.send(Control::Stop { reason: "on request".to_owned() }, "stopping after this episode")
     }
 
     pub(super) fn send(&mut self, control: Control, report: &str) -> Result<String, SessionError> {
@@ -175,7 +180,7 @@ impl Session {
     }
 
     pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
-        let run = self.runs.iter().find(|run| run.number() == number).ok_or(SessionError::NoSuchRun(number + 1))?;
+        let run = self.run_numbered(number).ok_or(SessionError::NoSuchRun(number + 1))?;
         let report = format!("run {} is {}", number + 1, run.name());
         self.current = Some(number);
         Ok(report)
@@ -220,7 +225,7 @@ impl Session {
             let trace = trace?;
             let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
             let (actions, total) = (trace.steps.len(), trace.total_reward());
-            if let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) {
+            if let Some(run) = session.run_numbered_mut(number) {
                 run.set_greedy(trace);
             }
             Ok(format!("the greedy policy {outcome} in {actions} actions, return {total:.2}"))

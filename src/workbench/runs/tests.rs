@@ -234,7 +234,7 @@ fn a_recorded_stop_ends_the_run_at_the_same_episode() {
     let elsewhere = replay(&session, folder.path());
     assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"));
     let state = RunDirectory::open(elsewhere.path().join("a")).unwrap().status().unwrap().state;
-    assert_eq!(state, RunState::Stopped("asked to".to_owned()));
+    assert_eq!(state, RunState::Stopped("on request".to_owned()));
 }
 
 #[test]
@@ -267,4 +267,42 @@ fn a_recorded_session_keeps_a_run_paused_and_creates_the_folders_of_its_figures(
     assert!(elsewhere.path().join("figures/a.svg").exists());
     let text = String::from_utf8(metrics(folder.path(), "a")).unwrap();
     assert_eq!(text.lines().count(), 3, "two episodes: {text}");
+}
+
+#[test]
+fn a_run_taken_out_of_the_queue_is_not_trained_in_the_replay() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a", "b"].map(|name| format!("train {}", quoted(&folder.path().join(name))));
+    let session = session(folder.path(), &[&a, "seed 1", &b, "stop", "wait"]);
+    let elsewhere = replay(&session, folder.path());
+    assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"));
+    let run = RunView::read(&elsewhere.path().join("b")).unwrap();
+    assert_eq!((run.episodes(), run.state()), (0, RunState::Stopped("on request".to_owned())));
+}
+
+#[test]
+fn an_unreadable_run_opened_twice_is_not_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path(), &[]);
+    let path = folder.path().join("run");
+    RunDirectory::create(&path, session.config()).unwrap();
+    std::fs::create_dir(path.join("events.jsonl")).unwrap();
+    for _ in 0..2 {
+        try_line(&mut session, &format!("open {}", quoted(&path))).unwrap();
+    }
+    assert!(session.wait(|_| {}).is_err());
+    let script = session.to_script();
+    assert!(!script.lines().any(|line| line.starts_with("open ") || line.starts_with("watch ")), "{script}");
+}
+
+#[test]
+fn a_change_after_continuing_is_replayed_at_its_episode() {
+    let folder = tempfile::tempdir().unwrap();
+    let train = format!("train {} until 2", quoted(&folder.path().join("a")));
+    let mut session = session(folder.path(), &["episodes 8", &train, "wait", "stop", "wait"]);
+    apply(&mut session, &["continue until 4", "wait", "epsilon 0.2", "resume", "wait"]);
+    let script = session.to_script();
+    assert!(script.contains("continue until 4\nwait\nepsilon 0.2\nresume\nwait\n"), "{script}");
+    let elsewhere = replay(&session, folder.path());
+    assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"), "{script}");
 }

@@ -1,9 +1,12 @@
 //! Forks, and two runs side by side.
 
-use super::{app, forked, press, shot, text, watch};
-use crate::tui::actions::Tab;
+use std::sync::Arc;
 
-fn names(app: &mut crate::tui::app::App) -> Vec<String> {
+use super::{app, change_run, forked, press, shot, text, watch};
+use crate::tui::actions::Tab;
+use crate::tui::app::App;
+
+fn names(app: &mut App) -> Vec<String> {
     let screen = text(&shot(app, 200, 60));
     let is_name = |word: &&str| word.starts_with("first") || *word == "other";
     let rows = screen.lines().skip(3).take(4);
@@ -25,7 +28,7 @@ fn forks_are_listed_below_their_origin_in_every_order() {
     assert_eq!(names(&mut app).len(), 4, "runs that name each other as origin are listed once");
 }
 
-fn app_of_a_ring() -> (crate::tui::app::App, std::rc::Rc<std::cell::RefCell<Vec<String>>>) {
+fn app_of_a_ring() -> (App, std::rc::Rc<std::cell::RefCell<Vec<String>>>) {
     let mut view = forked();
     let mut config = (*view.runs[1].config).clone();
     config.fork = Some(crate::trainer::Fork {
@@ -34,7 +37,7 @@ fn app_of_a_ring() -> (crate::tui::app::App, std::rc::Rc<std::cell::RefCell<Vec<
         changes: Vec::new(),
         tasks: Vec::new(),
     });
-    super::change_run(&mut view, 1, |run| run.config = std::sync::Arc::new(config));
+    change_run(&mut view, 1, |run| run.config = Arc::new(config));
     app(view)
 }
 
@@ -92,7 +95,7 @@ fn an_episode_missing_from_the_other_run_is_reported() {
 #[test]
 fn a_new_comparison_replaces_the_previous_one() {
     let (mut app, _) = app(forked());
-    let beside = |app: &crate::tui::app::App| app.subject.beside().map(|beside| beside.run.clone());
+    let beside = |app: &App| app.subject.beside().map(|beside| beside.run.clone());
     press(&mut app, "5 down space down space V left");
     assert!(beside(&app).unwrap().ends_with("first"));
     press(&mut app, "5 up space up space V down");

@@ -254,8 +254,11 @@ fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it
     // On the Training screen, the crosshair placed with keys stays.
     press(&mut app, "4 left");
     shot(&mut app, 120, 40);
+    let axes = chart(&app);
+    mouse(&mut app, MouseEventKind::Moved, (axes.plot.x + 2, axes.plot.y + 1));
+    assert!(app.screens.curves.hovered.is_some());
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
-    assert!(app.screens.curves.crosshair.is_some());
+    assert!(app.screens.curves.hovered.is_none() && app.screens.curves.crosshair.is_some());
     press(&mut app, "1 P");
     shot(&mut app, 120, 40);
     let at = scene(&app).cell([0.5, 0.5]).unwrap();
@@ -351,7 +354,7 @@ fn a_click_reaches_at_least_half_a_cell() {
 fn a_screen_that_cannot_be_drawn_gives_way_to_the_log() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 ?");
-    app.show_what_can_be_drawn();
+    app.show_log_alone();
     assert!(app.layers.is_empty() && app.tab == Tab::Log);
 }
 

@@ -113,11 +113,11 @@ impl Workspace for RecordingWorkspace {
         Ok(Arc::new(Episode { title, trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
     }
 
-    fn want_curves(&mut self, runs: Vec<PathBuf>) {
+    fn request_curves(&mut self, runs: Vec<PathBuf>) {
         want(format!("curves of {}", names(&runs)));
     }
 
-    fn want_details(&mut self, run: &Path) {
+    fn request_details(&mut self, run: &Path) {
         want(format!("files of {}", names(&[run.to_owned()])));
     }
 
@@ -126,7 +126,7 @@ impl Workspace for RecordingWorkspace {
         String::new()
     }
 
-    fn want_agent(&mut self, episode: u64) {
+    fn request_agent(&mut self, episode: u64) {
         want(format!("agent of {episode}"));
     }
 
@@ -209,9 +209,10 @@ pub fn typical() -> ViewModel {
 /// Two groups of three seeds.
 pub fn grouped() -> ViewModel {
     let mut view = empty();
-    for (name, method, state, done) in
-        [("guided", "ddpg-mge", RunState::Finished, 2000), ("plain", "ddpg", RunState::Stopped("asked to".into()), 500)]
-    {
+    for (name, method, state, done) in [
+        ("guided", "ddpg-mge", RunState::Finished, 2000),
+        ("plain", "ddpg", RunState::Stopped("on request".into()), 500),
+    ] {
         for seed in 0..3 {
             let known = run(&format!("{name}-{seed}"), state.clone(), done - 100 * seed);
             let config = RunConfig::clone(&view.settings).with_setting("method", method).unwrap();

@@ -40,13 +40,9 @@ fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
     drop(workbench("task1", folder.path(), &SHORT));
     let mut app = workbench("task4", folder.path(), &[]);
     press(&mut app, "5");
-    while !seen(&mut app).contains("task1-ddpg-seed0") {
-        std::thread::yield_now();
-    }
+    wait_until(&mut app, |app| seen(app).contains("task1-ddpg-seed0"));
     press(&mut app, "enter");
-    while app.subject.run().is_none_or(|run| run.done == 0) {
-        seen(&mut app);
-    }
+    wait_until(&mut app, |app| app.subject.run().is_some_and(|run| run.done > 0));
     press(&mut app, "1 g home");
     let screen = seen(&mut app);
     assert!(screen.contains("task1 · episode 1 of task1-ddpg-seed0"), "{screen}");
@@ -74,13 +70,7 @@ fn another_task_is_opened_while_a_past_episode_is_predicted() {
 fn a_finished_run_shows_its_last_episode() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &SHORT);
-    for _ in 0..1000 {
-        if seen(&mut app).contains("task1 · episode 3 of task1-ddpg-seed0") {
-            return;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    panic!("{}", seen(&mut app));
+    wait_until(&mut app, |app| seen(app).contains("task1 · episode 3 of task1-ddpg-seed0"));
 }
 
 #[test]
@@ -109,9 +99,7 @@ fn past_episodes_have_the_nearest_agent_and_a_greedy_episode_is_shown_once() {
     let lines = [&["set checkpoints.periodic_every 1"][..], &SHORT].concat();
     let mut app = workbench("task1", folder.path(), &lines);
     let wait_for = |app: &mut App, wanted: &str| {
-        while !app.subject.facts().concat().contains(wanted) {
-            seen(app);
-        }
+        wait_until(app, |app| app.subject.facts().concat().contains(wanted));
         assert!(app.subject.agent_view(0).is_ok());
     };
     // The last episode was played by the agent of the checkpoint before it.
@@ -121,9 +109,7 @@ fn past_episodes_have_the_nearest_agent_and_a_greedy_episode_is_shown_once() {
     wait_for(&mut app, "agent of episode 1");
     assert!(seen(&mut app).contains("epsilon 0.00"));
     press(&mut app, "5 v");
-    while app.subject.past_episode().is_some() {
-        seen(&mut app);
-    }
+    wait_until(&mut app, |app| app.subject.past_episode().is_none());
     press(&mut app, "1");
     wait_for(&mut app, "agent of episode 3");
     assert!(seen(&mut app).contains("the greedy policy of task1-ddpg-seed0"));
@@ -146,7 +132,7 @@ fn a_command_shows_at_once_and_a_refused_placement_is_an_error() {
 }
 
 /// Lets time pass until a condition holds.
-fn wait_until(app: &mut App, condition: impl Fn(&App) -> bool) {
+fn wait_until(app: &mut App, condition: impl Fn(&mut App) -> bool) {
     for _ in 0..2000 {
         if condition(app) {
             return;

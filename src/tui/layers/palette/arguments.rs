@@ -29,9 +29,8 @@ pub struct Arguments {
     tasks: Vec<Value>,
     runs: Vec<Value>,
     models: Vec<Value>,
-    settings: Vec<Value>,
-    /// Current values of the settings of the next run, by path.
-    current: Vec<(String, String)>,
+    /// The settings of the next run, and their current values.
+    settings: Vec<(Value, String)>,
 }
 
 /// Maximum number of entries of a folder that are considered.
@@ -48,7 +47,6 @@ impl Arguments {
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| value(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
-            current: current(&view.settings),
         }
     }
 
@@ -66,12 +64,15 @@ impl Arguments {
             ("open" | "continue" | "delete" | "note" | "tag", []) => self.runs.clone(),
             ("method", []) => Method::ALL.map(|method| value(method.name(), method.label())).into(),
             ("model" | "model evaluate", []) => self.models.clone(),
-            ("set", []) => self.settings.clone(),
-            ("set", [key]) => self.current_value(key),
+            ("set", []) => self.settings.iter().map(|(setting, _)| setting.clone()).collect(),
+            ("set", [key]) => {
+                let known = self.settings.iter().find(|(setting, _)| setting.text == *key);
+                known.map(|(setting, now)| value(now.clone(), setting.about.clone())).into_iter().collect()
+            }
             ("fork", [_, ..]) => {
                 let edited = value("task=edited", "the task as it is edited");
-                let key = |known: &Value| value(format!("{}=", known.text), known.about.clone());
-                let own = |known: &&Value| !["method", "seed"].contains(&&*known.text);
+                let key = |(known, _): &(Value, String)| value(format!("{}=", known.text), known.about.clone());
+                let own = |(known, _): &&(Value, String)| !["method", "seed"].contains(&&*known.text);
                 std::iter::once(edited).chain(self.settings.iter().filter(own).map(key)).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| value(kind.name(), "")).into(),
@@ -98,13 +99,6 @@ impl Arguments {
         first.append(&mut others);
         first
     }
-
-    /// The current value of a setting.
-    fn current_value(&self, key: &str) -> Vec<Value> {
-        let about = self.settings.iter().find(|known| known.text == key).map(|known| known.about.clone());
-        let known = self.current.iter().filter(|(path, _)| path == key);
-        known.map(|(_, now)| value(now.clone(), about.clone().unwrap_or_default())).collect()
-    }
 }
 
 fn schedules() -> Vec<Value> {
@@ -120,41 +114,22 @@ fn schedules() -> Vec<Value> {
     .into()
 }
 
-/// The settings of a run with their ranges and their values in the next run.
-fn described(config: &RunConfig) -> Vec<Value> {
-    let known: Vec<_> = settings().collect();
-    let now = current(config);
-    let about = |path: &str| {
-        let setting = known.iter().find(|(known, _)| known == path);
-        let now = now.iter().find(|(known, _)| known == path).map_or("", |(_, now)| now);
-        match setting {
-            Some((_, setting)) => format!("now {now}; {}: {}", setting.about, setting.range),
-            None => format!("now {now}"),
-        }
-    };
-    config_keys(config)
-        .into_iter()
-        .map(|path| {
-            let about = about(&path);
-            value(path, about)
-        })
-        .collect()
-}
-
-/// The settings of the next run with their values, in the form `set` takes.
-fn current(config: &RunConfig) -> Vec<(String, String)> {
+/// The settings of a run with their ranges, and their values in the form `set` takes.
+fn described(config: &RunConfig) -> Vec<(Value, String)> {
     // A configuration is plain data, so serialising it never fails.
     let text = serde_json::to_string(config).unwrap_or_default();
     let whole: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-    let of = |path: &String| path.split('.').try_fold(&whole, |place, name| place.get(name));
-    let text = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    config_keys(config)
-        .into_iter()
-        .filter_map(|path| {
-            let now = text(of(&path)?);
-            Some((path, now))
-        })
-        .collect()
+    let known: Vec<_> = settings().collect();
+    let described = |path: String| {
+        let now = path.split('.').try_fold(&whole, |place, name| place.get(name));
+        let now = now.map(|now| now.as_str().map_or_else(|| now.to_string(), str::to_owned)).unwrap_or_default();
+        let about = match known.iter().find(|(known, _)| *known == path) {
+            Some((_, setting)) => format!("now {now}; {}: {}", setting.about, setting.range),
+            None => format!("now {now}"),
+        };
+        (value(path, about), now)
+    };
+    config_keys(config).into_iter().map(described).collect()
 }
 
 /// Files with an extension, and folders, in the folder of a partly typed path.
@@ -205,7 +180,8 @@ mod tests {
         assert_eq!(offered(&["dash"], "figure"), ["dashboard"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
-        let gamma = Arguments::new(&empty()).settings.into_iter().find(|value| value.text == "ddpg.gamma").unwrap();
+        let settings = Arguments::new(&empty()).settings;
+        let (gamma, _) = settings.iter().find(|(value, _)| value.text == "ddpg.gamma").unwrap();
         assert!(gamma.about.starts_with("now 0.9; ") && gamma.about.contains("a number from 0 to"), "{}", gamma.about);
     }
 

@@ -211,10 +211,10 @@ impl Layer for Palette {
     }
 
     fn click(&mut self, at: Position) -> Response {
-        match self.rows.iter().find(|(area, _)| area.contains(at)) {
-            Some((_, index)) if self.error.is_none() => {
-                self.selected = *index;
-                if *index >= self.found.len() {
+        match list::hit(&self.rows, at) {
+            Some(index) if self.error.is_none() => {
+                self.selected = index;
+                if index >= self.found.len() {
                     self.complete();
                     return Response::Stay;
                 }

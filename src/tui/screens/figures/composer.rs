@@ -63,7 +63,7 @@ impl Composer {
     /// Takes the keyboard focus. If other runs are marked than before, edits of curves are discarded.
     pub(super) fn open(&mut self, runs: &Runs, ui: &Ui) {
         self.open = true;
-        let marked = marked(runs, ui);
+        let marked = runs.marked(ui.view);
         let labels = labels(&marked, ui);
         let marked: Vec<PathBuf> = marked.into_iter().map(|run| run.path.clone()).collect();
         if std::mem::replace(&mut self.marked, marked.clone()) != marked {
@@ -100,7 +100,7 @@ impl Composer {
 
     /// The composition of the marked runs, or of all.
     pub fn composition(&self, runs: &Runs, ui: &Ui) -> Composition {
-        let marked: Vec<PathBuf> = marked(runs, ui).into_iter().map(|run| run.path.clone()).collect();
+        let marked: Vec<PathBuf> = runs.marked(ui.view).into_iter().map(|run| run.path.clone()).collect();
         if marked != self.marked {
             return Composition { runs: marked, reference: None, ..self.composition.clone() };
         }
@@ -238,11 +238,6 @@ impl Composer {
 
 /// Width of the column of option names.
 const OPTION: u16 = 10;
-
-/// The marked runs.
-fn marked<'a>(runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
-    ui.view.runs.iter().map(|run| &**run).filter(|run| runs.is_marked(run)).collect()
-}
 
 /// The labels of the curves of these runs, or of all runs if none is marked, as in reports.
 fn labels(marked: &[&RunSummary], ui: &Ui) -> Vec<String> {

@@ -94,11 +94,15 @@ pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &U
     };
     let name = view.watched_run().filter(|_| of_run).map_or(&view.task.name, |run| &run.name);
     let path = format!("figures/{name}-{}.{format}", kind.name()).into();
-    let composition = match kind {
+    command::Figure { composition: composition(kind, lists, runs, ui), ..command::Figure::with_defaults(kind, path) }
+        .into()
+}
+
+fn composition(kind: FigureKind, lists: &Lists, runs: &Runs, ui: &Ui) -> Composition {
+    match kind {
         FigureKind::Learning => lists.composer.composition(runs, ui),
         _ => Composition::default(),
-    };
-    command::Figure { composition, ..command::Figure::usual(kind, path) }.into()
+    }
 }
 
 fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -132,10 +136,7 @@ pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Opti
     let (area, _) =
         regions.all().iter().find(|(area, region)| matches!(region, Region::Preview) && !area.is_empty())?;
     let kind = selected(lists);
-    let composition = match kind {
-        FigureKind::Learning => lists.composer.composition(runs, ui),
-        _ => Composition::default(),
-    };
+    let composition = composition(kind, lists, runs, ui);
     let grey = ui.theme.depth == Depth::None;
     let (stamp, options) = (stamp(kind, &composition, ui), composition.options());
     let wanted = Wanted { kind: kind.name(), options, stamp, room: [area.width, area.height], grey };

@@ -62,7 +62,7 @@ const ALL: [(&str, u16, u16, bool, Kind); 12] = [
 ];
 
 /// The default columns, for a list that is wide enough.
-pub fn usual() -> Vec<Column> {
+pub fn defaults() -> Vec<Column> {
     ALL.iter().filter(|(_, _, from, ..)| *from < u16::MAX).map(column).collect()
 }
 
@@ -174,6 +174,6 @@ mod tests {
         assert_eq!(read("seed, ddpg.gamma prior").unwrap().unwrap(), ["seed", "ddpg.gamma", "prior"]);
         assert_eq!(read(" "), Ok(None));
         assert!(read("sucess").unwrap_err().contains("did you mean `success`?"));
-        assert!(usual().iter().all(|column| column.heading != "seed"));
+        assert!(defaults().iter().all(|column| column.heading != "seed"));
     }
 }

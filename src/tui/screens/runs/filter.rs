@@ -81,8 +81,8 @@ impl Comparison {
         match self {
             Self::Less => found < wanted,
             Self::AtMost => found <= wanted,
-            // Allow for values in single precision.
-            Self::Equal => (found - wanted).abs() < 1e-6 * wanted.abs().max(1.0),
+            // Allow for values in single precision, but keep integers apart.
+            Self::Equal => (found - wanted).abs() < (1e-6 * wanted.abs().max(1.0)).min(0.5),
             Self::AtLeast => found >= wanted,
             Self::More => found > wanted,
         }
@@ -174,5 +174,11 @@ mod tests {
             assert!(error.contains(problem), "{text}: {error}");
         }
         assert!(Comparison::Equal.holds(f64::from(0.1f32), 0.1) && !Comparison::Less.holds(0.2, 0.2));
+    }
+
+    #[test]
+    fn large_integers_equal_only_themselves() {
+        let is_found = |seed: f64| Comparison::Equal.holds(seed, 1_234_567_890.0);
+        assert!(is_found(1_234_567_890.0) && !is_found(1_234_567_889.0) && !is_found(1_234_567_891.0));
     }
 }

@@ -293,7 +293,7 @@ const NAME: [u16; 2] = [16, 70];
 /// The columns that fit: the chosen ones, or the default ones.
 fn shown_columns(state: &Runs, width: u16) -> Vec<Column> {
     let Some(chosen) = &state.columns else {
-        return columns::usual().into_iter().filter(|column| width >= column.from).collect();
+        return columns::defaults().into_iter().filter(|column| width >= column.from).collect();
     };
     let mut room = width.saturating_sub(MARK + STATE + NAME[0] + 3);
     let fits = |column: &&Column| {
@@ -333,7 +333,7 @@ pub fn draw(
     let row = |index: usize| {
         let line = &lines[index];
         let runs = line.runs();
-        let watched = ui.subject.run().is_some_and(|watched| runs.iter().any(|run| run.path == watched.path));
+        let watched = runs.iter().any(|run| ui.is_watched(run));
         let marked = runs.iter().all(|run| state.is_marked(run));
         let mark = [if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
         let (text, style) = line.state(theme);

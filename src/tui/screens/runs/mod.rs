@@ -20,7 +20,7 @@ use super::lists::select;
 use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Screens, Ui};
 use crate::run::RunState;
-use crate::tui::actions::{Action, Tab};
+use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Prompt, Question};
 use crate::tui::view::{Level, RunGroup, RunSummary, ViewModel};
@@ -64,7 +64,7 @@ const AROUND: usize = 60;
 
 impl Runs {
     /// Advances time; true when the folder should be scanned again.
-    pub fn is_time_to_look(&mut self, elapsed: Duration) -> bool {
+    pub fn is_scan_due(&mut self, elapsed: Duration) -> bool {
         self.since_look += elapsed;
         let due = self.since_look >= LOOK;
         if due {
@@ -103,6 +103,11 @@ impl Runs {
         self.marked.contains(&run.path)
     }
 
+    /// The marked runs.
+    pub fn marked<'a>(&self, view: &'a ViewModel) -> Vec<&'a RunSummary> {
+        view.runs.iter().map(|run| &**run).filter(|run| self.is_marked(run)).collect()
+    }
+
     /// Ends the filter, or else removes all marks; false if there is neither.
     pub fn leave(&mut self) -> bool {
         if !self.filter.is_empty() {
@@ -128,8 +133,7 @@ impl Runs {
 
     /// The runs that actions apply to: the marked ones, or else those of the selected line.
     fn acted_on<'a>(&self, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
-        let marked = ui.view.runs.iter().map(|run| &**run).filter(|run| self.is_marked(run));
-        let marked: Vec<&RunSummary> = marked.collect();
+        let marked = self.marked(ui.view);
         if !marked.is_empty() {
             return marked;
         }
@@ -278,10 +282,10 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
         }
         Action::Columns => {
             let read = |text: &str| Ok(Effect::Columns(text.to_owned()));
-            let now = state.columns.clone().unwrap_or_else(columns::usual);
+            let now = state.columns.clone().unwrap_or_else(columns::defaults);
             let now: Vec<String> = now.into_iter().map(|column| column.heading).collect();
             let hint = format!(
-                "{}, or settings in which runs differ, such as ddpg.gamma; none for the usual ones",
+                "{}, or settings in which runs differ, such as ddpg.gamma; none for the default ones",
                 columns::names()
             );
             return vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))];
@@ -336,9 +340,8 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
 /// Shows the marked runs together. If there are two, one is watched, to show its episodes beside the other's.
 fn compare_marked(state: &Runs, ui: &Ui) -> Vec<Effect> {
     let marked = state.acted_on(ui);
-    let is_watched = |run: &&RunSummary| ui.subject.run().is_some_and(|watched| watched.path == run.path);
     let watch = match marked.as_slice() {
-        [first, second] if ![first, second].into_iter().any(is_watched) => Some(first.path.clone()),
+        [first, second] if !ui.is_watched(first) && !ui.is_watched(second) => Some(first.path.clone()),
         _ => None,
     };
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([Effect::Compare]).collect()
@@ -364,20 +367,11 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
             };
             on_each(wanted.map(|run| (*run, command(run))), ui)
         }
-        Action::Stop => {
-            let going = |run: &RunSummary| run.queued || matches!(run.state, RunState::Running | RunState::Paused);
-            let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| count == 1 || going(run)).collect();
-            if stopped.is_empty() {
-                return vec![Effect::info("none of them is being trained")];
-            }
-            if !stopped.iter().any(|run| going(run)) {
-                return on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
-            }
-            let text = format!("{what}: training stops after this episode. A checkpoint is kept to continue from.");
-            let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
-            vec![Effect::open(Question::warning("stop the training?", text, vec![('y', "stop", Effect::All(stop))]))]
+        Action::Stop => stop(runs, ui),
+        Action::Continue => {
+            let resumed = |run: &&RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
+            runs.iter().map(|run| Effect::apply(resumed(run))).collect()
         }
-        Action::Continue => runs.iter().map(|run| Effect::apply(command::Continue(Some(run.path.clone())))).collect(),
         Action::DeleteRun => {
             let name = if let [run] = runs { run.path.display().to_string() } else { what };
             let text = format!("Everything in {name} is deleted from the disk. This cannot be undone.");
@@ -388,7 +382,7 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
         Action::Export => {
             let dashboard = |run: &&RunSummary| {
                 let path = format!("figures/{}-{}.png", run.name, FigureKind::Dashboard.name()).into();
-                let figure = command::Figure::usual(FigureKind::Dashboard, path);
+                let figure = command::Figure::with_defaults(FigureKind::Dashboard, path);
                 [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
             };
             let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
@@ -400,17 +394,37 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
     }
 }
 
+/// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.
+pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let going = |run: &&RunSummary| run.queued || matches!(run.state, RunState::Running | RunState::Paused);
+    let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| runs.len() == 1 || going(run)).collect();
+    let text = match stopped.as_slice() {
+        [] => return vec![Effect::info("none of them is being trained")],
+        [run] if run.queued => format!("{} is taken out of the queue. It can be continued later.", run.name),
+        [run] => format!(
+            "{} ends after the current episode, {} of {}. Its checkpoint is kept: it can be continued later.",
+            run.name, run.done, run.episodes
+        ),
+        _ => format!("{} runs end after the current episode. Their checkpoints are kept.", stopped.len()),
+    };
+    let asks = stopped.iter().any(going);
+    let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
+    if !asks {
+        return stop;
+    }
+    vec![Effect::open(Question::warning("stop the training?", text, vec![('y', "stop it", Effect::All(stop))]))]
+}
+
 /// Opens each run and applies its command. After several runs, the watched run is opened again.
 fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -> Vec<Effect> {
-    let is_watched = |run: &RunSummary| ui.subject.run().is_some_and(|watched| watched.path == run.path);
     let mut effects = Vec::new();
     let mut last_is_watched = true;
     let mut count = 0;
     for (run, command) in runs {
-        if !(is_watched(run) && last_is_watched) {
+        if !(ui.is_watched(run) && last_is_watched) {
             effects.push(Effect::apply(command::Open(run.path.clone())));
         }
-        last_is_watched = is_watched(run);
+        last_is_watched = ui.is_watched(run);
         effects.push(Effect::Apply(command));
         count += 1;
     }
@@ -483,10 +497,4 @@ fn edit_tags(runs: &[&RunSummary]) -> Vec<Effect> {
     let title = if let [run] = runs { format!("tags of {}", run.name) } else { format!("tags of {} runs", runs.len()) };
     let now = runs.first().map_or_else(String::new, |run| run.tags.join(" "));
     vec![Effect::open(Prompt::new(title, "words with spaces between them; the filter finds tag:WORD", now, read))]
-}
-
-/// Shows the marked runs together.
-pub fn compare(screens: &mut Screens) -> Effect {
-    screens.curves.comparing = true;
-    Effect::Perform(Action::Screen(Tab::Training))
 }

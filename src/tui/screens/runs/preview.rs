@@ -28,9 +28,8 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     let inside = pane(&name, area, ui.theme, buffer);
     let about = Text::from_iter(lines(about, inside.width, Style::new()));
     let chart = Constraint::Length((inside.height / 4).max(CHART));
-    let heights = [Constraint::Length(about.height() as u16), chart, chart];
-    let [head, first, second, rest] =
-        Layout::vertical([heights[0], heights[1], heights[2], Constraint::Fill(1)]).areas(inside);
+    let heights = [Constraint::Length(about.height() as u16), chart, chart, Constraint::Fill(1)];
+    let [head, first, second, rest] = Layout::vertical(heights).areas(inside);
     about.render(head, buffer);
     // Window and crosshair are those of the Training screen; these charts do not react to the mouse.
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {

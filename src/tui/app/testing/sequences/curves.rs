@@ -178,6 +178,6 @@ fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
 fn only_runs_on_the_same_task_are_compared() {
     let mut view = typical();
     let other = crate::tui::view::RunSummary { task: "task4".into(), ..crate::tui::testing::run_summary("other") };
-    view.runs.push(std::sync::Arc::new(other));
+    view.runs.push(Arc::new(other));
     check(view, "4 v", &[], "training · 2 runs");
 }

@@ -146,20 +146,17 @@ fn the_selection_moves_to_the_neighbour_and_wraps() {
     check(models.clone(), "6 down down up enter", &["model true"], "");
     check(models, "6 end enter", &["model box"], "");
     let mut runs = typical();
-    runs.runs.insert(0, std::sync::Arc::new(crate::tui::testing::run_summary("oldest")));
+    runs.runs.insert(0, Arc::new(crate::tui::testing::run_summary("oldest")));
     check(runs.clone(), "5 down enter", &["open runs/old"], "");
     check(runs.clone(), "5 end up enter", &["open runs/old"], "");
     check(runs, "5 end enter", &["open runs/oldest"], "");
-    check(empty(), "o down enter", &["task task2"], "");
     check(empty(), "d down up enter", &["model learned"], "");
 }
 
 #[test]
 fn a_reordered_subgoal_stays_selected() {
     let mut view = empty();
-    let mut task = crate::task::Task::clone(&view.task);
-    task.subgoals.push(task::Region { position: [0.4, 0.4], radius: 4.0 });
-    view.task = std::sync::Arc::new(task);
+    Arc::make_mut(&mut view.task).subgoals.push(task::Region { position: [0.4, 0.4], radius: 4.0 });
     check(view.clone(), "tab } right", &["subgoal swap 1 2", "subgoal move 2 0.41 0.4"], "");
     check(view, "tab tab { right", &["subgoal swap 2 1", "subgoal move 1 0.01 0.2"], "");
     check(empty(), "tab {", &[], "it is the first one");
@@ -180,6 +177,17 @@ fn playback_redraws_only_the_scene() {
     // Another size needs a whole picture.
     app.tick(std::time::Duration::from_millis(40));
     assert!(text(&shot(&mut app, 80, 24)).contains("? help"));
+}
+
+#[test]
+fn playback_does_not_draw_the_scene_over_a_small_screen() {
+    let (mut app, _) = app(typical());
+    app.screens.scene.player.playing = true;
+    shot(&mut app, 40, 12);
+    app.tick(std::time::Duration::from_millis(40));
+    let moved = shot(&mut app, 40, 12);
+    app.changed = true;
+    assert_eq!(moved, shot(&mut app, 40, 12));
 }
 
 #[test]
@@ -228,6 +236,21 @@ fn a_drag_ends_when_the_button_is_released() {
 }
 
 #[test]
+fn a_click_cancels_a_drag_whose_release_was_lost() {
+    let (mut app, asked) = app(empty());
+    let (at, to) = (cell(&mut app, [0.0, 0.2]), cell(&mut app, [0.5, -0.5]));
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    press(&mut app, ":");
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
+    press(&mut app, "esc");
+    let tab = tab(&app, Tab::Training);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (tab.x, tab.y));
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), (tab.x, tab.y));
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+}
+
+#[test]
 fn the_wheel_moves_no_object() {
     let (mut app, asked) = app(empty());
     press(&mut app, "2 tab");
@@ -250,16 +273,15 @@ fn saving_as_overwrites_the_own_file_and_suggests_one_for_a_shipped_task() {
 
 #[test]
 fn the_list_of_tasks_begins_at_the_one_that_is_open() {
-    let view = ViewModel { task: std::sync::Arc::new(task::load("task3").unwrap()), ..empty() };
+    let view = ViewModel { task: Arc::new(task::load("task3").unwrap()), ..empty() };
     check(view, "o enter", &["task task3"], "");
 }
 
 /// The first start, with subgoals at these places.
 fn with_subgoals(places: &[[f32; 2]], radius: f32) -> ViewModel {
     let mut view = empty();
-    let mut task = task::Task::clone(&view.task);
-    task.subgoals = places.iter().map(|place| task::Region { position: *place, radius }).collect();
-    view.task = std::sync::Arc::new(task);
+    Arc::make_mut(&mut view.task).subgoals =
+        places.iter().map(|place| task::Region { position: *place, radius }).collect();
     view
 }
 
@@ -310,9 +332,7 @@ fn a_ball_is_shown_where_it_is_dragged() {
 #[test]
 fn hand_play_begins_within_the_scene_and_resumes_playback_at_its_end() {
     let mut view = empty();
-    let mut task = task::Task::clone(&view.task);
-    task.ball.position = [0.25, -0.8];
-    view.task = std::sync::Arc::new(task);
+    Arc::make_mut(&mut view.task).ball.position = [0.25, -0.8];
     check(view, "P enter", &["place 0.25 -0.9"], "");
     check(empty(), "P s enter", &[], "nothing is selected");
     let (mut app, _) = app(empty());
@@ -348,8 +368,8 @@ fn hand_play_shows_its_latest_action_and_reports_its_end() {
     let mut play = crate::workbench::HandPlay::new(view.task.clone(), 0);
     let mut played = |places: usize| {
         (0..places).for_each(|_| _ = play.place([-0.9, 0.9], None));
-        view.hand.trace = std::sync::Arc::new(play.trace().clone());
-        view.hand.snapshot = std::sync::Arc::new(play.snapshot().clone());
+        view.hand.trace = Arc::new(play.trace().clone());
+        view.hand.snapshot = Arc::new(play.snapshot().clone());
         view.clone()
     };
     let (mut app, _) = app(played(2));

@@ -47,9 +47,8 @@ fn copying_mouse_capture_and_suspending_are_requests_to_the_terminal() {
     assert_eq!(app.take_request(), Some(TerminalRequest::Suspend));
     // The command would train the task without its edits.
     let mut view = typical();
-    let mut edited = crate::task::Task::clone(&view.task);
-    edited.goal.position[0] += 0.1;
-    (view.task, view.file) = (std::sync::Arc::new(edited), Some("mine.json".into()));
+    Arc::make_mut(&mut view.task).goal.position[0] += 0.1;
+    view.file = Some("mine.json".into());
     check(view.clone(), "y", &[], "w saves it");
     let (mut app, _) = super::super::app(view);
     press(&mut app, "y");

@@ -42,6 +42,19 @@ fn leaving_can_wait_until_all_runs_are_done() {
 }
 
 #[test]
+fn an_open_question_delays_leaving_until_it_is_answered() {
+    let mut view = typical();
+    view.dirty = false;
+    let (mut app, _) = app(view.clone());
+    press(&mut app, "q w 5 X");
+    change_run(&mut view, 1, |run| (run.active, run.state) = (false, RunState::Finished));
+    bring(&mut app, view);
+    assert!(!app.is_leaving() && app.layers.len() == 1);
+    press(&mut app, "esc");
+    assert!(app.is_leaving());
+}
+
+#[test]
 fn a_queued_run_is_shown_as_queued_and_leaving_lists_all_runs() {
     let mut view = typical();
     change_run(&mut view, 0, |run| run.queued = true);
@@ -57,10 +70,10 @@ fn trainings_can_go_on_in_the_background() {
     assert!(text(&shot(&mut app, 120, 40)).contains("leave it training in the background"));
     press(&mut app, "b");
     assert!(app.is_leaving());
-    assert_eq!(app.left_in_background(), [std::path::PathBuf::from("runs/task1-ddpg-mge-seed0")]);
+    assert_eq!(app.background_runs(), [std::path::PathBuf::from("runs/task1-ddpg-mge-seed0")]);
     let (mut app, _) = super::app(typical());
     press(&mut app, "q y");
-    assert!(app.is_leaving() && app.left_in_background().is_empty());
+    assert!(app.is_leaving() && app.background_runs().is_empty());
 }
 
 #[test]
@@ -77,9 +90,10 @@ fn a_paused_run_does_not_go_on_in_the_background() {
     change_run(&mut view, 1, |run| run.state = RunState::Paused);
     let (mut alone, _) = app(view.clone());
     press(&mut alone, "q");
-    assert!(!text(&shot(&mut alone, 120, 40)).contains("in the background"));
+    let screen = text(&shot(&mut alone, 120, 40));
+    assert!(screen.contains("is paused, 700 of 2000") && !screen.contains("in the background"), "{screen}");
     change_run(&mut view, 0, |run| (run.active, run.state) = (true, RunState::Running));
     let (mut app, _) = app(view);
     press(&mut app, "q b");
-    assert_eq!(app.left_in_background(), [std::path::PathBuf::from("runs/old")]);
+    assert_eq!(app.background_runs(), [std::path::PathBuf::from("runs/old")]);
 }

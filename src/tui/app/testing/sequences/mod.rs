@@ -11,6 +11,8 @@ mod tools;
 mod training;
 mod walk;
 
+use std::sync::Arc;
+
 use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::layout::Rect;
 

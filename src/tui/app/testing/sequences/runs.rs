@@ -9,7 +9,7 @@ fn the_selected_run_stays_selected_when_others_are_added() {
     press(&mut app, "5 down");
     let (mut other, asked) = super::app({
         let mut view = typical();
-        view.runs.push(std::sync::Arc::new(crate::tui::testing::run_summary("new")));
+        view.runs.push(Arc::new(crate::tui::testing::run_summary("new")));
         view
     });
     other.screens.runs = std::mem::take(&mut app.screens.runs);
@@ -104,7 +104,7 @@ fn notes_and_tags_are_written_to_the_run() {
 fn a_list_of_ten_thousand_runs_is_drawn_around_the_selection() {
     let mut view = empty();
     let names = (0..10_000).map(|number| format!("run-{number:05}"));
-    view.runs = names.map(|name| std::sync::Arc::new(crate::tui::testing::run_summary(&name))).collect();
+    view.runs = names.map(|name| Arc::new(crate::tui::testing::run_summary(&name))).collect();
     view.runs_unread = 12;
     check(view.clone(), "5", &[], "12 more are being read");
     check(view.clone(), "5 down down enter", &["open runs/run-09997"], "run-09997");
@@ -123,7 +123,7 @@ fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
 /// Three runs, the latest last: finished, running and failed.
 fn three() -> ViewModel {
     let run = |name: &str, state: RunState, done: u64, success: Option<f32>| {
-        std::sync::Arc::new(RunSummary { state, done, success, ..crate::tui::testing::run_summary(name) })
+        Arc::new(RunSummary { state, done, success, ..crate::tui::testing::run_summary(name) })
     };
     let runs = vec![
         run("Finished", RunState::Finished, 100, Some(0.5)),
@@ -212,7 +212,7 @@ fn a_group_shows_the_most_urgent_state_of_its_runs() {
         change_run(&mut view, place, |run| (run.state, run.active, run.rate) = (RunState::Running, true, Some(rate)));
     }
     let other = RunSummary { task: "task4".into(), ..crate::tui::testing::run_summary("other") };
-    view.runs.push(std::sync::Arc::new(other));
+    view.runs.push(Arc::new(other));
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));
