@@ -15,6 +15,20 @@ const PLACEMENTS: [Placement; Placement::NoOp as usize + 1] =
 const ENDS: [EndReason; EndReason::MaxActions as usize + 1] =
     [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
 
+/// Checks the order of the tables at compile time.
+const _: () = {
+    let mut code = 0;
+    while code < PLACEMENTS.len() {
+        assert!(PLACEMENTS[code] as usize == code);
+        code += 1;
+    }
+    code = 0;
+    while code < ENDS.len() {
+        assert!(ENDS[code] as usize == code);
+        code += 1;
+    }
+};
+
 /// The names of the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
 #[pyfunction]
 pub fn words() -> [Vec<Option<String>>; 2] {

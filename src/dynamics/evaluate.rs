@@ -387,15 +387,14 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
     }
     let last = STEPS_PER_ACTION as usize;
     let deflected: Vec<usize> = (0..launches.len()).filter(|&index| is_deflected(&launches[index].states)).collect();
-    let reaches_next_stage =
-        |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
+    let really_passes = |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
     let action_contact = deflected.iter().map(|&index| distance(&balls[index], &launches[index].states[last]));
     Ok(OneTool {
         one_step: Errors::of(one_step),
         one_step_contact: Errors::of(one_step_contact),
         rollout,
         action_contact: Errors::of(action_contact.collect()),
-        hits: Hits::count(deflected.iter().map(|&index| (predicted_hits[index], reaches_next_stage(index)))),
+        hits: Hits::count(deflected.iter().map(|&index| (predicted_hits[index], really_passes(index)))),
     })
 }
 

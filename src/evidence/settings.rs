@@ -89,7 +89,7 @@ fn differing_settings<'a>(
     differing
 }
 
-/// The usual settings of a run with this method and these tools.
+/// The default settings of a run with this method and these tools.
 fn default_settings(config: &RunConfig) -> Settings {
     let mut settings =
         compared_settings(&RunConfig::default_with(config.task.clone(), config.method, config.tools), &[]);

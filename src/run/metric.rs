@@ -76,7 +76,7 @@ macro_rules! metrics {
 
 const SHARE: Option<[f32; 2]> = Some([0.0, 1.0]);
 
-fn number(value: bool) -> Option<f64> {
+fn zero_or_one(value: bool) -> Option<f64> {
     Some(f64::from(u8::from(value)))
 }
 
@@ -93,7 +93,7 @@ metrics! {
         "Σ r", |record| Some(record.return_.into());
     /// Whether the goal was reached.
     Goal: "goal", "goal reached", "", Higher, SHARE, Some("train/goal"),
-        "1 if reached, else 0", |record| number(record.goal);
+        "1 if reached, else 0", |record| zero_or_one(record.goal);
     /// Subgoals reached.
     Subgoals: "subgoals", "subgoals reached", "subgoals", Higher, None, Some("train/subgoals"),
         "count", |record| Some(record.subgoals.into());
@@ -102,7 +102,7 @@ metrics! {
         "count", |record| Some(record.subgoals_total.into());
     /// Whether any action was drawn from the action clusters.
     Guided: "guided", "guided episode", "", Neutral, SHARE, Some("train/guided"),
-        "1 if any, else 0", |record| number(record.guided);
+        "1 if any, else 0", |record| zero_or_one(record.guided);
     /// Threshold of guided exploration: the probability that actions come from the clusters.
     Epsilon: "epsilon", "epsilon", "share", Neutral, SHARE, Some("train/epsilon"),
         "the schedule at this episode; by need: its mean over the stages", |record| Some(record.epsilon.into());
@@ -131,10 +131,10 @@ metrics! {
         "mean of `goal` over the window", |record| Some(record.rolling_success);
     /// Whether the episode ended by the task's own rules.
     Terminated: "terminated", "ended by the rules", "", Neutral, SHARE, None,
-        "1 if so, else 0", |record| number(record.terminated);
+        "1 if so, else 0", |record| zero_or_one(record.terminated);
     /// Whether the episode ended by the limit of actions.
     Truncated: "truncated", "ended by the limit of actions", "", Neutral, SHARE, None,
-        "1 if so, else 0", |record| number(record.truncated);
+        "1 if so, else 0", |record| zero_or_one(record.truncated);
     /// Tools placed.
     Placed: "placed", "tools placed", "tools", Neutral, None, None,
         "count", |record| Some(record.placed.into());
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn table_and_record_agree_field_by_field() {
         let Value::Object(fields) = serde_json::to_value(record()).unwrap() else { panic!("a record is an object") };
-        let number = |value: &Value| value.as_f64().or(value.as_bool().map(|number| f64::from(u8::from(number))));
+        let number = |value: &Value| value.as_f64().or(value.as_bool().map(|flag| f64::from(u8::from(flag))));
         let written = fields.iter().filter(|(name, _)| *name != "episode");
         let written: Vec<(&str, f64)> =
             written.filter_map(|(name, value)| Some((name.as_str(), number(value)?))).collect();

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn unusual_settings_reproduce_the_configuration() {
+    fn non_default_settings_reproduce_the_configuration() {
         let changes = [("ddpg.gamma", "0.9"), ("method", "ddpg"), ("epsilon", "0.25"), ("seed", "3")];
         let set = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
         let changed = changes.into_iter().fold(config(), set);

@@ -45,8 +45,9 @@ fn finish(directory: &RunDirectory) -> Ending {
 
 /// Trains until the run has paused at `episode`, then stops it.
 fn stop_at(directory: &RunDirectory, episode: u32) {
-    let trainer = Trainer::spawn(directory.clone(), [Control::Advance(episode)]).unwrap();
+    let trainer = Trainer::spawn(directory.clone(), [Control::PauseAt(episode.into())]).unwrap();
     wait_for_pause(&trainer);
+    assert_eq!(trainer.watch().episode(), u64::from(episode));
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     assert_eq!(trainer.join(), Ok(Ending::Stopped));
 }
@@ -200,7 +201,7 @@ fn a_new_schedule_applies_from_the_next_episode_on() {
     let mut config = config(Method::DdpgMge, 6);
     config.epsilon = "1".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
-    let trainer = Trainer::spawn(run.clone(), [Control::Advance(3)]).unwrap();
+    let trainer = Trainer::spawn(run.clone(), [Control::PauseAt(3)]).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::SetSchedule("0".parse().unwrap()));
     trainer.send(Control::Resume);

@@ -255,11 +255,7 @@ impl RunView {
     /// Starts training it if it is queued.
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
-        let first = turn.until.map(|until| match u64::from(until).saturating_sub(self.episodes()) {
-            0 => Control::Pause,
-            // The difference from a 32-bit number fits in 32 bits.
-            more => Control::Advance(more as u32),
-        });
+        let first = turn.until.map(|until| Control::PauseAt(until.into()));
         let trainer = Trainer::spawn(self.directory.clone(), first).map_err(SessionError::Thread);
         if let Err(error) = &trainer {
             self.failure = Some(error.to_string());
@@ -332,7 +328,7 @@ impl RunView {
     pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
         match &self.trainer {
             Some(trainer) if trainer.is_active() => {
-                let leaves = matches!(control, Control::Resume | Control::Advance(_) | Control::Stop { .. });
+                let leaves = matches!(control, Control::Resume | Control::PauseAt(_) | Control::Stop { .. });
                 self.leaving_pause |= leaves && matches!(self.history.last, Some(Event::Paused { .. }));
                 trainer.send(control);
                 Ok(())
@@ -350,7 +346,10 @@ impl RunView {
         let request = match control {
             Control::Pause => Request::Pause,
             Control::Resume => Request::Resume,
-            Control::Advance(episodes) => Request::Advance { episodes },
+            Control::PauseAt(episode) => match episode.saturating_sub(self.episodes()) {
+                0 => Request::Pause,
+                more => Request::Advance { episodes: u32::try_from(more).unwrap_or(u32::MAX) },
+            },
             Control::Stop { .. } => Request::Stop,
             Control::SetSchedule(schedule) => Request::Epsilon { schedule: schedule.to_string() },
             Control::SetPrior(_) => return Err(SessionError::NotHere(self.name())),

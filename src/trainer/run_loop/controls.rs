@@ -19,8 +19,8 @@ pub enum Control {
     Pause,
     /// Continue after a pause.
     Resume,
-    /// Train this many more episodes, then pause.
-    Advance(u32),
+    /// Continue, and pause once this many episodes of the run are finished; at once if they are.
+    PauseAt(u64),
     /// Save a checkpoint and end; the run can be resumed later.
     Stop { reason: String },
     /// Use another epsilon schedule.
@@ -57,7 +57,7 @@ impl RunLoop<'_> {
                 self.pause_after = None;
                 self.pause(training)?;
             }
-            self.take_requests()?;
+            self.take_requests(training.episode())?;
             let control = match self.received.pop_front() {
                 Some(control) => control,
                 None if paused => match self.controls.recv_timeout(LOOK) {
@@ -78,9 +78,9 @@ impl RunLoop<'_> {
                     self.pause(training)?;
                 }
                 Control::Pause => {}
-                Control::Resume | Control::Advance(_) => {
-                    if let Control::Advance(episodes) = control {
-                        self.pause_after = Some(training.episode() + u64::from(episodes.max(1)));
+                Control::Resume | Control::PauseAt(_) => {
+                    if let Control::PauseAt(episode) = control {
+                        self.pause_after = Some(episode);
                     }
                     if std::mem::take(&mut paused) {
                         self.writer.record(&Event::Resumed { episode: training.episode() })?;
@@ -105,15 +105,15 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Receives new requests of other processes.
-    fn take_requests(&mut self) -> Result<(), RunError> {
+    /// Receives new requests of other processes after `episode` episodes.
+    fn take_requests(&mut self, episode: u64) -> Result<(), RunError> {
         let (requests, mut problems) = match self.requests.poll() {
             Ok(found) => found,
             // Unreadable requests do not end a training.
             Err(error) => (Vec::new(), vec![error.to_string()]),
         };
         for request in requests {
-            match control(request) {
+            match control(request, episode) {
                 Ok(control) => self.received.push_back(control),
                 Err(problem) => problems.push(problem),
             }
@@ -135,12 +135,12 @@ impl RunLoop<'_> {
     }
 }
 
-/// The control for a request of another process, or a line about what is wrong with the request.
-fn control(request: Request) -> Result<Control, String> {
+/// The control for a request of another process after `episode` episodes, or a line about what is wrong with the request.
+fn control(request: Request, episode: u64) -> Result<Control, String> {
     Ok(match request {
         Request::Pause => Control::Pause,
         Request::Resume => Control::Resume,
-        Request::Advance { episodes } => Control::Advance(episodes),
+        Request::Advance { episodes } => Control::PauseAt(episode + u64::from(episodes.max(1))),
         Request::Stop => Control::Stop { reason: "requested by another process".to_owned() },
         Request::Epsilon { schedule } => {
             Control::SetSchedule(schedule.parse().map_err(|error| format!("epsilon: {error}"))?)

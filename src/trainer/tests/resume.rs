@@ -56,7 +56,7 @@ fn a_resumed_run_keeps_the_schedule_and_clusters_set_during_training() {
     let run = new_run(folder.path(), "run", &config);
     let given = Arc::new(ActionPrior::uniform(&config.task, 77));
     let schedule = Control::SetSchedule("step:0.8:0.5:4".parse().unwrap());
-    let first = [schedule, Control::SetPrior(given.clone()), Control::Advance(3)];
+    let first = [schedule, Control::SetPrior(given.clone()), Control::PauseAt(3)];
     let trainer = Trainer::spawn(run.clone(), first).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
@@ -103,6 +103,7 @@ fn a_killed_run_continues_from_its_checkpoint() {
     let log = std::fs::read_to_string(killed.events_path()).unwrap();
     let cut = log.find("\"episode\":8").unwrap();
     std::fs::write(killed.events_path(), &log[..cut]).unwrap();
+    stop_at(&killed, 9);
     finish(&killed);
     assert_eq!(metrics(&whole), metrics(&killed));
 }
@@ -127,7 +128,7 @@ fn a_pause_is_recorded_once_until_the_run_resumes() {
 fn clusters_are_recorded_for_a_new_run_but_not_again_for_a_resumed_one() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::DdpgMge, 6));
-    let trainer = Trainer::spawn(run.clone(), [Control::Advance(4)]).unwrap();
+    let trainer = Trainer::spawn(run.clone(), [Control::PauseAt(4)]).unwrap();
     wait_for_pause(&trainer);
     assert_eq!(trainer.watch().episode(), 4);
     trainer.send(Control::Stop { reason: "a test".to_owned() });

@@ -38,11 +38,15 @@ const NAMED: [(&str, KeyCode); 15] = [
 ];
 
 impl Key {
-    /// The canonical form, without shift for characters: it makes letters upper case.
+    /// The canonical form, without shift for characters: it makes letters upper case. With control it has no effect,
+    /// because most terminals send the same bytes with and without it.
     pub fn new(code: KeyCode, modifiers: KeyModifiers) -> Self {
         let code = match code {
-            KeyCode::Char(c) if modifiers.contains(KeyModifiers::SHIFT) => {
-                KeyCode::Char(c.to_uppercase().next().unwrap_or(c))
+            KeyCode::Char(c)
+                if modifiers.contains(KeyModifiers::SHIFT) && !modifiers.contains(KeyModifiers::CONTROL) =>
+            {
+                let mut upper = c.to_uppercase();
+                KeyCode::Char(upper.next().filter(|_| upper.next().is_none()).unwrap_or(c))
             }
             _ => code,
         };

@@ -81,13 +81,8 @@ impl Execute for Resume {
     syntax! { "resume" "[until N]" "go on with the paused run" => Resume { until: UNTIL }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let done = session.run().ok_or(SessionError::NoRun)?.episodes();
-        let control = match self.until {
-            // The difference from a 32-bit number fits in 32 bits.
-            Some(episode) => Control::Advance(u64::from(episode).saturating_sub(done) as u32),
-            None => Control::Resume,
-        };
-        session.send(control, "going on")
+        let control = self.until.map_or(Control::Resume, |episode| Control::PauseAt(episode.into()));
+        session.send(control, "resumed")
     }
 
     fn in_scripts(&self) -> InScripts {

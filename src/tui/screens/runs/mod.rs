@@ -405,14 +405,24 @@ pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
             "{} ends after the current episode, {} of {}. Its checkpoint is kept: it can be continued later.",
             run.name, run.done, run.episodes
         ),
-        _ => format!("{} runs end after the current episode. Their checkpoints are kept.", stopped.len()),
+        _ => match stopped.iter().filter(|run| run.queued).count() {
+            0 => format!("{} runs end after the current episode. Their checkpoints are kept.", stopped.len()),
+            queued => format!(
+                "{} runs end after the current episode, {queued} are taken out of the queue. All can be continued later.",
+                stopped.len() - queued
+            ),
+        },
+    };
+    let title = match stopped.as_slice() {
+        [run] if run.queued => "leave the queue?",
+        _ => "stop the training?",
     };
     let asks = stopped.iter().any(going);
     let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
     if !asks {
         return stop;
     }
-    vec![Effect::open(Question::warning("stop the training?", text, vec![('y', "stop it", Effect::All(stop))]))]
+    vec![Effect::open(Question::warning(title, text, vec![('y', "stop", Effect::All(stop))]))]
 }
 
 /// Opens each run and applies its command. After several runs, the watched run is opened again.

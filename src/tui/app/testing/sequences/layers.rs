@@ -100,7 +100,7 @@ fn a_question_is_answered_with_the_mouse() {
     let (mut app, asked) = app(typical());
     press(&mut app, "x");
     let screen = text(&shot(&mut app, 120, 40));
-    let row = screen.lines().position(|line| line.contains("stop it")).unwrap() as u16;
+    let row = screen.lines().position(|line| line.contains("y   stop")).unwrap() as u16;
     mouse(&mut app, click, (60, row + 1));
     assert!(asked.borrow().is_empty() && app.layers.is_empty(), "the answer that cancels");
     press(&mut app, "x");
