@@ -405,18 +405,18 @@ pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
             "{} ends after the current episode, {} of {}. Its checkpoint is kept: it can be continued later.",
             run.name, run.done, run.episodes
         ),
-        _ => match stopped.iter().filter(|run| run.queued).count() {
-            0 => format!("{} runs end after the current episode. Their checkpoints are kept.", stopped.len()),
-            queued => format!(
-                "{} runs end after the current episode, {queued} are taken out of the queue. All can be continued later.",
-                stopped.len() - queued
-            ),
-        },
+        runs => {
+            let queued = runs.iter().filter(|run| run.queued).count();
+            match (runs.len() - queued, queued) {
+                (0, queued) => format!("{queued} runs are taken out of the queue. They can be continued later."),
+                (ended, 0) => format!("{ended} runs end after the current episode. Their checkpoints are kept."),
+                (ended, queued) => format!(
+                    "{ended} runs end after the current episode, {queued} are taken out of the queue. All can be continued later."
+                ),
+            }
+        }
     };
-    let title = match stopped.as_slice() {
-        [run] if run.queued => "leave the queue?",
-        _ => "stop the training?",
-    };
+    let title = if stopped.iter().all(|run| run.queued) { "leave the queue?" } else { "stop the training?" };
     let asks = stopped.iter().any(going);
     let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
     if !asks {
