@@ -29,7 +29,7 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// As [`read`] with [`TEXT`], and when the file is not UTF-8.
 pub(crate) fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path, TEXT)?)
-        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("it is no text: {}", error.utf8_error())))
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("not UTF-8 text: {}", error.utf8_error())))
 }
 
 /// Refuses folders, and pipes and devices, on which a read might block.
@@ -40,7 +40,7 @@ pub(crate) fn regular(path: &Path) -> io::Result<()> {
     if path.metadata()?.is_file() {
         return Ok(());
     }
-    Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file but a pipe, a device or a folder"))
+    Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a pipe, a device or a folder"))
 }
 
 #[cfg(test)]

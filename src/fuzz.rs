@@ -76,7 +76,7 @@ fn script(input: &[u8]) {
 fn command(input: &[u8]) {
     let Ok(Some(command)) = Command::parse(text(input)) else { return };
     let printed = command.to_string();
-    let again = Command::parse(&printed).expect("a printed command is read").expect("it is no comment");
+    let again = Command::parse(&printed).expect("a printed command is read").expect("not a comment");
     assert_eq!(again.to_string(), printed);
 }
 

@@ -1,5 +1,6 @@
-//! JSON parsing with errors that give the line, the column, the JSON path and the problem.
+//! JSON: parsing with errors that give the line, the column, the JSON path and the problem, and writing.
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -43,6 +44,22 @@ pub fn message(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
     message.strip_suffix(&place).unwrap_or(&message).to_owned()
+}
+
+/// Plain data, which always serialises, as indented JSON with a final line feed.
+pub fn pretty(data: &impl Serialize) -> String {
+    serde_json::to_string_pretty(data).expect("plain data") + "\n"
+}
+
+/// Plain data as a JSON value with numbers as in its text: 0.99 and not 0.9900000095367432.
+pub fn as_written(data: &impl Serialize) -> Value {
+    let text = serde_json::to_string(data).expect("plain data");
+    serde_json::from_str(&text).expect("what was written can be read")
+}
+
+/// A value as text, without quotes.
+pub fn text(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
 /// The paths, such as `ddpg.gamma`, and values of everything in a JSON value that is not an object.

@@ -4,7 +4,7 @@
 //! additional evaluation does not change the training. The stream numbers determine every recorded result and must
 //! not change.
 
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// A purpose for which random numbers are drawn.
@@ -101,6 +101,11 @@ impl Stream {
             Self::Bystanders => MODEL | 1 << 40,
         }
     }
+}
+
+/// A uniform index below `length`, the same on machines of every word size.
+pub(crate) fn index(rng: &mut impl Rng, length: usize) -> usize {
+    rng.gen_range(0..length as u64) as usize
 }
 
 #[cfg(test)]

@@ -1,29 +1,20 @@
 //! Hostile conditions: closed or full outputs, text with terminal control sequences, endless lines, runs that were
 //! tampered with.
 
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod program;
+
 use std::fs::{self, File};
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
+use program::{command, fail, mge, succeed, text};
 use serde_json::{Value, json};
-
-const MGE: &str = env!("CARGO_BIN_EXE_mge");
-
-fn mge(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(MGE);
-    command.args(arguments).current_dir(folder).stdin(Stdio::null());
-    command
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    mge(folder, arguments).output().expect("the program starts")
-}
 
 /// Runs the program with `input` on its standard input.
 fn run_with_input(folder: &Path, arguments: &[&str], mut input: impl Read) -> Output {
-    let mut command = mge(folder, arguments);
-    let mut child = command
+    let mut child = command(folder, arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -36,26 +27,10 @@ fn run_with_input(folder: &Path, arguments: &[&str], mut input: impl Read) -> Ou
     child.wait_with_output().unwrap()
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
-}
-
-/// Asserts that the program failed with one short line without control characters.
-#[track_caller]
-fn assert_fails_plainly(output: &Output, expected: &str) {
-    let message = stderr(output);
-    assert_eq!(output.status.code(), Some(1), "{message:.2000}");
-    assert!(message.starts_with("error: ") && message.contains(expected), "{message:.2000}");
-    assert_eq!(message.matches('\n').count(), 1, "{message:.2000}");
-    assert!(message.len() < 3000, "{} bytes: {message:.200}", message.len());
-    assert!(!message.trim_end().contains(char::is_control), "{message:?}");
-}
-
 /// A finished run of two episodes.
 fn train(folder: &Path) {
-    let settings = ["--set", "ddpg.hidden=4", "--method", "ddpg", "--episodes", "2", "--quiet", "--out", "run"];
-    let output = run(folder, &[&["train", "task1"], &settings[..]].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
+    let line = "train task1 --set ddpg.hidden=4 --method ddpg --episodes 2 --quiet --out run";
+    succeed(mge(folder, line.split(' ')));
 }
 
 #[test]
@@ -74,13 +49,13 @@ fn a_closed_output_ends_quietly_and_a_full_one_is_an_error() {
     ];
     for arguments in commands {
         let full = File::options().write(true).open("/dev/full").expect("Linux has /dev/full");
-        let output = mge(folder.path(), arguments).stdout(full).output().unwrap();
-        assert_fails_plainly(&output, "cannot write to standard output: No space left on device");
+        let output = command(&folder, arguments).stdout(full).output().unwrap();
+        fail(output, "cannot write to standard output: No space left on device");
 
-        let mut child = mge(folder.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = command(&folder, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
         let output = child.wait_with_output().unwrap();
-        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""), "{arguments:?}");
+        assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(0), ""), "{arguments:?}");
     }
 }
 
@@ -117,15 +92,15 @@ fn escapes_in_names_and_texts_never_reach_the_terminal() {
         &["train", "task1", "--episodes", &name],
     ];
     for arguments in commands {
-        let output = run(path, arguments);
+        let output = mge(path, arguments);
         assert!(!output.status.success(), "{arguments:?}");
-        let message = stderr(&output);
+        let message = String::from_utf8(output.stderr).expect("messages are UTF-8");
         assert!(message.contains("\\u{"), "{arguments:?}: {message:?}");
         let is_raw = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
         assert!(!message.contains(is_raw), "{arguments:?}: {message:?}");
     }
     let scene = format!("{{{quoted}: 1}}\n");
-    assert_fails_plainly(&run_with_input(path, &["simulate"], scene.as_bytes()), "\\u{1b}");
+    fail(run_with_input(path, &["simulate"], scene.as_bytes()), "\\u{1b}");
 }
 
 #[test]
@@ -137,15 +112,15 @@ fn messages_shorten_long_text() {
     fs::write(path.join("key.json"), format!("{{\"{long}\": 1}}")).unwrap();
     fs::write(path.join("sweep.json"), format!("{{\"task\": [\"task1\"], \"method\": [\"{long}\"]}}")).unwrap();
     fs::write(path.join("axis.json"), format!("{{\"task\": [\"task1\"], \"{long}\": [1]}}")).unwrap();
-    assert_fails_plainly(&run(path, &["script", "script.mge"]), "script.mge:1");
-    assert_fails_plainly(&run(path, &["train", "key.json"]), "key.json:1");
-    assert_fails_plainly(&run(path, &["sweep", "sweep.json"]), "sweep.json:1");
-    assert_fails_plainly(&run(path, &["sweep", "axis.json"]), "axis.json:1");
+    fail(mge(path, ["script", "script.mge"]), "script.mge:1");
+    fail(mge(path, ["train", "key.json"]), "key.json:1");
+    fail(mge(path, ["sweep", "sweep.json"]), "sweep.json:1");
+    fail(mge(path, ["sweep", "axis.json"]), "axis.json:1");
     let scene = format!("{{\"id\": \"a\", \"{long}\": 1}}\n");
-    assert_fails_plainly(&run_with_input(path, &["simulate"], scene.as_bytes()), "stdin:1");
+    fail(run_with_input(path, &["simulate"], scene.as_bytes()), "stdin:1");
     let request = format!("{{\"command\": \"{long}\"}}\n{{\"command\": \"close\"}}\n");
-    let output = run_with_input(path, &["env", "serve", "task1"], request.as_bytes());
-    assert!(output.status.success() && output.stdout.len() < 3000, "{} bytes", output.stdout.len());
+    let answers = succeed(run_with_input(path, &["env", "serve", "task1"], request.as_bytes()));
+    assert!(answers.len() < 3000, "{} bytes", answers.len());
 }
 
 #[test]
@@ -154,7 +129,7 @@ fn a_line_without_an_end_is_refused() {
     for arguments in [&["simulate"][..], &["env", "serve", "task1"]] {
         let endless = std::io::repeat(b' ').take(64 << 20);
         let output = run_with_input(folder.path(), arguments, endless);
-        assert_fails_plainly(&output, "stdin:1: the line is longer than 16 MB");
+        fail(output, "stdin:1: the line is longer than 16 MB");
     }
 }
 
@@ -174,9 +149,9 @@ fn the_task_of_a_run_is_checked_like_any_other() {
     ] {
         let mut hostile = saved.clone();
         *hostile.pointer_mut(pointer).unwrap() = value;
-        File::create(&file).unwrap().write_all(hostile.to_string().as_bytes()).unwrap();
+        fs::write(&file, hostile.to_string()).unwrap();
         for arguments in [&["resume", "run", "--quiet"][..], &["evaluate", "run"], &["export", "run", "--out", "a"]] {
-            assert_fails_plainly(&run(folder.path(), arguments), expected);
+            fail(mge(&folder, arguments), expected);
         }
     }
 }

@@ -5,10 +5,13 @@
 // Skipped tests print a note.
 #![allow(clippy::print_stderr)]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod program;
 
-const MGE: &str = env!("CARGO_BIN_EXE_mge");
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use program::{mge, succeed};
 
 /// The Python interpreter to test with, if any.
 fn python() -> Option<PathBuf> {
@@ -19,40 +22,25 @@ fn python() -> Option<PathBuf> {
     python
 }
 
-fn text(output: &Output) -> String {
-    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
-}
-
-fn mge(arguments: &[&str]) -> Vec<u8> {
-    let output = Command::new(MGE).args(arguments).output().expect("the program starts");
-    assert!(output.status.success(), "{}", text(&output));
-    output.stdout
-}
-
 /// Runs a script of `tests/python`, which must succeed. Returns its output.
 fn check(python: &Path, script: &str, argument: &Path) -> String {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
-    let output = Command::new(python).arg(script).arg(argument).output().expect("Python starts");
-    assert!(output.status.success(), "{}", text(&output));
-    String::from_utf8_lossy(&output.stdout).into_owned()
+    succeed(Command::new(python).arg(script).arg(argument).output().expect("Python starts"))
 }
 
 /// A short training with updates.
-fn run(folder: &Path) -> PathBuf {
-    let run = folder.join("run");
-    let path = run.display().to_string();
-    let settings = ["ddpg.warmup_steps=50", "ddpg.hidden=16", "evaluation.every=10"];
-    let mut arguments = vec!["train", "task1", "--episodes", "40", "--model", "true", "--quiet", "--out", &path];
-    settings.iter().for_each(|setting| arguments.extend(["--set", setting]));
-    mge(&arguments);
-    run
+fn train(folder: &Path) {
+    let line = "train task1 --episodes 40 --model true --quiet --out run --set ddpg.warmup_steps=50 \
+        --set ddpg.hidden=16 --set evaluation.every=10";
+    succeed(mge(folder, line.split_whitespace()));
 }
 
 #[test]
 fn tensorboard_reads_the_values_of_a_run() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let said = check(&python, "check_tensorboard.py", &run(folder.path()));
+    train(folder.path());
+    let said = check(&python, "check_tensorboard.py", &folder.path().join("run"));
     assert!(said.contains("values agree"), "{said}");
 }
 
@@ -60,10 +48,9 @@ fn tensorboard_reads_the_values_of_a_run() {
 fn the_snippet_in_the_docs_computes_the_actions_of_the_actor() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let run = run(folder.path()).display().to_string();
-    let actor = folder.path().join("actor.safetensors").display().to_string();
-    mge(&["export", &run, "--out", &actor]);
-    let episodes = mge(&["evaluate", &run, "--episodes", "2", "--observations"]);
+    train(folder.path());
+    succeed(mge(&folder, ["export", "run", "--out", "actor.safetensors"]));
+    let episodes = succeed(mge(&folder, ["evaluate", "run", "--episodes", "2", "--observations"]));
     std::fs::write(folder.path().join("episodes.jsonl"), episodes).unwrap();
     let said = check(&python, "check_actor.py", folder.path());
     assert!(said.contains("actions agree"), "{said}");

@@ -5,6 +5,9 @@
 // Skipped tests print a note.
 #![allow(clippy::print_stderr)]
 
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod program;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,9 +15,9 @@ use mge::stats::aggregate::{iqm, mean, median, optimality_gap};
 use mge::stats::comparison::improvement_interval;
 use mge::stats::profile::profile_intervals;
 use mge::stats::{Bootstrap, Estimate, TaskScores};
+use program::{mge, succeed};
 use serde_json::Value;
 
-const MGE: &str = env!("CARGO_BIN_EXE_mge");
 /// Largest allowed difference of point estimates.
 const POINT: f64 = 1e-6;
 /// Largest allowed differences of interval ends with 10 000 and with 1000 resamples, because each library draws its own
@@ -85,12 +88,6 @@ fn python_with_rliable() -> Option<PathBuf> {
     imported.status.success().then_some(python)
 }
 
-fn succeed(command: &mut Command) -> Vec<u8> {
-    let output = command.output().expect("the program starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    output.stdout
-}
-
 #[test]
 fn the_numbers_of_a_report_are_those_of_rliable() {
     let Some(python) = python_with_rliable() else {
@@ -101,13 +98,12 @@ fn the_numbers_of_a_report_are_those_of_rliable() {
     let sweep = r#"{"task": ["task1", "task3"], "method": ["ddpg", "ddpg-uniform"], "seed": [0, 1, 2, 3], "episodes": 60,
         "epsilon": 0.5, "ddpg.hidden": 8, "evaluation.every": 0}"#;
     std::fs::write(folder.path().join("s.json"), sweep).unwrap();
-    let mge = |arguments: &[&str]| succeed(Command::new(MGE).args(arguments).current_dir(folder.path()));
-    mge(&["sweep", "s.json", "--quiet", "--out", "sweep"]);
-    mge(&["report", "sweep", "--resamples", "1000", "--out", "report"]);
+    succeed(mge(&folder, ["sweep", "s.json", "--quiet", "--out", "sweep"]));
+    succeed(mge(&folder, ["report", "sweep", "--resamples", "1000", "--out", "report"]));
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/rliable_numbers.py");
     let path = folder.path().join("report/report.json");
-    let theirs = succeed(Command::new(&python).arg(script).arg(&path).arg("1000"));
-    let theirs: Value = serde_json::from_slice(&theirs).unwrap();
+    let output = Command::new(&python).arg(script).arg(&path).arg("1000").output().expect("Python starts");
+    let theirs: Value = serde_json::from_str(&succeed(output)).unwrap();
     let ours: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
 
     let estimate = |value: &Value| -> Estimate { serde_json::from_value(value.clone()).unwrap() };

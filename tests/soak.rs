@@ -31,6 +31,9 @@ fn mge() -> String {
 /// Minutes until all permanent data has been allocated.
 const WARM: usize = 10;
 
+/// The workbench thins longer runs to this number of episodes.
+const KEPT: usize = 16_384;
+
 /// The script rests at the end of every minute so that computations finish: their temporary memory does not count as
 /// growth.
 const REST: Duration = Duration::from_secs(15);
@@ -183,6 +186,16 @@ fn another(folder: &Path) -> Child {
         .expect("the program starts")
 }
 
+/// Waits until a run has so many episodes that the workbench thins them.
+fn wait_until_kept(folder: &Path, run: &str) {
+    let start = Instant::now();
+    let path = folder.join("runs").join(run).join("metrics.csv");
+    while std::fs::read_to_string(&path).unwrap_or_default().lines().count() <= KEPT {
+        assert!(start.elapsed() < Duration::from_secs(600), "{run} has too few episodes");
+        std::thread::sleep(Duration::from_secs(1));
+    }
+}
+
 #[test]
 #[ignore = "takes an hour"]
 fn resources_do_not_grow_over_an_hour() {
@@ -216,7 +229,16 @@ fn resources_do_not_grow_over_an_hour() {
         terminal.type_text(&format!(":{line}\r"));
     }
     terminal.wait_for("run      third");
+    // Every run holds all its permanent data before the script begins, in whichever order that pauses them.
+    for run in ["first", "second"] {
+        wait_until_kept(folder.path(), run);
+    }
+    terminal.type_text(":watch 1\r:pause\r");
+    wait_until_kept(folder.path(), "third");
+    terminal.type_text(":resume\r");
     let mut other = another(folder.path());
+    wait_until_kept(folder.path(), "another");
+    terminal.type_text(":open runs/another\r");
     let seed = std::env::var("MGE_SOAK_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(0);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let process = terminal.process();

@@ -3,31 +3,21 @@
 // Skipped tests print a note.
 #![allow(clippy::print_stderr)]
 
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod program;
+
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const MGE: &str = env!("CARGO_BIN_EXE_mge");
+use program::{MGE, fail, mge, succeed, text};
 
 const SWEEP: &str = r#"{
   "task": ["task1", "task3"], "method": ["ddpg", "ddpg-mge"], "threshold": [0.2], "model": "true", "seed": [0, 1],
   "episodes": 10, "ddpg.hidden": 8, "ddpg.warmup_steps": 30, "evaluation.every": 5,
   "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10
 }"#;
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn mge(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(MGE).args(arguments).current_dir(folder).output().expect("the program starts")
-}
-
-fn succeed(output: Output) -> String {
-    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
-    text(&output.stdout)
-}
 
 fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
@@ -48,7 +38,7 @@ fn a_plan_gives_the_same_results_as_the_sweep_itself() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     std::fs::write(here.join("s.json"), SWEEP).unwrap();
-    let table = succeed(mge(here, &["sweep", "s.json", "--quiet"]));
+    let table = succeed(mge(here, ["sweep", "s.json", "--quiet"]));
     assert_eq!(table.trim(), "sweeps/s/results.csv");
     let expected = read(&here.join("sweeps/s/results.csv"));
     assert_eq!(expected.lines().count(), 9, "{expected}");
@@ -56,8 +46,8 @@ fn a_plan_gives_the_same_results_as_the_sweep_itself() {
 
     // The folder's name needs quoting in a shell, and the plan must not need the sweep file.
     let out = "it's a \"folder\" $HOME";
-    let plan = succeed(mge(here, &["sweep", "s.json", "--plan", "--out", out]));
-    let array = succeed(mge(here, &["sweep", "s.json", "--slurm", "--out", out]));
+    let plan = succeed(mge(here, ["sweep", "s.json", "--plan", "--out", out]));
+    let array = succeed(mge(here, ["sweep", "s.json", "--slurm", "--out", out]));
     assert_eq!(plan.lines().count(), 8);
     assert!(!here.join(out).exists(), "planning created files");
     std::fs::rename(here.join("s.json"), here.join("kept.json")).unwrap();
@@ -73,10 +63,10 @@ fn a_plan_gives_the_same_results_as_the_sweep_itself() {
     assert_eq!(std::fs::read_dir(here.join(out).join("runs")).unwrap().count(), 3);
     through_parallel(elsewhere.path(), &plan);
     std::fs::rename(here.join("kept.json"), here.join("s.json")).unwrap();
-    succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", out]));
+    succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", out]));
     assert_eq!(read(&here.join(out).join("results.csv")), expected);
 
-    let merged = succeed(mge(here, &["sweep", "--collect", out, "sweeps/s", "--out", "merged"]));
+    let merged = succeed(mge(here, ["sweep", "--collect", out, "sweeps/s", "--out", "merged"]));
     assert_eq!(merged.trim(), "merged/results.csv");
     assert_eq!(read(&here.join("merged/results.csv")), expected);
 }
@@ -96,27 +86,21 @@ fn through_parallel(folder: &Path, plan: &str) {
 fn errors_are_one_line_and_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bad.json"), SWEEP.replace("ddpg.hidden", "ddpg.hiden")).unwrap();
-    let output = mge(folder.path(), &["sweep", "bad.json"]);
-    assert_eq!(output.status.code(), Some(1));
-    let message = text(&output.stderr);
     assert_eq!(
-        message,
+        fail(mge(&folder, ["sweep", "bad.json"]), "bad.json"),
         "error: bad.json:3: at ddpg.hiden: there is no setting `ddpg.hiden`: did you mean `ddpg.hidden`?\n"
     );
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
     std::fs::write(folder.path().join("good.json"), SWEEP).unwrap();
     for kind in ["--plan", "--slurm"] {
-        let output = mge(folder.path(), &["sweep", "good.json", kind, "--out", "a\nb"]);
-        assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(1), ""));
-        let message = text(&output.stderr);
-        assert!(message.contains("has a line break") && message.lines().count() == 1, "{message}");
+        let output = mge(&folder, ["sweep", "good.json", kind, "--out", "a\nb"]);
+        assert_eq!(text(&output.stdout), "");
+        fail(output, "has a line break");
     }
     std::fs::remove_file(folder.path().join("good.json")).unwrap();
-    assert_eq!(mge(folder.path(), &["sweep"]).status.code(), Some(2));
-    assert_eq!(mge(folder.path(), &["report"]).status.code(), Some(2));
-    let output = mge(folder.path(), &["report", "."]);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains("holds no runs"), "{}", text(&output.stderr));
+    assert_eq!(mge(&folder, ["sweep"]).status.code(), Some(2));
+    assert_eq!(mge(&folder, ["report"]).status.code(), Some(2));
+    fail(mge(&folder, ["report", "."]), "holds no runs");
 }
 
 #[test]
@@ -131,7 +115,7 @@ fn a_sweep_finishes_a_run_whose_creation_was_killed() {
     std::fs::create_dir_all(&run).unwrap();
     std::fs::write(run.join("lock"), "1").unwrap();
     std::fs::write(run.join(".mge-aB3xY9"), "{\n  \"format\": 1,").unwrap();
-    succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", "sweep"]));
+    succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", "sweep"]));
     assert_eq!(read(&here.join("sweep/results.csv")).matches(",finished,").count(), 2);
 }
 
@@ -159,11 +143,9 @@ fn too_few_threads_slow_the_program_down_or_are_an_error() {
         eprintln!("skipped: needs root, prlimit, and a program that other users can run");
         return;
     };
-    assert_eq!(succeed(alone), succeed(mge(here, &clusters)));
+    assert_eq!(succeed(alone), succeed(mge(here, clusters)));
     let output = with_threads(1, here, &["sweep", "s.json", "--threads", "2"]).unwrap();
-    let message = text(&output.stderr);
-    assert_eq!((output.status.code(), message.lines().count()), (Some(1), 1), "{message}");
-    assert!(message.contains("cannot start a thread"), "{message}");
+    fail(output, "cannot start a thread");
 }
 
 #[test]
@@ -171,10 +153,10 @@ fn a_report_has_the_training_results() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     std::fs::write(here.join("s.json"), SWEEP).unwrap();
-    succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", "sweep"]));
+    succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", "sweep"]));
     for out in ["first", "second"] {
         let arguments = ["report", "sweep", "--resamples", "200", "--seed", "5", "--out", out];
-        assert_eq!(succeed(mge(here, &arguments)).trim(), format!("{out}/report.md"));
+        assert_eq!(succeed(mge(here, arguments)).trim(), format!("{out}/report.md"));
     }
     let files = ["report.md", "report.json", "figures/learning.png", "figures/learning-greedy.csv"];
     for file in files.into_iter().chain(["figures/performance-profile.png"]) {

@@ -2,19 +2,22 @@
 #![cfg(unix)]
 
 #[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod program;
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
 mod terminal;
 
 use std::path::Path;
 
 use base64::Engine as _;
 use portable_pty::CommandBuilder;
+use program::{MGE, fail, mge};
 use terminal::Terminal;
 
 /// A terminal without graphics.
 const PLAIN: &str = "\x1b[?62;22c";
 
 fn open(folder: &Path, arguments: &[&str]) -> Terminal {
-    let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_mge"));
+    let mut command = CommandBuilder::new(MGE);
     command.args(arguments);
     command.cwd(folder);
     Terminal::start(command, PLAIN)
@@ -77,7 +80,7 @@ fn the_copied_command_reproduces_the_training() {
     let (_, copied) = written.split_once("\x1b]52;c;").expect("a text for the clipboard");
     let copied: String = copied.chars().take_while(|c| c.is_ascii_alphanumeric() || "+/=".contains(*c)).collect();
     let command = base64::prelude::BASE64_STANDARD.decode(copied).unwrap();
-    let program = Path::new(env!("CARGO_BIN_EXE_mge")).parent().unwrap().display().to_string();
+    let program = Path::new(MGE).parent().unwrap().display().to_string();
     let path = format!("{program}:{}", std::env::var("PATH").unwrap());
     let status = std::process::Command::new("sh")
         .args(["-c", &String::from_utf8(command).unwrap()])
@@ -107,9 +110,7 @@ fn signals_restore_the_terminal_and_checkpoint_the_run() {
         terminal.type_text("t");
         terminal.wait_for("running");
         let run = folder.path().join("runs/task3-ddpg-mge-adaptive-seed0");
-        while !run.join("log.txt").exists() {
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
+        terminal.wait_until("the log of the run", |_| run.join("log.txt").exists());
         terminal.signal(signal);
         assert_eq!(terminal.wait_for_exit(), status, "{signal}");
         terminal.wait_until_restored();
@@ -160,7 +161,7 @@ fn closing_the_window_checkpoints_the_run() {
 #[test]
 fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
     let folder = tempfile::tempdir().unwrap();
-    let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_mge"));
+    let mut command = CommandBuilder::new(MGE);
     command.cwd(folder.path());
     let mut terminal = Terminal::start(command, "\x1b[?62;4;22c");
     terminal.wait_for("welcome");
@@ -223,20 +224,7 @@ fn bursts_of_input_do_not_block_the_keyboard() {
 fn an_invalid_key_file_and_a_missing_terminal_give_one_line() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("keys"), "trian = t\n").unwrap();
-    let run = |arguments: &[&str]| {
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_mge"))
-            .args(arguments)
-            .current_dir(folder.path())
-            .stdin(std::process::Stdio::null())
-            .output()
-            .unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
-    };
-    let (status, error) = run(&["--keys", "keys"]);
-    assert_eq!(status, Some(1));
-    assert_eq!(error.lines().count(), 1, "{error}");
-    assert!(error.contains("keys:1: there is no action `trian`, did you mean `train`?"), "{error}");
-    let (status, error) = run(&[]);
-    assert_eq!((status, error.lines().count()), (Some(1), 1), "{error}");
-    assert!(error.contains("needs a terminal") && error.contains("mge script"), "{error}");
+    fail(mge(&folder, ["--keys", "keys"]), "keys:1: there is no action `trian`, did you mean `train`?");
+    let message = fail(mge(&folder, [""; 0]), "needs a terminal");
+    assert!(message.contains("mge script"), "{message}");
 }

@@ -5,9 +5,10 @@
 //! it is stored only once, in the following row, unless an episode ends there. Storage grows with
 //! the recorded transitions, up to the capacity.
 
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
+
+use crate::streams;
 
 mod codec;
 
@@ -180,11 +181,11 @@ impl ReplayBuffer {
         self.check(&transition)?;
         let slot = self.next;
         let latest = (slot + self.capacity - 1) % self.capacity;
-        let goes_on = |own: &mut Box<[f32]>| bits(own).eq(bits(transition.observation));
+        let is_same = |own: &mut Box<[f32]>| bits(own).eq(bits(transition.observation));
         if latest != slot
             && let Some(own) = self.next_observations.get_mut(latest)
         {
-            own.take_if(goes_on);
+            own.take_if(is_same);
         }
         let next_observation = Some(transition.next_observation.into());
         let row = [transition.observation, transition.action, &[transition.reward]];
@@ -210,8 +211,7 @@ impl ReplayBuffer {
     pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng, batch: &mut Batch) {
         batch.clear();
         for _ in 0..if self.is_empty() { 0 } else { count } {
-            // A u64 draw is the same for every word size.
-            let index = rng.gen_range(0..self.len() as u64) as usize;
+            let index = streams::index(rng, self.len());
             batch.push(self.get(index).expect("the index is below the length"));
         }
     }
@@ -258,7 +258,7 @@ fn bits(values: &[f32]) -> impl Iterator<Item = u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
+    use rand::{Rng, SeedableRng};
 
     fn numbered(buffer: &mut ReplayBuffer, range: std::ops::Range<usize>) {
         for i in range {

@@ -6,6 +6,8 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::streams::index;
+
 /// Segments of episodes by the stage that they reached. A segment consists of the transitions from one
 /// reached stage, or the start of the episode, to the next; transitions are numbered from 0 in the order
 /// of recording.
@@ -44,7 +46,7 @@ impl Segments {
         }
     }
 
-    /// Whether no episode has begun.
+    /// Whether no episode has started.
     pub fn is_unused(&self) -> bool {
         *self == Self::default()
     }
@@ -69,10 +71,9 @@ impl Segments {
     /// If there is no segment.
     pub fn sample(&self, rng: &mut ChaCha8Rng) -> u64 {
         let stages = self.by_stage.iter().filter(|segments| !segments.is_empty());
-        // A u64 draw is the same for every word size.
-        let stage = rng.gen_range(0..stages.clone().count() as u64) as usize;
+        let stage = index(rng, stages.clone().count());
         let segments = stages.clone().nth(stage).expect("the index is below the count");
-        let (start, length) = segments[rng.gen_range(0..segments.len() as u64) as usize];
+        let (start, length) = segments[index(rng, segments.len())];
         start + rng.gen_range(0..length)
     }
 }

@@ -95,7 +95,7 @@ pub fn continue_in_background(runs: &[PathBuf]) -> io::Result<()> {
     }
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
     for run in &runs {
-        output::message(format_args!("{} goes on in the background", run.display()));
+        output::message(format_args!("{} continues in the background", run.display()));
     }
     output::message("`mge` finds them again; `mge pause`, `mge stop` and `mge epsilon` steer them");
     Ok(())

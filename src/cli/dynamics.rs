@@ -2,9 +2,8 @@
 
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::interrupt::Interrupt;
-use super::progress::Progress;
+use super::progress::{Progress, in_batch};
 use super::{Outcome, brief, output};
-use crate::batch::{Batch, default_threads};
 use crate::dynamics::{
     self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
     train_to_file,
@@ -89,17 +88,16 @@ fn command_line(arguments: &DynamicsTrain) -> String {
             command += &format!(" --{name} {value}");
         }
     }
-    let name = arguments.out.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name = arguments.out.file_name().unwrap_or_default().to_string_lossy().into_owned();
     command + if arguments.literal { " --literal" } else { "" } + " --out " + &name
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let model = dynamics::named(&arguments.model)?;
-    let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
     let mut progress = Progress::new(1, arguments.quiet);
-    let evaluation = evaluate_with_progress(&model, &tasks, &config, &mut |now| {
+    let evaluation = evaluate_with_progress(&model, &task::shipped(), &config, &mut |now| {
         progress.set(now.done as u64, now.total as u64, &now.part);
         true
     })?
@@ -115,7 +113,6 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
 }
 
 fn ablate(arguments: &DynamicsAblate) -> Outcome {
-    let interrupt = Interrupt::listen()?;
     let study = StudyPlan::full(arguments.seed);
     let tool_sets = match &arguments.tools {
         Some(tools) => vec![canonical_tool_set(tools)?],
@@ -138,13 +135,12 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         evaluation: EvaluationConfig::default(),
         bootstrap: Bootstrap::default(),
     };
-    let mut progress = Progress::new(1, arguments.quiet);
-    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
-    let outcome = ablation(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
-        progress.set(now.done, now.total, now.message);
-    });
-    drop(progress);
-    interrupt.result(outcome, |error| matches!(error, StudyError::Interrupted))?;
+    in_batch(
+        arguments.threads,
+        arguments.quiet,
+        |batch, on_progress| ablation(&plan, &arguments.out, &command, arguments.print.dpi, batch, on_progress),
+        StudyError::is_interruption,
+    )?;
     Ok(output::line(arguments.out.join("ablation.md").display())?)
 }
 

@@ -224,13 +224,8 @@ fn cell(text: &str) -> String {
 fn default_settings() -> Vec<(String, String)> {
     let config = RunConfig::new(Arc::new(task::shipped().swap_remove(0)));
     let keys = config_keys(&config);
-    // Through text, so that the f32 0.95 does not become 0.949999988079071.
-    let text = serde_json::to_string(&config).unwrap_or_default();
-    let mut values = serde_json::from_str(&text).unwrap_or_default();
-    let mut value = |key: &String| {
-        let value = json::at_mut(&mut values, key);
-        value.map(|value| value.as_str().map_or_else(|| value.to_string(), str::to_owned)).unwrap_or_default()
-    };
+    let mut values = json::as_written(&config);
+    let mut value = |key: &String| json::at_mut(&mut values, key).map(|value| json::text(value)).unwrap_or_default();
     let values: Vec<String> = keys.iter().map(&mut value).collect();
     keys.into_iter().zip(values).collect()
 }

@@ -1,9 +1,9 @@
 //! The command line. Machine-readable results go to stdout, progress and messages to stderr.
 
 mod arguments;
+mod clusters;
 mod control;
 mod dynamics;
-mod guidance;
 mod interrupt;
 mod manual;
 mod output;
@@ -76,7 +76,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Play(play) => physics::play(&play),
         Command::Env { command } => physics::serve(&command),
         Command::Dynamics { command } => dynamics::run(command),
-        Command::Clusters(clusters) => brief(|| guidance::clusters(&clusters)),
+        Command::Clusters(arguments) => brief(|| clusters::run(&arguments)),
         Command::Train(train) => runs::train(&train),
         Command::Resume(resume) => runs::resume(&resume),
         Command::Fork(fork) => runs::fork(&fork),

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate};
-use super::interrupt::Interrupt;
-use super::progress::Progress;
+use super::progress::in_batch;
 use super::runs::split_definition;
 use super::{Outcome, output, sweeps};
-use crate::batch::{Batch, BatchProgress, default_threads};
+use crate::batch::default_threads;
 use crate::evidence;
 use crate::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, PuzzleError};
 use crate::sweep::Sweep;
@@ -22,9 +21,12 @@ pub fn run(command: &Puzzles) -> Outcome {
 fn generate(arguments: &PuzzlesGenerate) -> Outcome {
     let wanted = Index::new(arguments.seed, arguments.split, arguments.start_noise);
     let criteria = Criteria { random_actions: arguments.random_actions, ..Criteria::default() };
-    in_batch(arguments.threads, arguments.quiet, |batch, on_progress| {
-        puzzles::generate(&wanted, arguments.count, &criteria, &arguments.out, batch, on_progress)
-    })?;
+    in_batch(
+        arguments.threads,
+        arguments.quiet,
+        |batch, on_progress| puzzles::generate(&wanted, arguments.count, &criteria, &arguments.out, batch, on_progress),
+        PuzzleError::is_interruption,
+    )?;
     Ok(output::line(arguments.out.join("index.json").display())?)
 }
 
@@ -42,9 +44,12 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     let folder = &arguments.puzzles;
     let index = Index::load(folder)?
         .ok_or_else(|| format!("{}: has no index.json: make puzzles with `mge puzzles generate`", folder.display()))?;
-    let file = in_batch(arguments.threads, arguments.quiet, |batch, on_progress| {
-        puzzles::prepare(&plan, &index, &arguments.out, batch, on_progress)
-    })?;
+    let file = in_batch(
+        arguments.threads,
+        arguments.quiet,
+        |batch, on_progress| puzzles::prepare(&plan, &index, &arguments.out, batch, on_progress),
+        PuzzleError::is_interruption,
+    )?;
     if arguments.prepare {
         return Ok(output::line(file.display())?);
     }
@@ -78,18 +83,4 @@ fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
     );
     BenchResults::new(&command, index, runs.into_iter().map(|run| run.trained.row).collect()).write(out)?;
     Ok(output::line(out.join("report.md").display())?)
-}
-
-/// Runs a batch of puzzles with progress; a signal ends it cleanly.
-fn in_batch<T>(
-    threads: Option<usize>,
-    quiet: bool,
-    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, PuzzleError>,
-) -> Result<T, Box<dyn std::error::Error>> {
-    let mut progress = Progress::new(1, quiet);
-    let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
-    let outcome = work(&batch, &mut |now| progress.set(now.done, now.total, now.message));
-    drop(progress);
-    interrupt.result(outcome, |error| matches!(error, PuzzleError::Interrupted { .. }))
 }

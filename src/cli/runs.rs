@@ -33,13 +33,13 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
         notify: arguments.notify,
     };
     Ok(match tui::run(session, &options)? {
-        tui::Leaving::Quit => ExitCode::SUCCESS,
-        tui::Leaving::Background(runs) => {
+        tui::ExitReason::Quit => ExitCode::SUCCESS,
+        tui::ExitReason::Background(runs) => {
             control::continue_in_background(&runs)?;
             ExitCode::SUCCESS
         }
-        tui::Leaving::HungUp => ExitCode::from(129),
-        tui::Leaving::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
+        tui::ExitReason::HungUp => ExitCode::from(129),
+        tui::ExitReason::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
     })
 }
 
@@ -306,7 +306,7 @@ fn export(session: &mut Session, figure: command::Figure) -> Outcome {
 }
 
 fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
-    let name = run.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name = run.file_name().unwrap_or_default().to_string_lossy().into_owned();
     match out {
         Some(folder) => folder.join(format!("dashboard-{}.{ending}", printable(&name))),
         None => run.join("figures").join(format!("dashboard.{ending}")),

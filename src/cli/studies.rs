@@ -1,17 +1,14 @@
 //! `mge reproduce`, `mge report` and `mge bench`.
 
 use super::arguments::{Bench, Report, Reproduce};
-use super::interrupt::Interrupt;
-use super::progress::Progress;
+use super::progress::{Progress, in_batch};
 use super::{Outcome, output};
-use crate::batch::{Batch, default_threads};
 use crate::bench::WORKS;
 use crate::evidence;
 use crate::stats::Bootstrap;
 use crate::study::{self, StudyError, StudyPlan};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
-    let interrupt = Interrupt::listen()?;
     let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
     let mut command = "mge reproduce".to_owned();
     if arguments.quick {
@@ -22,13 +19,12 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
         command += " --questions";
     }
     command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
-    let mut progress = Progress::new(1, arguments.quiet);
-    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
-    let outcome = study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
-        progress.set(now.done, now.total, now.message);
-    });
-    drop(progress);
-    interrupt.result(outcome, |error| matches!(error, StudyError::Interrupted))?;
+    in_batch(
+        arguments.threads,
+        arguments.quiet,
+        |batch, on_progress| study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, batch, on_progress),
+        StudyError::is_interruption,
+    )?;
     Ok(output::line(arguments.out.join("report.md").display())?)
 }
 

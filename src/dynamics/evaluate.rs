@@ -106,7 +106,7 @@ pub struct OneTool {
     /// After the whole action, only for launches in which the ball was deflected.
     pub action_contact: Errors,
     /// Predicted against real hits of a subgoal near the ball's path, for the same launches.
-    pub hits: Hits,
+    pub hits: HitPredictions,
 }
 
 /// Errors on scenes of one task.
@@ -117,12 +117,12 @@ pub struct SceneErrors {
     /// After 1, 2, ... actions.
     pub rollout: Compared<Vec<Errors>>,
     /// Predicted against real hits of the next stage.
-    pub hits: Compared<Hits>,
+    pub hits: Compared<HitPredictions>,
 }
 
 /// Predicted against real hits.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Hits {
+pub struct HitPredictions {
     /// Rollouts compared.
     pub rollouts: usize,
     /// Predicted and real.
@@ -288,7 +288,7 @@ fn scene_errors(
         hits: predictors.map(|predictor| {
             parts.next(&task.name)?;
             let predicted = rollouts(predictor, task, &hit_starts, &hit_sequences)?;
-            Ok(Hits::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
+            Ok(HitPredictions::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
         })?,
     })
 }
@@ -394,7 +394,7 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
         one_step_contact: Errors::of(one_step_contact),
         rollout,
         action_contact: Errors::of(action_contact.collect()),
-        hits: Hits::count(deflected.iter().map(|&index| (predicted_hits[index], really_passes(index)))),
+        hits: HitPredictions::count(deflected.iter().map(|&index| (predicted_hits[index], really_passes(index)))),
     })
 }
 
@@ -402,7 +402,7 @@ fn states(launches: &[Launch], step: usize) -> Vec<BallState> {
     launches.iter().map(|launch| launch.states[step]).collect()
 }
 
-impl Hits {
+impl HitPredictions {
     fn count(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut hits = Self::default();
         for (predicted, real) in pairs {

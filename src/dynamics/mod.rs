@@ -75,8 +75,8 @@ pub use config::{
 };
 pub use error::{DynamicsError, Result};
 pub use evaluate::{
-    Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, Hits, LaunchErrors, OneTool, SceneErrors,
-    evaluate, evaluate_with_progress,
+    Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, HitPredictions, LaunchErrors, OneTool,
+    SceneErrors, evaluate, evaluate_with_progress,
 };
 pub(crate) use graph::{Edges, Graphs, Layout};
 pub use launch::{Launch, Split, collect};

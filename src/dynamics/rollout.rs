@@ -35,7 +35,7 @@ pub struct RolloutAction {
 }
 
 /// A rollout in progress.
-struct Scene {
+struct OngoingRollout {
     snapshot: Snapshot,
     ball: BallState,
     /// Radius of the ball in units.
@@ -47,7 +47,7 @@ struct Scene {
     /// Number of actions that the episode still allows.
     actions_left: usize,
     over: bool,
-    rollout: Rollout,
+    outcome: Rollout,
 }
 
 /// A region that the ball should reach.
@@ -105,38 +105,41 @@ fn roll_out<C: Copy + Into<Choice>>(
     starts: &[&Snapshot],
     sequences: &[Vec<C>],
 ) -> Result<Vec<Rollout>> {
-    let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, targets(start), start)).collect();
+    let mut rollouts: Vec<OngoingRollout> =
+        starts.iter().map(|start| OngoingRollout::new(task, targets(start), start)).collect();
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
     for index in 0..horizon {
-        for (scene, sequence) in scenes.iter_mut().zip(sequences) {
+        for (rollout, sequence) in rollouts.iter_mut().zip(sequences) {
             match sequence.get(index) {
-                Some(&choice) if !scene.over && index < scene.actions_left => scene.place(task, set, choice.into()),
-                _ => scene.over = true,
+                Some(&choice) if !rollout.over && index < rollout.actions_left => {
+                    rollout.place(task, set, choice.into());
+                }
+                _ => rollout.over = true,
             }
         }
         for _ in 0..task.rules.steps_per_action / predictor.interval() {
-            advance(predictor, &mut scenes)?;
+            advance(predictor, &mut rollouts)?;
         }
-        for scene in scenes.iter_mut().filter(|scene| scene.rollout.balls.len() < scene.rollout.actions.len()) {
-            scene.end_action();
+        for rollout in rollouts.iter_mut().filter(|rollout| rollout.is_in_action()) {
+            rollout.end_action();
         }
     }
-    Ok(scenes.into_iter().map(|scene| scene.rollout).collect())
+    Ok(rollouts.into_iter().map(|rollout| rollout.outcome).collect())
 }
 
 /// One prediction for all rollouts that are not over.
-fn advance(predictor: &dyn Predictor, scenes: &mut [Scene]) -> Result<()> {
-    let mut running: Vec<&mut Scene> = scenes.iter_mut().filter(|scene| !scene.over).collect();
-    let balls: Vec<BallState> = running.iter().map(|scene| scene.ball).collect();
-    let tools: Vec<&[Tool]> = running.iter().map(|scene| scene.tools.as_slice()).collect();
+fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout]) -> Result<()> {
+    let mut running: Vec<&mut OngoingRollout> = rollouts.iter_mut().filter(|rollout| !rollout.over).collect();
+    let balls: Vec<BallState> = running.iter().map(|rollout| rollout.ball).collect();
+    let tools: Vec<&[Tool]> = running.iter().map(|rollout| rollout.tools.as_slice()).collect();
     let next = predictor.advance(&balls, &tools)?;
-    for (scene, next) in running.iter_mut().zip(next) {
-        scene.go_to(next);
+    for (rollout, next) in running.iter_mut().zip(next) {
+        rollout.go_to(next);
     }
     Ok(())
 }
 
-impl Scene {
+impl OngoingRollout {
     fn new(task: &Task, targets: Vec<Target>, start: &Snapshot) -> Self {
         let tools: Vec<Tool> = start.world().tools().copied().collect();
         let ball = start.ball();
@@ -149,7 +152,7 @@ impl Scene {
             targets,
             actions_left: task.rules.max_actions.saturating_sub(start.actions()) as usize,
             over: start.end().is_some(),
-            rollout: Rollout { path: vec![to_normalised(ball.position)], ..Rollout::default() },
+            outcome: Rollout { path: vec![to_normalised(ball.position)], ..Rollout::default() },
         }
     }
 
@@ -165,10 +168,10 @@ impl Scene {
         };
         let placed = placement == Placement::Placed;
         if placed {
-            self.placed_by.push(Some(self.rollout.actions.len()));
+            self.placed_by.push(Some(self.outcome.actions.len()));
             self.tools.extend(self.snapshot.world().tools().last().copied());
         }
-        self.rollout.actions.push(RolloutAction { action, placed, touched: false });
+        self.outcome.actions.push(RolloutAction { action, placed, touched: false });
     }
 
     /// Whether a target is reached: for `at_end`, one that counts at the end of an action, by the state `next`
@@ -180,25 +183,30 @@ impl Scene {
         })
     }
 
+    /// Whether an action was taken whose end is still to come.
+    fn is_in_action(&self) -> bool {
+        self.outcome.balls.len() < self.outcome.actions.len()
+    }
+
     fn end_action(&mut self) {
         if !self.over && self.reaches(&self.ball, true) {
-            (self.rollout.hit, self.over) = (true, true);
+            (self.outcome.hit, self.over) = (true, true);
         }
-        self.rollout.balls.push(self.ball);
+        self.outcome.balls.push(self.ball);
     }
 
     fn go_to(&mut self, next: BallState) {
         let (radius, hit) = (self.radius, self.reaches(&next, false));
-        self.rollout.hit = hit;
+        self.outcome.hit = hit;
         for (tool, action) in self.tools.iter().zip(&self.placed_by).filter_map(|(tool, by)| Some((tool, (*by)?))) {
             let near = |ball: &BallState| {
                 !tool.is_beyond(ball.position, radius + TOUCH_GAP) && tool.surface(ball.position).0 - radius < TOUCH_GAP
             };
-            let touched = &mut self.rollout.actions[action].touched;
+            let touched = &mut self.outcome.actions[action].touched;
             *touched = *touched || near(&self.ball) || (!hit && near(&next));
         }
         self.ball = next;
-        self.rollout.path.push(to_normalised(next.position));
+        self.outcome.path.push(to_normalised(next.position));
         let inside = next.position.iter().all(|p| *p > 0.0 && *p < SCREEN);
         self.over = hit || !inside;
     }

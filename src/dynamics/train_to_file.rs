@@ -87,11 +87,11 @@ pub fn train_to_file(
     let (mut train_loss, mut failure) = (None, None);
     let ended = training.run(|training, now| {
         train_loss = Some(now.loss);
-        let goes_on = on_progress(now);
-        if now.epoch < now.epochs && (!goes_on || now.epoch.is_multiple_of(CHECKPOINT_EVERY)) {
+        let continues = on_progress(now);
+        if now.epoch < now.epochs && (!continues || now.epoch.is_multiple_of(CHECKPOINT_EVERY)) {
             failure = crate::atomic::write(&checkpoint, &training.checkpoint().to_bytes()).err();
         }
-        goes_on && failure.is_none()
+        continues && failure.is_none()
     });
     if let Some(error) = failure {
         return Err(io(error));

@@ -6,6 +6,7 @@ use rand::Rng;
 
 use super::config::ModelConfig;
 use crate::physics::{NO_OP, Tool, ToolKind, ToolSplit, catalogue_tool};
+use crate::streams::index;
 
 /// The tools of each type that launches are made at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +35,7 @@ impl Variety {
     pub(super) fn draw(self, kind: ToolKind, rng: &mut impl Rng) -> Tool {
         let listed = self.catalogue(kind);
         if !listed.is_empty() {
-            return listed[rng.gen_range(0..listed.len() as u64) as usize];
+            return listed[index(rng, listed.len())];
         }
         let tool = Tool::new(kind, [0.0; 2]);
         if self == Self::Sizes {

@@ -128,7 +128,7 @@ fn play(subject: &mut impl Subject, task: &Task, seed: u64) -> Result<Episode, V
             return Ok(episode);
         }
     }
-    Err(violation(Contract::End, format!("seed {seed} goes on after {} actions", task.rules.max_actions)))
+    Err(violation(Contract::End, format!("seed {seed} continues after {} actions", task.rules.max_actions)))
 }
 
 fn check_observation(observation: &[f32], task: &Task, when: &str) -> Result<(), Violation> {
@@ -178,7 +178,7 @@ fn check_reset_midway(subject: &mut impl Subject, seed: u64, episode: &Episode) 
 fn check_snapshot(subject: &mut impl Subject, seed: u64, episode: &Episode) -> Result<(), Violation> {
     subject.reset(seed);
     let (before, after) = episode.steps.split_at(episode.steps.len() / 2);
-    let differs = || format!("an episode with seed {seed} goes on differently when restored midway");
+    let differs = || format!("an episode with seed {seed} continues differently when restored midway");
     for (action, _) in before {
         subject.step(*action).map_err(|_| violation(Contract::Snapshot, differs()))?;
     }

@@ -49,10 +49,10 @@ pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usiz
     let objects = slots * SCENE_FEATURES;
     let length = objects + progress_len(task) + ACTION_SET * TOOL_FEATURES;
     let mut numbers = Vec::with_capacity(length);
-    let mut scene = Scene { numbers: &mut numbers, free: slots };
-    scene.push_movers(task, now.world());
-    scene.push_regions(task, now);
-    scene.push_tools(task, now.world());
+    let mut writer = ObjectWriter { numbers: &mut numbers, free: slots };
+    writer.push_movers(task, now.world());
+    writer.push_regions(task, now);
+    writer.push_tools(task, now.world());
     numbers.resize(objects, 0.0);
     let flags = now.reached().iter().chain(now.reached_by_marker()).copied();
     let flags = flags.chain([now.target_moved(), now.goal_reached()]);
@@ -66,12 +66,12 @@ pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usiz
 }
 
 /// Writes objects until the slots are full.
-struct Scene<'a> {
+struct ObjectWriter<'a> {
     numbers: &'a mut Vec<f32>,
     free: usize,
 }
 
-impl Scene<'_> {
+impl ObjectWriter<'_> {
     fn push(&mut self, role: &str, motion: &Motion, properties: [f32; TOOL_FEATURES]) {
         if self.free == 0 {
             return;

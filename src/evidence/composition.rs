@@ -1,4 +1,4 @@
-//! Options of a figure of learning curves: the runs, the curves with their names and order, and the look.
+//! Options of a figure of learning curves: the runs, the curves with their names and order, and the style.
 //! They are the options of the command `figure` and of `mge figures --set`.
 
 use std::path::PathBuf;
@@ -10,11 +10,11 @@ use super::estimates::CurveEstimates;
 use super::figures::{learning_curves, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
 use super::row::TrainedRun;
-use crate::figures::{LearningCurves, Look};
+use crate::figures::{LearningCurves, PlotStyle};
 use crate::run::{RunState, config_hash};
 use crate::spelling::did_you_mean;
 
-/// The content and look of a figure of learning curves. By default all curves, as in reports.
+/// The content and style of a figure of learning curves. By default all curves, as in reports.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Composition {
     /// Folders of runs: each a run, or one that holds runs.
@@ -27,8 +27,8 @@ pub struct Composition {
     pub success: Success,
     /// The quantity on the x axis.
     pub against: Against,
-    /// Its width, font and axis.
-    pub look: Look,
+    /// Width, font size and x axis.
+    pub style: PlotStyle,
 }
 
 /// Whether the success of training or of greedy evaluations is shown.
@@ -111,9 +111,11 @@ impl Composition {
             "reference" => self.reference = Some(value.to_owned()),
             "success" => self.success = read(&SUCCESS, key, value)?,
             "against" => self.against = read(&AGAINST, key, value)?,
-            "width" => self.look.single = read(&WIDTH, key, value)?,
-            "font" => self.look = self.look.with_font(value.parse().map_err(|_| format!("`{value}` is no size"))?)?,
-            "axis" => self.look.logarithmic = read(&AXIS, key, value)?,
+            "width" => self.style.single = read(&WIDTH, key, value)?,
+            "font" => {
+                self.style = self.style.with_font(value.parse().map_err(|_| format!("`{value}` is not a size"))?)?
+            }
+            "axis" => self.style.logarithmic = read(&AXIS, key, value)?,
             _ => {
                 let names = OPTIONS.map(|(name, _)| name);
                 return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
@@ -135,9 +137,9 @@ impl Composition {
             ("reference", self.reference.clone()),
             ("success", unless_default(&SUCCESS, &self.success)),
             ("against", unless_default(&AGAINST, &self.against)),
-            ("width", unless_default(&WIDTH, &self.look.single)),
-            ("font", Some(self.look.font()).filter(|size| *size != Look::FONT).map(|size| size.to_string())),
-            ("axis", unless_default(&AXIS, &self.look.logarithmic)),
+            ("width", unless_default(&WIDTH, &self.style.single)),
+            ("font", Some(self.style.font()).filter(|size| *size != PlotStyle::FONT).map(|size| size.to_string())),
+            ("axis", unless_default(&AXIS, &self.style.logarithmic)),
         ];
         let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
         runs.chain(curves).chain(others).collect()
@@ -172,8 +174,8 @@ impl Composition {
             Against::Steps => step_curves(&runs, estimates)?,
         };
         let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
-        let (legend, reference, look) = (legend.collect(), self.reference.clone(), self.look);
-        Ok(Composed { figure: LearningCurves { legend, reference, look, ..curves }, seeds, config_hash })
+        let (legend, reference, style) = (legend.collect(), self.reference.clone(), self.style);
+        Ok(Composed { figure: LearningCurves { legend, reference, style, ..curves }, seeds, config_hash })
     }
 
     /// The runs of the chosen curves.

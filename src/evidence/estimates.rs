@@ -1,4 +1,4 @@
-//! The points of learning curves with their intervals, cached while only the look of a figure changes.
+//! The points of learning curves with their intervals, cached while only the style of a figure changes.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};

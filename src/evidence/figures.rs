@@ -28,17 +28,15 @@ pub fn learning_curves(
     estimates: &impl CurveEstimates,
     greedy: bool,
 ) -> Result<LearningCurves, StatsError> {
-    let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
     let window = if greedy { EVALUATIONS } else { WINDOW };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
-    let groups = Groups::new(&rows);
-    let labels: Vec<String> = rows.iter().map(LearningRow::label).collect();
+    let groups = Groups::new(runs.iter().map(|run| &run.row));
     for task in groups.tasks() {
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
         for label in groups.labels() {
-            let of_group = runs.iter().zip(&labels).filter(|(run, of)| run.row.task == *task && *of == label);
+            let of_group = groups.places(task, label).iter().map(|&place| &runs[place]);
             let curves: Vec<&[[f64; 2]]> =
-                of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
+                of_group.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
                 let mut curve = summary_curve(label, &curves, estimates)?;

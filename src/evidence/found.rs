@@ -32,7 +32,7 @@ pub struct FoundRun {
 impl FoundRun {
     /// Name of its folder.
     pub fn name(&self) -> String {
-        self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 }
 

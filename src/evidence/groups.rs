@@ -23,10 +23,15 @@ pub const HELD: Score = |row| row.efficiency.held_success;
 pub struct Groups<'a> {
     labels: Vec<String>,
     tasks: Vec<String>,
-    /// The rows of each group, keyed by the indices of its task and label.
-    rows: HashMap<(usize, usize), Vec<&'a LearningRow>>,
+    /// The groups, keyed by the indices of their task and label.
+    by_key: HashMap<(usize, usize), Group<'a>>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Group<'a> {
+    rows: Vec<&'a LearningRow>,
     /// Their indices among all rows.
-    places: HashMap<(usize, usize), Vec<usize>>,
+    places: Vec<usize>,
 }
 
 /// A score of one group.
@@ -44,11 +49,12 @@ pub struct GroupSummary {
 impl<'a> Groups<'a> {
     /// Groups rows.
     pub fn new(rows: impl IntoIterator<Item = &'a LearningRow>) -> Self {
-        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), rows: HashMap::new(), places: HashMap::new() };
+        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), by_key: HashMap::new() };
         for (place, row) in rows.into_iter().enumerate() {
             let key = (place_or_push(&mut groups.tasks, &row.task), place_or_push(&mut groups.labels, &row.label()));
-            groups.rows.entry(key).or_default().push(row);
-            groups.places.entry(key).or_default().push(place);
+            let group = groups.by_key.entry(key).or_default();
+            group.rows.push(row);
+            group.places.push(place);
         }
         groups
     }
@@ -65,14 +71,16 @@ impl<'a> Groups<'a> {
 
     /// The rows of one group; empty if there is no such group.
     pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
-        let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
-        self.rows.get(&(task, label)).map_or(&[], Vec::as_slice)
+        self.group(task, label).map_or(&[], |group| group.rows.as_slice())
     }
 
     /// The indices of one group's rows among all rows.
     pub fn places(&self, task: &str, label: &str) -> &[usize] {
-        let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
-        self.places.get(&(task, label)).map_or(&[], Vec::as_slice)
+        self.group(task, label).map_or(&[], |group| group.places.as_slice())
+    }
+
+    fn group(&self, task: &str, label: &str) -> Option<&Group<'a>> {
+        self.by_key.get(&(place(&self.tasks, task)?, place(&self.labels, label)?))
     }
 
     /// Tasks on which every label has runs.

@@ -61,8 +61,7 @@ pub fn report(
             &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
         )?;
     }
-    // Plain data always serialises.
-    let json = serde_json::to_string_pretty(&report).expect("a report is plain data") + "\n";
+    let json = crate::json::pretty(&report);
     for (name, text) in [("report.json", json), ("report.md", report.to_markdown()?)] {
         let path = out.join(name);
         crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?;

@@ -3,8 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use serde_json::Value;
-
 use super::row::LearningRow;
 use crate::dynamics::tool_set_name;
 use crate::json;
@@ -60,9 +58,8 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
 
 /// The differences of two runs: JSON paths of `config.json` with both values; a missing value is empty.
 pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [String; 2])> {
-    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let of = |config: &RunConfig| -> Settings {
-        json::leaves(&as_written(config)).into_iter().map(|(path, value)| (path, text(value))).collect()
+        json::leaves(&json::as_written(config)).into_iter().map(|(path, value)| (path, json::text(value))).collect()
     };
     let all = [of(first), of(second)];
     let paths: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
@@ -105,18 +102,15 @@ fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
             || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
         !elsewhere && config.method.uses(path)
     };
-    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    let whole = as_written(config);
+    let whole = json::as_written(config);
     let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
     let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
     let fork = ("fork".to_owned(), fork);
-    leaves.map(|(path, value)| (path, text(value))).chain(task_changes(&config.task, shipped)).chain([fork]).collect()
-}
-
-/// The configuration with numbers as in `config.json`: 0.99 and not 0.9900000095367432.
-fn as_written(config: &RunConfig) -> Value {
-    let text = serde_json::to_string(config).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
+    leaves
+        .map(|(path, value)| (path, json::text(value)))
+        .chain(task_changes(&config.task, shipped))
+        .chain([fork])
+        .collect()
 }
 
 /// For a task with the name of a shipped one: whether its subgoals, and the rest of it, are changed.

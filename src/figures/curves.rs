@@ -5,7 +5,7 @@ use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Type};
 use super::data::{Curve, Statistics, labels};
 use super::layout::{LEGEND, Mark, NOTE, legend, legend_height, note, note_height, panels};
-use super::look::Look;
+use super::plot_style::PlotStyle;
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
 use super::table::Table;
 use super::tasks::{COLUMNS, heading};
@@ -28,8 +28,8 @@ pub struct LearningCurves {
     pub legend: Vec<(String, String)>,
     /// Label of the reference curve, which is grey and uses up none of the other curves' colours.
     pub reference: Option<String>,
-    /// The layout.
-    pub look: Look,
+    /// Width, font size and x axis.
+    pub style: PlotStyle,
 }
 
 /// The quantity against which success is plotted.
@@ -230,7 +230,7 @@ impl LearningCurves {
 
     /// Width of the page before magnification, in points.
     fn width(&self) -> f64 {
-        self.look.width() / self.look.scale()
+        self.style.width() / self.style.scale()
     }
 
     /// Number of columns, so that panels are about as wide as in other figures.
@@ -256,7 +256,7 @@ impl LearningCurves {
         let label = self.progress.words()[0];
         let values = || curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite());
         let last = values().fold(1.0, f64::max);
-        match self.look.logarithmic {
+        match self.style.logarithmic {
             false => Axis::linear(label, 0.0, last, 5),
             true => Axis::decades(label, values().filter(|x| *x > 0.0).fold(last, f64::min), last),
         }
@@ -270,13 +270,13 @@ impl Figure for LearningCurves {
         let rows = self.panels.len().div_ceil(self.columns()).max(1);
         // The default page height includes a note of two lines.
         let note = (note_height(width, &self.caption(&legend)) - USUAL_NOTE).max(0.0);
-        let further =
-            legend.further(width - 2.0 * MARGIN - LAST_TICK) + if self.look == Look::default() { 0.0 } else { note };
-        [width, rows as f64 * 138.0 + 36.0 + further].map(|side| side * self.look.scale())
+        let further = legend.further(width - 2.0 * MARGIN - LAST_TICK)
+            + if self.style == PlotStyle::default() { 0.0 } else { note };
+        [width, rows as f64 * 138.0 + 36.0 + further].map(|side| side * self.style.scale())
     }
 
     fn scale(&self) -> f64 {
-        self.look.scale()
+        self.style.scale()
     }
 
     fn draw(&self, canvas: &Canvas<'_>) {

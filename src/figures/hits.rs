@@ -12,9 +12,9 @@ use super::table::Table;
 use super::tasks::heading;
 use crate::stats::Estimate;
 
-/// Hit counts of each policy on each task.
+/// Bars of how often each policy reached the goal and the subgoals of each task.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Hits {
+pub struct HitBars {
     /// Number of episodes per count.
     pub episodes: usize,
     /// How the counts were summarised over seeds.
@@ -43,7 +43,7 @@ pub struct PolicyHits {
     pub subgoals: Vec<Estimate>,
 }
 
-impl Hits {
+impl HitBars {
     fn policies(&self) -> Vec<&str> {
         labels(self.tasks.iter().flat_map(|task| &task.policies).map(|hits| hits.policy.as_str()))
     }
@@ -73,7 +73,7 @@ fn short(name: &str) -> String {
     heading(name).replace("Task ", "T")
 }
 
-impl Figure for Hits {
+impl Figure for HitBars {
     fn size(&self) -> [f64; 2] {
         [DOUBLE_COLUMN, 200.0]
     }

@@ -65,8 +65,8 @@ pub(super) fn build_stages(
         let mut built = imagine(task, model, config, &starts, &mut rng)?;
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
-            let go_on = || !model.is_stopped();
-            let (reached, last) = explore(&mut env, &built, stage, config.horizon, &starts, &go_on, &mut rng);
+            let keep_going = || !model.is_stopped();
+            let (reached, last) = explore(&mut env, &built, stage, config.horizon, &starts, &keep_going, &mut rng);
             built.environment_hits = reached.len();
             let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
             if !wanted.is_empty() {
@@ -149,12 +149,12 @@ fn explore(
     stage: usize,
     horizon: usize,
     starts: &[Snapshot],
-    go_on: &dyn Fn() -> bool,
+    keep_going: &dyn Fn() -> bool,
     rng: &mut ChaCha8Rng,
 ) -> (Vec<Snapshot>, Vec<Snapshot>) {
     let (mut reached, mut last) = (Vec::new(), Vec::new());
     for _ in 0..prior.environment_rollouts {
-        if !go_on() {
+        if !keep_going() {
             break;
         }
         env.restore(&starts[rng.gen_range(0..starts.len())]);

@@ -120,8 +120,7 @@ impl ActionPrior {
 
     /// The JSON text of the prior, as it is saved.
     pub fn to_json(&self) -> String {
-        // Plain structs of numbers and strings always serialise.
-        serde_json::to_string_pretty(self).expect("a prior is plain data") + "\n"
+        crate::json::pretty(self)
     }
 }
 

@@ -306,7 +306,7 @@ fn a_stage_is_explored_from_where_the_previous_one_was_reached() {
     let reached = stages(StartStates::Reached);
     assert!(reached[..200].iter().all(|start| *start == (0, 0)) && reached[200..].iter().all(|(stage, _)| *stage == 1));
     let horizon = GuidanceConfig::default().horizon as u32;
-    assert!(reached[200..].iter().any(|(_, actions)| *actions < horizon), "it goes on at once");
+    assert!(reached[200..].iter().any(|(_, actions)| *actions < horizon), "the episode continues at once");
     let last: Vec<usize> = stages(StartStates::Last)[200..].iter().map(|(stage, _)| *stage).collect();
     assert!(last.contains(&0) && last.contains(&1), "also from where it was not reached");
 }

@@ -16,7 +16,7 @@ use crate::dynamics::Result;
 use crate::env::{Action, ActionSet, Choice, Environment, Snapshot, TOOL_FEATURES, tool_embedding, uniform_action};
 use crate::physics::ToolSplit;
 use crate::stop::Stop;
-use crate::streams::Stream;
+use crate::streams::{Stream, index};
 use crate::task::Task;
 
 /// Rollouts between two checks for a stop request.
@@ -77,12 +77,12 @@ pub fn build_with_tools(
                 let Some(played) = roll_out(&env, &TruePhysics, &starts, &chosen, stop)? else { return Ok(None) };
                 let ends: Vec<Snapshot> = played.into_iter().filter_map(|rollout| rollout.end).collect();
                 built.environment_rollouts = ends.len();
-                built.environment_hits = ends.iter().filter(|end| can_go_on(end) && end.stage() > stage).count();
+                built.environment_hits = ends.iter().filter(|end| is_unfinished(end) && end.stage() > stage).count();
                 ends
             }
         };
         prior.stages[stage] = built;
-        let ends: Vec<Snapshot> = ends.into_iter().filter(can_go_on).collect();
+        let ends: Vec<Snapshot> = ends.into_iter().filter(is_unfinished).collect();
         let any_reached = ends.iter().any(|end| end.stage() > stage);
         let next: Vec<Snapshot> = ends.into_iter().filter(|end| !any_reached || end.stage() > stage).collect();
         if !next.is_empty() {
@@ -92,7 +92,7 @@ pub fn build_with_tools(
     Ok(Some(prior))
 }
 
-fn can_go_on(end: &Snapshot) -> bool {
+fn is_unfinished(end: &Snapshot) -> bool {
     end.end().is_none()
 }
 
@@ -105,10 +105,8 @@ fn likeliest(drawn: Vec<Drawn>, hits: &[bool], most: usize) -> Vec<Drawn> {
 
 /// Random rollouts: each has a random one of `starts` states and random choices among `tools` tools.
 fn draw(config: &GuidanceConfig, starts: usize, tools: usize, rng: &mut ChaCha8Rng) -> Vec<Drawn> {
-    // A u64 draw is the same for every word size.
-    let index = |count: usize, rng: &mut ChaCha8Rng| rng.gen_range(0..count as u64) as usize;
-    let choice = |rng: &mut ChaCha8Rng| Choice { tool: index(tools, rng), place: uniform_action(rng) };
-    let one = |_| (index(starts, rng), (0..config.horizon).map(|_| choice(rng)).collect());
+    let choice = |rng: &mut ChaCha8Rng| Choice { tool: index(rng, tools), place: uniform_action(rng) };
+    let one = |_| (index(rng, starts), (0..config.horizon).map(|_| choice(rng)).collect());
     (0..config.model_rollouts).map(one).collect()
 }
 

@@ -81,10 +81,10 @@ impl World {
         let contact = &mut self.contacts[index as usize];
         contact.refresh([first, second], [a, b], &self.bodies, &touching);
         self.note_touch(owners);
-        let goes_on = self.apply_rules(index, owners);
+        let is_kept = self.apply_rules(index, owners);
         let contact = &mut self.contacts[index as usize];
         contact.seen = self.step;
-        if goes_on && !is_sensor {
+        if is_kept && !is_sensor {
             self.order.push(index);
         } else {
             contact.drop_places();
@@ -128,11 +128,11 @@ impl World {
         if self.contacts[index as usize].state == State::Ignored {
             return false;
         }
-        let goes_on = kind.row().pre_solve.is_none_or(|rule| self.act(rule, acting));
-        if !goes_on && !kind.is_sensor() {
+        let is_kept = kind.row().pre_solve.is_none_or(|rule| self.act(rule, acting));
+        if !is_kept && !kind.is_sensor() {
             self.moved.push(acting.touch());
         }
-        goes_on
+        is_kept
     }
 
     fn act(&mut self, rule: Rule, acting: Acting) -> bool {

@@ -23,7 +23,7 @@ pub(super) type Row = [f64; 6];
 /// rest of the trajectories) are ignored.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Scene {
+struct RecordedScene {
     id: String,
     tools: Vec<RecordedTool>,
     /// The first body: a `ball` in scenes with balls only, otherwise a `mover`.
@@ -101,7 +101,7 @@ struct Trajectory {
     sleep_steps: BTreeMap<String, u32>,
 }
 
-impl Scene {
+impl RecordedScene {
     /// The world at its start; the first body has index 0.
     ///
     /// # Errors
@@ -202,9 +202,9 @@ impl Trajectory {
     fn note_moved(&mut self, world: &World, ball: usize, tool: usize, step: u32) {
         let kind = world.tools().nth(tool).map_or("", |tool| tool.kind.name());
         let (body, tool) = (format!("mover{ball}"), format!("tool{tool}"));
-        let goes_on =
+        let continues =
             |event: &&mut (String, String, String, u32, u32)| event.1 == body && event.2 == tool && event.4 + 1 == step;
-        match self.events.iter_mut().find(goes_on) {
+        match self.events.iter_mut().find(continues) {
             Some(event) => event.4 = step,
             None => self.events.push((kind.to_owned(), body, tool, step, step)),
         }
@@ -304,7 +304,7 @@ impl<'de> Visitor<'de> for Rows {
 /// # Errors
 /// At the first line that is not a valid scene.
 pub fn simulate(input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
-    for_each_line(input, "stdin", |scene: Scene| {
+    for_each_line(input, "stdin", |scene: RecordedScene| {
         write_line(&mut output, &scene.simulate()?)?;
         Ok(())
     })?;

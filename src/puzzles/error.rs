@@ -44,6 +44,11 @@ pub enum PuzzleError {
 }
 
 impl PuzzleError {
+    /// Whether an interruption was requested.
+    pub fn is_interruption(&self) -> bool {
+        matches!(self, Self::Interrupted { .. })
+    }
+
     /// An error of the file at `path`.
     pub(super) fn io(path: &Path) -> impl Fn(std::io::Error) -> Self {
         move |source| Self::Io { path: path.to_owned(), source }

@@ -117,8 +117,7 @@ impl Index {
     /// When it cannot be written.
     pub fn save(&self, folder: &Path) -> Result<(), PuzzleError> {
         let path = folder.join(FILE);
-        // Plain structs of numbers and strings always serialise.
-        let text = serde_json::to_string_pretty(self).expect("an index is plain data") + "\n";
+        let text = json::pretty(self);
         crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))
     }
 

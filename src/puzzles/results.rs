@@ -51,8 +51,7 @@ impl BenchResults {
     /// # Errors
     /// When a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
-        // Plain data always serialises.
-        let json = serde_json::to_string_pretty(self).expect("results are plain data") + "\n";
+        let json = crate::json::pretty(self);
         for (name, text) in [("report.json", json), ("report.md", self.to_markdown())] {
             let path = folder.join(name);
             crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;

@@ -260,7 +260,7 @@ impl fmt::Display for Event {
                 write!(f, "episode {episode}: checkpoint saved as {}", names.join(", "))
             }
             Event::Paused { episode } => write!(f, "episode {episode}: paused"),
-            Event::Resumed { episode } => write!(f, "episode {episode}: going on"),
+            Event::Resumed { episode } => write!(f, "episode {episode}: resumed"),
             Event::ScheduleChanged { episode, schedule } => {
                 write!(f, "episode {episode}: epsilon is now {schedule}")
             }

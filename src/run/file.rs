@@ -75,7 +75,7 @@ pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Res
 
 fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     let irregular =
-        || io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file but a link, a pipe or a folder");
+        || io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a link, a pipe or a folder");
     #[cfg(unix)]
     let file = {
         use std::os::unix::fs::OpenOptionsExt;
@@ -121,7 +121,7 @@ mod tests {
             }
         }
         // The system's own errors would not tell what is wrong.
-        let irregular = "it is no regular file but a link, a pipe or a folder";
+        let irregular = "not a regular file, but a link, a pipe or a folder";
         for path in [&link, &pipe, Path::new("/dev/null"), folder.path()] {
             let error = read(path).unwrap_err().to_string();
             assert!(error.ends_with(irregular), "{error}");

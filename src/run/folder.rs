@@ -33,7 +33,7 @@ pub(super) fn create(path: &Path) -> Result<()> {
 pub(super) fn check(path: &Path) -> Result<()> {
     match std::fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => {
-            let reason = std::io::Error::new(ErrorKind::InvalidInput, "it is no folder but a link");
+            let reason = std::io::Error::new(ErrorKind::InvalidInput, "not a folder, but a link");
             Err(RunError::io("open", path)(reason))
         }
         _ => Ok(()),

@@ -193,7 +193,7 @@ impl EventReader {
 ///
 /// # Errors
 /// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
-/// line that is not an event. A half-written last line is left out and is no error.
+/// line that is not an event. A half-written last line is left out and is not an error.
 pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
     let mut events = Vec::new();
     for_each_event(path, |logged| events.push(logged))?;

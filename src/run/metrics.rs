@@ -35,7 +35,7 @@ pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<(
 ///
 /// # Errors
 /// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
-/// line that is not a row. A half-written last row is left out and is no error.
+/// line that is not a row. A half-written last row is left out and is not an error.
 pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
     let bytes = file::read(path)?;
     let (rows, _, damage) = parse(path, file::whole_lines(&bytes));

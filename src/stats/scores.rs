@@ -1,9 +1,9 @@
 //! Scores of several runs on several tasks.
 
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Result, StatsError};
+use crate::streams::index;
 
 /// One score per run, by task. Every task has at least one run and every score is finite; tasks may have different
 /// numbers of runs.
@@ -53,14 +53,9 @@ impl TaskScores {
     /// Fills `target`, of the same shape, with runs drawn with replacement within each task.
     pub(super) fn resample_into(&self, target: &mut Self, stream: &mut ChaCha8Rng) {
         for (runs, drawn) in self.tasks.iter().zip(&mut target.tasks) {
-            drawn.fill_with(|| runs[draw(runs.len(), stream)]);
+            drawn.fill_with(|| runs[index(stream, runs.len())]);
         }
     }
-}
-
-/// A uniform index below `length`, the same on machines of every word size.
-pub(super) fn draw(length: usize, stream: &mut ChaCha8Rng) -> usize {
-    stream.gen_range(0..length as u64) as usize
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
-use super::hits::{ActorNoise, Guided, Hits, Uniform, count_hits};
+use super::hits::{ActorNoise, Guided, HitCounts, Uniform, count_hits};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job};
 use crate::guidance::{self, GuidanceConfig, InterruptibleModel, TruePhysics};
@@ -19,8 +19,8 @@ pub struct AuditRow {
     pub task: String,
     /// `uniform`, `actor + OU` or `guided by true physics`.
     pub exploration: String,
-    /// Hits, one entry per seed.
-    pub hits: Vec<Hits>,
+    /// Hit counts, one entry per seed.
+    pub hits: Vec<HitCounts>,
 }
 
 /// The kinds of exploration, in the order of the rows.
@@ -52,7 +52,7 @@ pub fn audit(
 }
 
 /// The job that plays one seed of one task with all kinds of exploration.
-fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [Hits; EXPLORATIONS.len()], StudyError> {
+fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [HitCounts; EXPLORATIONS.len()], StudyError> {
     let name = format!("{}, seed {seed}", task.name);
     Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {
         handle.report(name.clone());

@@ -61,6 +61,11 @@ pub enum StudyError {
 }
 
 impl StudyError {
+    /// Whether an interruption was requested.
+    pub fn is_interruption(&self) -> bool {
+        matches!(self, Self::Interrupted)
+    }
+
     /// The result of a piece of work; `Ok(None)` if it was interrupted.
     pub(super) fn unless_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
         match result {

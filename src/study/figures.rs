@@ -5,15 +5,17 @@ use std::sync::Arc;
 use super::hits::{Explorer, Guided};
 use super::plan::StudyPlan;
 use super::report::Report;
-use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, TrainConfig, Variety, collect};
+use crate::dynamics::{
+    Compared, Errors, Evaluation, HitPredictions, Launch, Model, OneTool, Split, TrainConfig, Variety, collect,
+};
 use crate::env::Environment;
 use crate::evidence::figures::INTERVAL;
 use crate::figures::{
-    Edge, Hits, Instant, Launches, ModelError, PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits,
+    Edge, HitBars, Instant, Launches, ModelError, PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits,
     ToolLaunches,
 };
 use crate::guidance::ActionPrior;
-use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised, to_units};
+use crate::physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
 use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::streams::Stream;
 use crate::task::{Form, Task, ToolSpec};
@@ -30,9 +32,8 @@ pub(super) fn launches(plan: &StudyPlan) -> Launches {
         let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
         let trajectory = |launch: &&Launch| {
             let [x, y] = launch.tool.centre();
-            let at_centre = |state: &crate::physics::BallState| {
-                to_normalised([state.position[0] - x + 42.0, state.position[1] - y + 42.0])
-            };
+            let at_centre =
+                |state: &BallState| to_normalised([state.position[0] - x + 42.0, state.position[1] - y + 42.0]);
             launch.states.iter().map(at_centre).collect()
         };
         let form = Form { size: shown.first().map(|launch| launch.tool.size), ..Form::default() };
@@ -87,7 +88,7 @@ pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, see
 }
 
 /// Figure 5: hit counts with intervals over seeds.
-pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<Hits, StatsError> {
+pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<HitBars, StatsError> {
     let tasks = plan.tasks.iter().map(|task| {
         let policies = ["guided", "random"].into_iter().map(|policy| {
             let (goal, subgoals) = report.mean_hits(task, policy, bootstrap)?;
@@ -96,7 +97,7 @@ pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> 
         });
         Ok(TaskHits { task: task.name.clone(), policies: policies.collect::<Result<_, StatsError>>()? })
     });
-    Ok(Hits {
+    Ok(HitBars {
         episodes: plan.hit_episodes as usize,
         statistics: Statistics {
             centre: "Mean".to_owned(),
@@ -110,16 +111,15 @@ pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> 
 
 /// Errors of a model and its baselines on fresh launches.
 pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError {
-    type Of = fn(&crate::dynamics::Compared<crate::dynamics::OneTool>) -> &crate::dynamics::OneTool;
+    type Of = fn(&Compared<OneTool>) -> &OneTool;
     let predictors: [(&str, Of); 3] = [
         ("graph network", |compared| &compared.model),
         ("constant velocity", |compared| &compared.constant_velocity),
         ("nearest sample", |compared| &compared.nearest_sample),
     ];
     let exact = |errors: &Errors| Estimate::exact(errors.mean);
-    let shares = |hits: crate::dynamics::Hits| {
-        [hits.precision, hits.recall].map(|share| Estimate::exact(share.unwrap_or(f64::NAN)))
-    };
+    let shares =
+        |hits: HitPredictions| [hits.precision, hits.recall].map(|share| Estimate::exact(share.unwrap_or(f64::NAN)));
     let predictors = predictors.map(|(label, of)| Predictor {
         label: label.to_owned(),
         one_step: evaluation.launches.iter().map(|tool| exact(&of(&tool.errors).one_step)).collect(),

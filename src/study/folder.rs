@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::error::StudyError;
+use crate::json;
 use crate::run::RunError;
 
 /// A study's folder.
@@ -25,9 +26,9 @@ impl Folder<'_> {
         }
         let path = self.path("plan.json");
         match std::fs::read_to_string(&path) {
-            Ok(found) if found == text(plan) => Ok(()),
+            Ok(found) if found == json::pretty(plan) => Ok(()),
             Ok(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
-            Err(error) if error.kind() == ErrorKind::NotFound => self.write("plan.json", text(plan).as_bytes()),
+            Err(error) if error.kind() == ErrorKind::NotFound => self.write("plan.json", json::pretty(plan).as_bytes()),
             Err(error) => Err(RunError::io("read", &path)(error).into()),
         }
     }
@@ -66,7 +67,7 @@ impl Folder<'_> {
 
     /// Writes a value as JSON.
     pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), StudyError> {
-        self.write(name, text(value).as_bytes())
+        self.write(name, json::pretty(value).as_bytes())
     }
 
     /// Writes a file atomically.
@@ -74,9 +75,4 @@ impl Folder<'_> {
         let path = self.path(name);
         Ok(crate::atomic::write(&path, bytes).map_err(RunError::io("write", &path))?)
     }
-}
-
-fn text(value: &impl Serialize) -> String {
-    // Plans and results are plain data, which always serialises.
-    serde_json::to_string_pretty(value).expect("plain data") + "\n"
 }

@@ -15,7 +15,7 @@ use crate::validation::ValidationError;
 
 /// Numbers of episodes in which each stage was reached.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Hits {
+pub struct HitCounts {
     /// Number of episodes played.
     pub episodes: u32,
     /// Number of episodes that reached the goal.
@@ -83,14 +83,14 @@ impl Explorer for ActorNoise {
     }
 }
 
-/// Plays episodes until `go_on`, called with the environment after each, returns false. Returns false if
+/// Plays episodes until `keep_going`, called with the environment after each of them, returns false. Returns false if
 /// `stop` was requested first.
 pub fn play(
     task: &Arc<Task>,
     explorer: &mut impl Explorer,
     seed: u64,
     stop: &Stop,
-    mut go_on: impl FnMut(&Environment) -> bool,
+    mut keep_going: impl FnMut(&Environment) -> bool,
 ) -> bool {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
@@ -106,7 +106,7 @@ pub fn play(
                 break;
             }
         }
-        if !go_on(&env) {
+        if !keep_going(&env) {
             return true;
         }
     }
@@ -120,8 +120,8 @@ pub fn count_hits(
     episodes: u32,
     seed: u64,
     stop: &Stop,
-) -> Option<Hits> {
-    let mut hits = Hits { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
+) -> Option<HitCounts> {
+    let mut hits = HitCounts { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
     let is_whole = play(task, explorer, seed, stop, |env| {
         hits.episodes += 1;
         hits.goal += u32::from(env.snapshot().goal_reached());

@@ -9,6 +9,7 @@ use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig, Variant};
 use crate::evidence::LearningRow;
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
+use crate::stats::Bootstrap;
 use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError};
 
@@ -138,6 +139,11 @@ impl StudyPlan {
             let known = (arm.method.name(), arm.epsilon.to_string(), arm.differences());
             known == (row.method.as_str(), row.epsilon.clone(), row.settings.clone())
         })
+    }
+
+    /// The bootstrap of every interval.
+    pub fn bootstrap(&self) -> Bootstrap {
+        Bootstrap { resamples: self.resamples, ..Bootstrap::default() }
     }
 
     /// The part of the plan that a study's folder is bound to: all but the arms, to which others may be added.

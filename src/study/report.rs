@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::hits::Hits;
+use super::hits::HitCounts;
 use super::plan::StudyPlan;
 use crate::evidence::{Groups, LearningRow};
 use crate::markdown;
@@ -17,16 +17,16 @@ pub struct Report {
     /// Format version.
     pub version: u32,
     /// Counts of how often exploration reached each stage.
-    pub hits: Vec<HitsRow>,
+    pub hits: Vec<HitRow>,
     /// Training results.
     pub learning: Vec<LearningRow>,
     /// Errors of the dynamics models.
     pub models: Vec<ModelRow>,
 }
 
-/// One hit count.
+/// Hit counts of one policy on one task.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct HitsRow {
+pub struct HitRow {
     /// Name of the task.
     pub task: String,
     /// `guided` (epsilon threshold 1) or `random` (actor and OU noise).
@@ -35,7 +35,7 @@ pub struct HitsRow {
     pub seed: u64,
     /// The counts.
     #[serde(flatten)]
-    pub hits: Hits,
+    pub hits: HitCounts,
 }
 
 /// One dynamics model.
@@ -60,7 +60,7 @@ impl Report {
     /// # Errors
     /// When a statistic cannot be computed.
     pub fn to_markdown(&self, plan: &StudyPlan, command: &str) -> Result<String, StatsError> {
-        let bootstrap = Bootstrap { resamples: plan.resamples, ..Bootstrap::default() };
+        let bootstrap = plan.bootstrap();
         let mut text = String::new();
         // Writing to a string does not fail.
         let _ = writeln!(text, "# Model-guided exploration: study report\n");
@@ -121,9 +121,9 @@ impl Report {
         policy: &str,
         bootstrap: &Bootstrap,
     ) -> Result<(Estimate, Vec<Estimate>), StatsError> {
-        let rows: Vec<&Hits> =
+        let rows: Vec<&HitCounts> =
             self.hits.iter().filter(|row| row.task == task.name && row.policy == policy).map(|row| &row.hits).collect();
-        let mean = |of: &dyn Fn(&Hits) -> u32| {
+        let mean = |of: &dyn Fn(&HitCounts) -> u32| {
             bootstrap.mean(&rows.iter().map(|hits| f64::from(of(hits))).collect::<Vec<_>>())
         };
         let subgoals = (0..task.subgoals.len()).map(|n| mean(&|hits| hits.subgoals[n]));

@@ -8,7 +8,7 @@ use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, count_hits};
 use super::plan::{PlannedRun, StudyPlan};
-use super::report::{HitsRow, ModelRow, Report};
+use super::report::{HitRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{
@@ -20,7 +20,6 @@ use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, InterruptibleModel, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunHistory, config_hash};
-use crate::stats::Bootstrap;
 use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
 
@@ -129,7 +128,7 @@ impl<'a> Study<'a> {
     }
 
     /// The counts of figure 5: guided play, with the seeds distributed over the cluster builds, and random play.
-    fn counts(self, priors: &[TaskPrior]) -> Vec<StudyJob<'a, HitsRow>> {
+    fn counts(self, priors: &[TaskPrior]) -> Vec<StudyJob<'a, HitRow>> {
         let mut counts = Vec::new();
         for task in &self.plan.tasks {
             let own: Vec<&TaskPrior> = priors.iter().filter(|(of, _)| **of == *task).collect();
@@ -148,7 +147,7 @@ impl<'a> Study<'a> {
 
     fn figures(self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
         let plan = self.plan;
-        let bootstrap = Bootstrap { resamples: plan.resamples, ..Bootstrap::default() };
+        let bootstrap = plan.bootstrap();
         let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
         self.figure("figure1", &launches(plan))?;
         if let Some(task) = plan.tasks.first()
@@ -246,7 +245,7 @@ impl<'a> Study<'a> {
     }
 
     /// The job of one hit count: of guided play with a prior, otherwise of random play.
-    fn count_job(self, task: Arc<Task>, prior: Option<Arc<ActionPrior>>, seed: u64) -> StudyJob<'a, HitsRow> {
+    fn count_job(self, task: Arc<Task>, prior: Option<Arc<ActionPrior>>, seed: u64) -> StudyJob<'a, HitRow> {
         let policy = if prior.is_some() { "guided" } else { "random" };
         let name = format!("{}-{policy}-{seed}", task.name);
         Job::new(name.clone(), self.count_work(), move |handle| {
@@ -263,7 +262,7 @@ impl<'a> Study<'a> {
                 hits.ok_or(StudyError::Interrupted)
             });
             let hits = StudyError::unless_interrupted(hits)?;
-            Ok(hits.map(|hits| HitsRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
+            Ok(hits.map(|hits| HitRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
         })
     }
 

@@ -39,7 +39,7 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
         if RunDirectory::open(&path)?.is_locked()? {
             return Err(SweepError::Busy(path));
         }
-        let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let further = match best.get(&name) {
             None => path,
             Some(other) => further(other, &path)?.to_owned(),

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::error::SweepError;
-use super::file::{Axis, Combination, Grid, SweepFile, value_text};
+use super::file::{Axis, Combination, Grid, SweepFile};
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
 use crate::bounded;
@@ -60,13 +60,14 @@ impl Sweep {
     /// At the first mistake, with its line or JSON path, and a suggestion for an unknown name.
     pub fn parse(text: &[u8], origin: &str) -> Result<Self, SweepError> {
         let file: SweepFile = json::parse(text, origin)?;
+        let invalid = |problem: ValidationError| {
+            let line = json::line_of(text, &problem.path).unwrap_or(1);
+            SweepError::Invalid { origin: format!("{origin}:{line}"), problem }
+        };
+        file.check_size().map_err(invalid)?;
         let mut jobs: Vec<Job> = Vec::new();
         for (path, grid) in &file.grids {
-            let wrong = |problem: ValidationError| {
-                let problem = if path == "." { problem } else { problem.within(path) };
-                let line = json::line_of(text, &problem.path).unwrap_or(1);
-                SweepError::Invalid { origin: format!("{origin}:{line}"), problem }
-            };
+            let wrong = |problem: ValidationError| invalid(if path == "." { problem } else { problem.within(path) });
             for job in expand(grid).map_err(wrong)? {
                 // Plain DDPG ignores thresholds, and grids may overlap: duplicates are dropped.
                 if jobs.iter().any(|known| known.work == job.work) {
@@ -91,7 +92,7 @@ impl Sweep {
 }
 
 fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
-    let combinations = grid.combinations()?;
+    let combinations = grid.combinations();
     let kind = grid.kind.as_ref().map_or("train", |kind| kind.as_str().unwrap_or(""));
     match kind {
         "train" => {
@@ -144,7 +145,7 @@ impl Work {
 }
 
 fn name_part(axis: &Axis, value: usize) -> String {
-    let text = value_text(&axis.values[value]);
+    let text = json::text(&axis.values[value]);
     match axis.key.as_str() {
         "epsilon" | "threshold" => text,
         key => format!("{key}_{text}"),

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 
 use crate::validation::ValidationError;
 
-/// Maximum number of combinations of one grid; more are most likely a mistake.
+/// Maximum number of combinations of all grids together; more are most likely a mistake.
 const MOST_COMBINATIONS: usize = 10_000;
 
 /// The content of a sweep file: one grid, or several.
@@ -45,17 +45,26 @@ impl Axis {
     }
 }
 
-impl Grid {
-    /// All combinations; the last axis varies fastest.
-    ///
-    /// # Errors
-    /// When there are too many.
-    pub fn combinations(&self) -> Result<Vec<Combination>, ValidationError> {
-        let count = self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()));
-        if count.is_none_or(|count| count > MOST_COMBINATIONS) {
-            let message = format!("makes more than {MOST_COMBINATIONS} combinations: shorten the lists");
-            return Err(ValidationError::new(".", message));
+impl SweepFile {
+    /// Checks that the number of combinations is not too large.
+    pub fn check_size(&self) -> Result<(), ValidationError> {
+        let count = self.grids.iter().try_fold(0usize, |sum, (_, grid)| sum.checked_add(grid.count()?));
+        if count.is_some_and(|count| count <= MOST_COMBINATIONS) {
+            return Ok(());
         }
+        let message = format!("makes more than {MOST_COMBINATIONS} combinations: shorten the lists");
+        Err(ValidationError::new(".", message))
+    }
+}
+
+impl Grid {
+    /// Number of combinations; None if it cannot be represented.
+    fn count(&self) -> Option<usize> {
+        self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()))
+    }
+
+    /// All combinations; the last axis varies fastest.
+    pub fn combinations(&self) -> Vec<Combination> {
         let mut combinations = vec![Vec::new()];
         for axis in &self.axes {
             let longer = |combination: &Combination| {
@@ -64,7 +73,7 @@ impl Grid {
             };
             combinations = combinations.iter().flat_map(longer).collect();
         }
-        Ok(combinations)
+        combinations
     }
 
     /// The sweep file of a single combination, which gives the run the same settings and name.
@@ -77,11 +86,6 @@ impl Grid {
         }
         Value::Object(object)
     }
-}
-
-/// A value as text, as for `--set`.
-pub(super) fn value_text(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
 impl<'de> Deserialize<'de> for SweepFile {

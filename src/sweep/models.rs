@@ -5,18 +5,18 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::file::{Combination, Grid, value_text};
+use super::file::{Combination, Grid};
 use super::work::WorkError;
 use crate::batch::JobHandle;
 use crate::dynamics::{
-    DynamicsError, Ended, EvaluationConfig, EvaluationProgress, ModelConfig, ToolSet, TrainConfig, TrainedModel,
-    canonical_tool_set, evaluate_with_progress, model_name, train_to_file,
+    DynamicsError, Ended, EvaluationConfig, EvaluationProgress, LaunchErrors, ModelConfig, ToolSet, TrainConfig,
+    TrainedModel, canonical_tool_set, evaluate_with_progress, model_name, train_to_file,
 };
 use crate::json;
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError};
 use crate::spelling::did_you_mean;
-use crate::task::{self, Task};
+use crate::task;
 use crate::validation::ValidationError;
 
 pub(super) const MODEL: &str = "model.safetensors";
@@ -77,7 +77,7 @@ impl ModelJob {
             let wrong = |message: String| ValidationError::new(axis.path(number), message);
             match axis.key.replace('-', "_").as_str() {
                 "tools" => {
-                    let set: ToolSet = value_text(value).parse().map_err(wrong)?;
+                    let set: ToolSet = json::text(value).parse().map_err(wrong)?;
                     job.tools = canonical_tool_set(set.kinds()).map_err(|error| wrong(error.to_string()))?;
                     job.model = set.apply(job.model);
                 }
@@ -107,7 +107,7 @@ impl ModelJob {
             return Err(format!("there is no setting `{key}` of a dynamics model{hint}"));
         };
         *place = value.clone();
-        serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", value_text(value)))
+        serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", json::text(value)))
     }
 
     /// The prefix of its name.
@@ -127,7 +127,8 @@ impl ModelJob {
             Err(RunError::NotARun(_)) => RunDirectory::create(folder, self)?,
             opened => opened?,
         };
-        if folder.join(RESULT).exists() {
+        let file = folder.join(RESULT);
+        if file.exists() {
             return Ok(Some(()));
         }
         let _lock = directory.lock()?;
@@ -143,9 +144,7 @@ impl ModelJob {
             trained.model().save(&path)?;
         }
         let Some(result) = self.result(&trained, handle)? else { return Ok(None) };
-        // Plain data always serialises.
-        let text = serde_json::to_string_pretty(&result).expect("a result is plain data") + "\n";
-        write(&folder.join(RESULT), text.as_bytes())?;
+        crate::atomic::write(&file, json::pretty(&result).as_bytes()).map_err(RunError::io("write", &file))?;
         trained.remove_checkpoint();
         Ok(Some(()))
     }
@@ -153,13 +152,12 @@ impl ModelJob {
     /// Evaluates the model; None if it was stopped.
     fn result(&self, trained: &TrainedModel, handle: &JobHandle) -> Result<Option<ModelResult>, WorkError> {
         let model = trained.model();
-        let tasks: Vec<Task> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
-        let goes_on = &mut |_: &EvaluationProgress| !handle.is_stopped();
-        let Some(evaluation) = evaluate_with_progress(model, &tasks, &self.evaluation, goes_on)? else {
+        let continues = &mut |_: &EvaluationProgress| !handle.is_stopped();
+        let Some(evaluation) = evaluate_with_progress(model, &task::shipped(), &self.evaluation, continues)? else {
             return Ok(None);
         };
         let (one_step_error, rollout_error) = evaluation.mean_errors();
-        let after_an_action = |tool: &crate::dynamics::LaunchErrors| tool.errors.model.rollout.last().map(|e| e.mean);
+        let after_an_action = |tool: &LaunchErrors| tool.errors.model.rollout.last().map(|e| e.mean);
         let actions: Vec<f64> = evaluation.launches.iter().filter_map(after_an_action).collect();
         Ok(Some(ModelResult {
             epochs: trained.training.epoch(),
@@ -176,8 +174,4 @@ impl ModelJob {
 /// The name of a model's setting in a sweep file, given its JSON path.
 pub(super) fn short(path: &str) -> &str {
     path.trim_start_matches("model.").trim_start_matches("training.")
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
-    crate::atomic::write(path, bytes).map_err(RunError::io("write", path))
 }

@@ -197,8 +197,7 @@ impl Results {
         let csv = folder.join("results.csv");
         crate::atomic::write(&csv, &self.to_csv()).map_err(RunError::io("write", &csv))?;
         let path = folder.join("results.json");
-        // Plain data always serialises.
-        let text = serde_json::to_string_pretty(self).expect("results are plain data") + "\n";
+        let text = json::pretty(self);
         crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?;
         Ok(csv)
     }

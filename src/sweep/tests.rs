@@ -158,9 +158,14 @@ fn mistakes_are_explained_before_any_work() {
         let error = Sweep::parse(text.as_bytes(), "s.json").unwrap_err().to_string();
         assert!(error.contains(expected) && error.starts_with("s.json") && !error.contains('\n'), "{text}: {error}");
     }
-    let many = json!({"task": "task1", "seed": (0..200).collect::<Vec<_>>(), "episodes": (1..200).collect::<Vec<_>>()});
-    let error = Sweep::parse(many.to_string().as_bytes(), "s.json").unwrap_err().to_string();
-    assert!(error.contains("more than 10000 combinations"), "{error}");
+    let grid = |seeds: u32| {
+        let (seeds, episodes): (Vec<u32>, Vec<u32>) = ((0..seeds).collect(), (1..200).collect());
+        json!({"task": "task1", "seed": seeds, "episodes": episodes})
+    };
+    for many in [grid(200), json!([grid(30), grid(30)])] {
+        let error = Sweep::parse(many.to_string().as_bytes(), "s.json").unwrap_err().to_string();
+        assert!(error.contains("more than 10000 combinations"), "{error}");
+    }
 }
 
 #[test]

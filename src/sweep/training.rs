@@ -7,8 +7,9 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::expand::Work;
-use super::file::{Axis, Combination, Grid, value_text};
+use super::file::{Axis, Combination, Grid};
 use crate::guidance::EpsilonSchedule;
+use crate::json;
 use crate::spelling::{did_you_mean, nearest};
 use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError, check_model, config_keys};
@@ -70,7 +71,7 @@ impl Agents {
         let mut out_of_range = None;
         for (axis, value) in chosen {
             let changed = config
-                .with_unchecked_setting(setting(&axis.key), &value_text(&axis.values[value]))
+                .with_unchecked_setting(setting(&axis.key), &json::text(&axis.values[value]))
                 .map_err(|error| explain(axis, value, &config, &error))?;
             if out_of_range.is_none() {
                 out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
@@ -106,7 +107,7 @@ impl Agents {
             ));
         };
         let (axis, value) = (&grid.axes[place], combination[place]);
-        let name = value_text(&axis.values[value]);
+        let name = json::text(&axis.values[value]);
         if let Some(known) = self.tasks.get(&name) {
             return Ok(known.clone());
         }
@@ -132,7 +133,7 @@ impl Agents {
 fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> ValidationError {
     let (path, key) = (axis.path(value), axis.key.as_str());
     if key == "method" {
-        let known: Result<Method, String> = value_text(&axis.values[value]).parse();
+        let known: Result<Method, String> = json::text(&axis.values[value]).parse();
         return ValidationError::new(path, known.err().unwrap_or_else(|| error.to_string()));
     }
     let SettingError::Unknown { .. } = error else { return ValidationError::new(path, error) };

@@ -151,8 +151,7 @@ fn is_create_level(text: &str) -> bool {
 
 /// The JSON text of a task, as it is saved.
 pub fn to_json(task: &Task) -> String {
-    // Plain structs of numbers and strings always serialise.
-    serde_json::to_string_pretty(task).expect("a task is plain data") + "\n"
+    json::pretty(task)
 }
 
 /// Writes the task to `path` atomically.

@@ -238,9 +238,9 @@ impl RunLoop<'_> {
     /// Plays an episode and records its results; records nothing if a stop abandons it.
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
-        let begun = Instant::now();
+        let started = Instant::now();
         let played = if self.is_slow { self.play_or_stop(training) } else { Some(play(training)) };
-        self.is_slow = begun.elapsed() > SLOW;
+        self.is_slow = started.elapsed() > SLOW;
         let Some(played) = played else { return Ok(()) };
         let Played { record, trace, practised, refined, evaluated } = played?;
         (self.is_saved, self.score) = (false, None);

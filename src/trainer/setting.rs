@@ -48,7 +48,7 @@ impl RunConfig {
             let tools = (value != "null").then(|| value.trim_matches('"').parse()).transpose().map_err(wrong)?;
             return Ok(self.with_tools(tools));
         }
-        let mut config = to_json(self);
+        let mut config = json::as_written(self);
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
@@ -69,12 +69,13 @@ impl RunConfig {
 /// and tools. The method, if it is not the default, and the tools, if there are any, come first.
 /// Values are in the form that [`RunConfig::with_setting`] accepts.
 pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
-    let (ours, usual) =
-        (to_json(config), to_json(&RunConfig::default_with(config.task.clone(), config.method, config.tools)));
+    let (ours, usual) = (
+        json::as_written(config),
+        json::as_written(&RunConfig::default_with(config.task.clone(), config.method, config.tools)),
+    );
     let usual = json::leaves(&usual);
     let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
-    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, text(value)));
+    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, json::text(value)));
     let method = (config.method != Method::default()).then(|| ("method".to_owned(), config.method.to_string()));
     let tools = config.tools.map(|tools| ("tools".to_owned(), tools.to_string()));
     method.into_iter().chain(tools).chain(others).collect()
@@ -82,17 +83,11 @@ pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
 
 /// The paths of all settings except the task's.
 pub fn config_keys(config: &RunConfig) -> Vec<String> {
-    json::leaves(&to_json(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
+    json::leaves(&json::as_written(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
 }
 
 fn is_of_task(key: &str) -> bool {
     key == "task" || key.starts_with("task.")
-}
-
-fn to_json(config: &RunConfig) -> Value {
-    // Plain data always serialises. The detour through text keeps 0.99 from becoming 0.9900000095367432.
-    let text = serde_json::to_string(config).expect("a configuration is plain data");
-    serde_json::from_str(&text).expect("what was written can be read")
 }
 
 #[cfg(test)]

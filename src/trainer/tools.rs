@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::config::RunConfig;
@@ -14,6 +13,7 @@ use crate::agent::{Ddpg, Options};
 use crate::env::{ActionSet, Choice, Environment, TOOL_FEATURES, observation_len, tool_embedding};
 use crate::guidance::ActionPrior;
 use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, to_units};
+use crate::streams;
 use crate::task::Task;
 
 /// Number of tools placed by the agent, the newest ones, that it observes besides the objects of the scene.
@@ -108,8 +108,7 @@ pub(super) fn explored(agent: &Ddpg, env: &Environment, prior: &ActionPrior, rng
     let (place, point) = prior.sample_with_tool(stage, rng);
     let index = match point {
         Some(point) => options.nearest(&offer(set).collect::<Vec<f32>>(), &point),
-        // A u64 draw is the same for every word size.
-        None => Some(rng.gen_range(0..set.len().max(1) as u64) as usize),
+        None => Some(streams::index(rng, set.len().max(1))),
     };
     let tool = index.and_then(|index| set.numbers().nth(index)).unwrap_or(NO_OP);
     [&place[..], options.embedding(tool).unwrap_or(&[])].concat()

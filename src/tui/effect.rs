@@ -1,6 +1,6 @@
 //! Effects: what screens and layers return for the app to carry out.
 
-use super::actions::{Action, Tab};
+use super::actions::{Tab, UiAction};
 use super::layers::Layer;
 use super::scene::Object;
 use super::view::{Choice, Level};
@@ -13,11 +13,11 @@ pub enum Effect {
     /// Carry out a command whose loss of work the user has confirmed.
     ApplyConfirmed(Command),
     /// Perform an action.
-    Perform(Action),
+    Perform(UiAction),
     /// Switch to a screen and perform an action there.
-    PerformOn(Tab, Action),
+    PerformOn(Tab, UiAction),
     /// Show a message.
-    Say(Level, String),
+    ShowMessage(Level, String),
     /// Open a layer over the screen.
     Open(Box<dyn Layer>),
     /// Select an object of the scene, or none.
@@ -69,6 +69,6 @@ impl Effect {
 
     /// Shows an informational message.
     pub fn info(text: impl Into<String>) -> Self {
-        Self::Say(Level::Info, text.into())
+        Self::ShowMessage(Level::Info, text.into())
     }
 }

@@ -8,6 +8,7 @@
 
 mod actions;
 mod app;
+mod by_address;
 mod chart;
 mod effect;
 mod fuzz;
@@ -24,7 +25,7 @@ mod widgets;
 pub use actions::{KeyHelp, keys};
 pub use fuzz::interface;
 pub use input::Keymap;
-pub use run::{Leaving, Notify, Options, run};
+pub use run::{ExitReason, Notify, Options, run};
 pub use still::Still;
 
 #[cfg(test)]

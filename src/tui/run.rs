@@ -64,7 +64,7 @@ impl From<io::Error> for TuiError {
 
 /// Why the workbench was left.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Leaving {
+pub enum ExitReason {
     /// The user quit.
     Quit,
     /// The user quit and wants these runs to continue in the background.
@@ -80,7 +80,7 @@ pub enum Leaving {
 ///
 /// # Errors
 /// When there is no terminal, reading or writing it fails, or the key file is invalid.
-pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
+pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> {
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
     let theme = Theme::from_env(|name| std::env::var(name).ok());
     let screen = Screen::open(!options.no_mouse)?;
@@ -109,7 +109,7 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         #[cfg(unix)]
         while let Some(request) = listener.next() {
             match request {
-                Request::Quit(signal) => return Ok(Leaving::Signal(signal)),
+                Request::Quit(signal) => return Ok(ExitReason::Signal(signal)),
                 Request::Suspend => connected &= false_if_hung_up(display.screen.suspend().map(|()| true))?,
                 Request::Continue => connected &= false_if_hung_up(display.screen.reenter().map(|()| true))?,
                 Request::Resize => {}
@@ -119,11 +119,11 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         if !connected {
             #[cfg(unix)]
             listener.set_leaving();
-            return Ok(Leaving::HungUp);
+            return Ok(ExitReason::HungUp);
         }
     }
     let runs = app.background_runs();
-    Ok(if runs.is_empty() { Leaving::Quit } else { Leaving::Background(runs) })
+    Ok(if runs.is_empty() { ExitReason::Quit } else { ExitReason::Background(runs) })
 }
 
 /// Turns an error caused by a hang-up into false.

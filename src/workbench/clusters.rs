@@ -76,7 +76,7 @@ impl Session {
             let saved = path.map(|path| save(&prior, &path)).transpose();
             Ok((prior, saved))
         };
-        self.begin_job(command.clone(), work, move |session, result| {
+        self.start_job(command.clone(), work, move |session, result| {
             let wanted = session.clusters.building.take_if(|building| *building == key).is_some();
             if wanted && result.is_err() {
                 session.clusters.failed = Some(key.clone());

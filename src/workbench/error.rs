@@ -32,10 +32,10 @@ pub enum SessionError {
     #[error("interrupted; `mge resume` continues what was being trained")]
     Interrupted,
     /// No run to act on.
-    #[error("there is no run: `train` begins one, `open FOLDER` opens one")]
+    #[error("there is no run: `train` starts one, `open FOLDER` opens one")]
     NoRun,
     /// The run is not being trained here.
-    #[error("the run is not being trained by this program: `continue` goes on with it")]
+    #[error("the run is not being trained by this program: `continue` resumes its training")]
     NotActive,
     /// The run is trained by another process, which can only be reached through files.
     #[error("{0} is trained by another process, which cannot be given clusters")]

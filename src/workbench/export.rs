@@ -68,7 +68,7 @@ impl Session {
             };
             written.map(|()| path).map_err(|error| error.to_string())
         };
-        self.begin_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())));
+        self.start_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())));
         Ok(report)
     }
 

@@ -33,14 +33,14 @@ impl Session {
             Ok((run, past))
         };
         let asked = command.clone();
-        self.begin_job(command.clone(), work, move |session, made| {
+        self.start_job(command.clone(), work, move |session, made| {
             let (run, past) = made?;
             let added = session.add(run);
             if let Some(run) = session.run_numbered_mut(added) {
                 run.take_past(Ok(past))?;
             }
             session.journal.note_fork(asked.clone().into(), number, added);
-            session.begin(added, asked.until, "training in").map_err(|error| error.to_string())
+            session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())
         });
         Ok(report)
     }
@@ -59,8 +59,8 @@ impl Session {
         }
         config.validate().map_err(SettingError::Range)?;
         if config.episodes <= command.episode {
-            let most = format!("{} are no more than those of the fork: ask for more", config.episodes);
-            return Err(ValidationError::new("episodes", most).into());
+            let few = format!("is {}, but a fork at episode {} needs more", config.episodes, command.episode);
+            return Err(ValidationError::new("episodes", few).into());
         }
         let changes = command.changes.iter().map(|(key, value)| format!("{key}={value}")).collect();
         Ok(config.forked(before, name, command.episode, changes))
@@ -149,7 +149,7 @@ mod tests {
         let before = std::fs::read_dir(folder.path()).unwrap().count();
         for (line, reason) in [
             ("fork 19 episodes=40", "the run has 18 episodes, not 19"),
-            ("fork 18", "ask for more"),
+            ("fork 18", "needs more"),
             ("fork 5 seed=3", "stays that of the run"),
             ("fork 5 ddpg.hidden=8", "ddpg.hidden"),
             ("fork 5 ddpg.gama=0.5", "did you mean `ddpg.gamma`?"),
@@ -182,7 +182,7 @@ mod tests {
         let (_sender, controls) = crossbeam_channel::unbounded();
         let directory = crate::run::RunDirectory::open(&path).unwrap();
         let error = trainer::train(&directory, &controls, &trainer::Watch::default()).unwrap_err().to_string();
-        assert!(error.contains("the checkpoint from which it goes on is gone"), "{error}");
+        assert!(error.contains("the checkpoint from which it continues is missing"), "{error}");
         assert_eq!(crate::run::read_metrics(&directory.metrics_path()).unwrap().len(), 6, "existing rows are kept");
     }
 }

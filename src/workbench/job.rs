@@ -87,7 +87,7 @@ impl<T> fmt::Debug for Job<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// A job that does not run until [`Self::begin`].
+    /// A job that does not run until [`Self::start`].
     pub fn new(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
         Self { shared: Arc::default(), work: Some(Box::new(work)), thread: None }
     }
@@ -98,7 +98,7 @@ impl<T: Send + 'static> Job<T> {
     /// When no thread can be spawned.
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
         let mut job = Self::new(work);
-        job.begin();
+        job.start();
         match job.thread {
             Some(Err(error)) => Err(error),
             thread => Ok(Self { thread, ..job }),
@@ -106,7 +106,7 @@ impl<T: Send + 'static> Job<T> {
     }
 
     /// Starts the job if it was not started. If no thread can be spawned, that error is its result.
-    pub fn begin(&mut self) {
+    pub fn start(&mut self) {
         if let Some(work) = self.work.take() {
             let reporter = Reporter(self.shared.clone());
             let body = move || caught(|| work(&reporter));
@@ -115,7 +115,7 @@ impl<T: Send + 'static> Job<T> {
     }
 
     /// Whether the job was started.
-    pub fn is_begun(&self) -> bool {
+    pub fn is_started(&self) -> bool {
         self.work.is_none()
     }
 
@@ -146,10 +146,10 @@ impl<T: Send + 'static> Job<T> {
     /// The error or panic that ended the computation, the failure to spawn its thread, or that it was not started.
     pub fn result(self) -> Result<T, String> {
         match self.thread {
-            // The computation's own panics are caught in `begin`.
+            // The computation's own panics are caught in `start`.
             Some(Ok(thread)) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
             Some(Err(error)) => Err(format!("the system gives no further thread: {error}")),
-            None => Err("the computation was not begun".to_owned()),
+            None => Err("the computation was not started".to_owned()),
         }
     }
 

@@ -20,7 +20,7 @@ const MAX_RUNNING: usize = 4;
 type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
 
 /// A job started by a command.
-pub(super) struct Pending {
+pub(super) struct CommandJob {
     pub command: Command,
     /// Its entries in the journal, removed when it fails.
     pub entries: Vec<u64>,
@@ -28,15 +28,15 @@ pub(super) struct Pending {
     pub job: Job<Completion>,
 }
 
-impl fmt::Debug for Pending {
+impl fmt::Debug for CommandJob {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Pending").field("command", &self.command).finish_non_exhaustive()
+        f.debug_struct("CommandJob").field("command", &self.command).finish_non_exhaustive()
     }
 }
 
 impl Session {
     /// Starts or queues a job for a command; `complete` applies its result to the session.
-    pub(super) fn begin_job<T: Send + 'static>(
+    pub(super) fn start_job<T: Send + 'static>(
         &mut self,
         command: impl Into<Command>,
         work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static,
@@ -58,19 +58,19 @@ impl Session {
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
         };
         let (command, job) = (command.into(), Job::new(work));
-        self.jobs.push(Pending { command, entries: Vec::new(), shown: Progress::default(), job });
-        self.begin_waiting_jobs();
+        self.jobs.push(CommandJob { command, entries: Vec::new(), shown: Progress::default(), job });
+        self.start_waiting_jobs();
     }
 
     /// Starts waiting jobs, oldest first, up to [`MAX_RUNNING`] running jobs.
-    fn begin_waiting_jobs(&mut self) {
-        let begun = self.jobs.iter().filter(|pending| pending.job.is_begun()).count();
-        let waiting = self.jobs.iter_mut().filter(|pending| !pending.job.is_begun());
-        waiting.take(MAX_RUNNING.saturating_sub(begun)).for_each(|pending| pending.job.begin());
+    fn start_waiting_jobs(&mut self) {
+        let started = self.jobs.iter().filter(|pending| pending.job.is_started()).count();
+        let waiting = self.jobs.iter_mut().filter(|pending| !pending.job.is_started());
+        waiting.take(MAX_RUNNING.saturating_sub(started)).for_each(|pending| pending.job.start());
     }
 
     /// The latest unfinished job of a command that satisfies `which`.
-    pub(super) fn job(&self, which: impl Fn(&Command) -> bool) -> Option<&Pending> {
+    pub(super) fn job(&self, which: impl Fn(&Command) -> bool) -> Option<&CommandJob> {
         self.jobs.iter().rev().find(|job| which(&job.command))
     }
 
@@ -79,13 +79,13 @@ impl Session {
         if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == *command) {
             pending.job.cancel();
             // A waiting job is started so that it ends at once.
-            pending.job.begin();
+            pending.job.start();
         }
     }
 
     /// Cancels and drops the jobs of the commands that satisfy `which`.
     pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) {
-        let cancelled: Vec<Pending> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
+        let cancelled: Vec<CommandJob> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
         for pending in &cancelled {
             pending.job.cancel();
             self.journal.forget(&pending.entries);
@@ -101,14 +101,14 @@ impl Session {
             }
         }
         while let Some(index) = self.jobs.iter().position(|pending| pending.job.is_finished()) {
-            let Pending { command, entries, job, .. } = self.jobs.remove(index);
+            let CommandJob { command, entries, job, .. } = self.jobs.remove(index);
             let outcome = job.result().and_then(|complete| complete(self));
             if outcome.is_err() {
                 self.journal.forget(&entries);
             }
             self.notices.push(Notice::Finished { command, outcome });
         }
-        self.begin_waiting_jobs();
+        self.start_waiting_jobs();
     }
 
     /// Waits for the job of a command and returns its report; None if it started no job.
@@ -188,13 +188,13 @@ mod tests {
         let held = gate.lock().unwrap();
         let command = |seed| Command::from(Seed(seed));
         for seed in 0..MAX_RUNNING as u64 + 3 {
-            session.begin_job(command(seed), |_| Ok(()), |_, result| result.map(|()| "computed".to_owned()));
+            session.start_job(command(seed), |_| Ok(()), |_, result| result.map(|()| "computed".to_owned()));
         }
-        let begun = |session: &Session| session.jobs.iter().filter(|pending| pending.job.is_begun()).count();
-        assert_eq!((begun(&session), session.jobs.len()), (MAX_RUNNING, MAX_RUNNING + 3));
+        let started = |session: &Session| session.jobs.iter().filter(|pending| pending.job.is_started()).count();
+        assert_eq!((started(&session), session.jobs.len()), (MAX_RUNNING, MAX_RUNNING + 3));
         let last = command(MAX_RUNNING as u64 + 2);
         session.cancel(&last);
-        assert_eq!(begun(&session), MAX_RUNNING + 1, "it ends before its turn");
+        assert_eq!(started(&session), MAX_RUNNING + 1, "it ends before its turn");
         drop(held);
         assert_eq!(session.wait_for(&last).unwrap_err().to_string(), "the computation was cancelled");
         assert_eq!(session.wait_for(&command(MAX_RUNNING as u64 + 1)).unwrap().as_deref(), Some("computed"));

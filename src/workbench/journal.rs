@@ -93,7 +93,8 @@ impl Journal {
 
     /// The script.
     pub fn to_script(&self) -> String {
-        let mut writer = Writer { journal: self, lines: Vec::new(), current: None, paused: HashSet::new() };
+        let mut writer =
+            Writer { journal: self, lines: Vec::new(), runs: Vec::new(), current: None, paused: HashSet::new() };
         writer.lines.push("# A recorded session: play it with `mge script FILE`.".to_owned());
         for index in 0..self.entries.len() {
             writer.write(index);
@@ -112,6 +113,8 @@ impl Journal {
 struct Writer<'a> {
     journal: &'a Journal,
     lines: Vec<String>,
+    /// The runs of the script in its own numbering: it has no runs that the session failed to open or to start.
+    runs: Vec<usize>,
     /// The current run of the script.
     current: Option<usize>,
     /// Runs that are paused for their next intervention.
@@ -131,18 +134,18 @@ impl Writer<'_> {
             Command::Fork(fork) => {
                 run.iter().for_each(|run| self.act_on(*run));
                 self.line(Fork { until, ..fork.clone() });
-                self.current = entry.trained();
+                self.begin(entry.trained());
                 return self.wait(entry.trained(), until);
             }
             Command::Train(Train { folder, .. }) => {
-                self.current = *run;
+                self.begin(*run);
                 self.line(Train { folder: folder.clone(), until, ..Train::default() });
                 self.wait(*run, until);
                 return;
             }
             Command::Continue(continued) => {
                 match continued.folder {
-                    Some(_) => self.current = *run,
+                    Some(_) => self.begin(*run),
                     None => run.iter().for_each(|run| self.act_on(*run)),
                 }
                 self.line(Continue { until, ..continued.clone() });
@@ -151,7 +154,7 @@ impl Writer<'_> {
             Command::Watch(Watch(number)) => return self.act_on(*number),
             // The preceding line already paused the run at this episode.
             Command::Pause(_) => return,
-            Command::Open(_) => self.current = *run,
+            Command::Open(_) => self.begin(*run),
             _ => {}
         }
         if let Some(run) = run
@@ -171,10 +174,18 @@ impl Writer<'_> {
         }
     }
 
-    /// Makes a run the current one of the script, unless it is already.
+    /// Numbers a run that the next line starts or opens, unless it is known, and makes it the current one.
+    fn begin(&mut self, run: Option<usize>) {
+        self.runs.extend(run.filter(|run| !self.runs.contains(run)));
+        self.current = run;
+    }
+
+    /// Makes a run the current one, unless it is already or the script does not have it.
     fn act_on(&mut self, run: usize) {
-        if self.current != Some(run) {
-            self.line(Watch(run));
+        if self.current != Some(run)
+            && let Some(number) = self.runs.iter().position(|known| *known == run)
+        {
+            self.line(Watch(number));
             self.current = Some(run);
         }
     }

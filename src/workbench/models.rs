@@ -30,17 +30,17 @@ impl Session {
     /// Starts training a model, written to a file.
     pub(super) fn train_model(&mut self, command: &ModelTrain) -> Result<String, SessionError> {
         let (seed, train) = (self.config().seed, command.clone());
-        self.begin_model_work(command.clone().into(), move |reporter| train_into_file(&train, seed, reporter))
+        self.start_model_job(command.clone().into(), move |reporter| train_into_file(&train, seed, reporter))
     }
 
     /// Starts evaluating a model, shipped or from a file.
     pub(super) fn evaluate_model(&mut self, command: &ModelEvaluate) -> Result<String, SessionError> {
         let (seed, model) = (self.config().seed, command.0.clone());
-        self.begin_model_work(command.clone().into(), move |reporter| evaluate(&model, seed, reporter))
+        self.start_model_job(command.clone().into(), move |reporter| evaluate(&model, seed, reporter))
     }
 
     /// Starts a job on a model. Only one runs at a time, as each keeps all cores busy.
-    fn begin_model_work(
+    fn start_model_job(
         &mut self,
         command: Command,
         work: impl FnOnce(&Reporter) -> Result<String, String> + Send + 'static,
@@ -49,7 +49,7 @@ impl Session {
             return Err(SessionError::Failed(format!("{name}: wait for its end, or end it with `model stop`")));
         }
         let report = name(&command);
-        self.begin_job(command, work, |_, result| result);
+        self.start_job(command, work, |_, result| result);
         Ok(report)
     }
 
@@ -90,7 +90,7 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let ModelTrain { tools, path, epochs } = train;
     let mut settings = TrainConfig { seed, ..TrainConfig::default() };
     settings.epochs = epochs.unwrap_or(settings.epochs);
-    let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let command = format!("mge dynamics train --tools {tools} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     create_parent(path).map_err(|error| error.to_string())?;
@@ -113,18 +113,16 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
 
 fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String> {
     let model = dynamics::named(name).map_err(|error| error.to_string())?;
-    let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
     let on_progress = &mut |now: &EvaluationProgress| reporter.progress(now.done, now.total);
-    let evaluation = evaluate_with_progress(&model, &tasks, &config, on_progress)
+    let evaluation = evaluate_with_progress(&model, &task::shipped(), &config, on_progress)
         .map_err(|error| error.to_string())?
         .ok_or_else(|| format!("{name}: ended before it was measured"))?;
     let launches = evaluation.launches.iter().map(|launches| {
         let (ours, still) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
         format!("{} {:.4} ({:.4})", launches.tool, ours.mean, still.mean)
     });
-    // Plain data always serialises.
-    let json = serde_json::to_string_pretty(&evaluation).expect("an evaluation is plain data") + "\n";
+    let json = crate::json::pretty(&evaluation);
     let path = evaluation_of(name);
     write_file(&path, json.as_bytes()).map_err(|error| error.to_string())?;
     let scenes = evaluation.scenes.iter().filter_map(|scene| {

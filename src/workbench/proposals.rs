@@ -30,7 +30,7 @@ impl Session {
         let config = self.setup.config.clone();
         let key = inputs(&config);
         let work = move |reporter: &Reporter| search(&config, count, reporter);
-        self.begin_job(Propose(Some(count)), work, move |session, result| session.take_proposals(&key, count, result?));
+        self.start_job(Propose(Some(count)), work, move |session, result| session.take_proposals(&key, count, result?));
         Ok(format!("looking for {}", subgoals(count)))
     }
 

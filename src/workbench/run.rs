@@ -364,7 +364,7 @@ impl RunView {
 
     /// The name of its folder.
     pub fn name(&self) -> String {
-        self.directory.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+        self.directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
     /// Its configuration.

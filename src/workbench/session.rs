@@ -9,7 +9,7 @@ use super::clusters::ClusterStore;
 use super::command::{self, Command, Epsilon, Expect, Guide, Open, Pause, Quantity, Recording, Stop, Watch};
 use super::hand_play::HandPlay;
 use super::job::Progress;
-use super::jobs::Pending;
+use super::jobs::CommandJob;
 use super::journal::Journal;
 use super::run::RunView;
 use super::setup::Setup;
@@ -41,7 +41,7 @@ pub struct Session {
     pub(super) setup: Setup,
     pub(super) clusters: ClusterStore,
     /// Background jobs, in the order in which they were requested.
-    pub(super) jobs: Vec<Pending>,
+    pub(super) jobs: Vec<CommandJob>,
     /// Notices since the last poll.
     pub(super) notices: Vec<Notice>,
     /// Jobs block while a test holds this lock.

@@ -439,7 +439,7 @@ fn endless_files_are_refused_as_tasks_and_models() {
             let outcome = apply(&mut session, &line)
                 .and_then(|_| try_run(&mut session, "clusters\nwait").map(|()| String::new()));
             let error = outcome.unwrap_err();
-            assert!(error.contains("no regular file"), "{line}: {error}");
+            assert!(error.contains("not a regular file"), "{line}: {error}");
         }
     }
 }

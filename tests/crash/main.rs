@@ -1,15 +1,18 @@
-//! A crash at every operation on files: a command is killed, or an operation fails, at operation k;
-//! then the same work is continued without a fault, and every file must be as after an undisturbed
-//! one.
+//! A crash at every operation on files: a command is killed, or an operation fails, at operation k; then the work is
+//! continued without a fault, and every file must equal that of an undisturbed command.
 //!
-//! `cargo test --test crash` tries a share of the operations of each command;
-//! `cargo test --test crash -- --ignored --nocapture` tries all of them and prints how many.
-//! `MGE_CRASH_PROGRAM` names another binary than the one that was built with the test.
-//! Needs Linux and a C compiler named `cc`; without them nothing is tried, which is said.
+//! `cargo test --test crash` tests a sample of the operations of each command;
+//! `cargo test --test crash -- --ignored --nocapture` tests all of them and prints how many.
+//! `MGE_CRASH_PROGRAM` names a binary other than the one built with the test.
+//! Needs Linux and a C compiler named `cc`; without a compiler the tests are skipped with a note.
 
 #![cfg(target_os = "linux")]
-// It prints what was skipped and how much was tried.
+// Notes what was skipped and how much was tested.
 #![allow(clippy::print_stderr)]
+
+#[path = "../program/mod.rs"]
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod program;
 
 mod power;
 mod tensorboard;
@@ -21,15 +24,16 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use power::{Disk, Kept};
+use program::{MGE, succeed, text};
 
-/// The program that is tried.
-fn program() -> String {
-    std::env::var("MGE_CRASH_PROGRAM").unwrap_or_else(|_| env!("CARGO_BIN_EXE_mge").to_owned())
+/// The program under test.
+fn tested_program() -> String {
+    std::env::var("MGE_CRASH_PROGRAM").unwrap_or_else(|_| MGE.to_owned())
 }
 
 const SIGKILL: i32 = 9;
 
-/// Kinds of faults, as `faults.c` names them, with what they leave of the command.
+/// Kinds of faults, as `faults.c` names them.
 const KINDS: [&str; 5] = ["kill", "torn", "eio", "full", "short"];
 
 /// Settings of a training of a tenth of a second that writes every kind of file.
@@ -39,7 +43,7 @@ const TRAINING: &str = "--method ddpg-mge-true --epsilon 0.5 --episodes 8 --quie
     --set guidance.model_rollouts=20 --set guidance.environment_rollouts=10 --set refinement.every=4 \
     --set refinement.least=1";
 
-/// The library that makes operations fail, compiled once; none without a compiler.
+/// The library that injects faults, compiled once; `None` without a compiler.
 fn library() -> Option<&'static Path> {
     static LIBRARY: OnceLock<Option<PathBuf>> = OnceLock::new();
     let compile = || {
@@ -59,7 +63,7 @@ fn library() -> Option<&'static Path> {
     LIBRARY.get_or_init(compile).as_deref()
 }
 
-/// A command with a fault at operation `at` of those on files in `folder`; with 0 none fails.
+/// A fault at operation `at`, counted from 1, on the files in `folder`; with 0 no operation fails.
 struct Fault<'a> {
     folder: &'a Path,
     kind: &'a str,
@@ -70,7 +74,7 @@ struct Fault<'a> {
 
 /// Runs a line of arguments, in which `@` is the folder.
 fn mge(line: &str, folder: &Path, fault: Option<&Fault<'_>>) -> Output {
-    let mut command = Command::new(program());
+    let mut command = Command::new(tested_program());
     command.args(line.split_whitespace().map(|word| word.replace('@', &folder.display().to_string())));
     if let (Some(fault), Some(library)) = (fault, library()) {
         command.env("LD_PRELOAD", library).env("FAULT_ROOT", fault.folder);
@@ -81,18 +85,14 @@ fn mge(line: &str, folder: &Path, fault: Option<&Fault<'_>>) -> Output {
     command.output().expect("the program starts")
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// A piece of work that is done by one command and continued by others.
+/// Work that one command does and others continue after a fault.
 struct Work {
     name: &'static str,
     /// Prepares an empty folder.
     prepare: fn(&Path),
-    /// The command that is disturbed.
+    /// The command that suffers the fault.
     command: String,
-    /// What a person does afterwards: each is tried in turn until one succeeds.
+    /// Commands that a user gives afterwards: each in turn until one succeeds.
     repair: Vec<String>,
 }
 
@@ -125,8 +125,7 @@ fn interrupted_run(folder: &Path) {
 }
 
 fn finished_run(folder: &Path) {
-    let output = mge(&format!("train task1 {TRAINING} --out @/run"), folder, None);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeed(mge(&format!("train task1 {TRAINING} --out @/run"), folder, None));
 }
 
 fn sweep_file(folder: &Path) {
@@ -142,8 +141,8 @@ fn script_file(folder: &Path) {
         .unwrap();
 }
 
-/// A session of the workbench that edits, saves, trains, computes and exports, as a script; and what a
-/// person does of it whose run was begun, or is done.
+/// Scripts of a session that edits, saves, trains, computes and exports (`all`), and of its continuation if the training
+/// was begun (`rest`) or is over (`end`).
 fn session_files(folder: &Path) {
     let at = folder.display();
     let edited = format!("task task1\nsubgoal move 1 0.05 0.2\nsave {at}/own.json\n");
@@ -159,7 +158,7 @@ fn session_files(folder: &Path) {
     }
 }
 
-/// Every file that the work leaves, without what must differ: times, and how often it was begun.
+/// Every file that the work leaves, without what may differ: times, processes and further starts.
 fn result(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     collect(folder, folder, &mut files);
@@ -171,7 +170,7 @@ fn collect(folder: &Path, root: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
         let path = entry.unwrap().path();
         let name = path.strip_prefix(root).unwrap().display().to_string();
         let bytes = match path.file_name().unwrap().to_str().unwrap() {
-            // The process, and the story of all processes that worked on the run.
+            // They describe the processes that worked on the run.
             "lock" | "log.txt" => continue,
             "events.jsonl" => events(&path),
             "tensorboard" => format!("{:?}", tensorboard::numbers(&path)).into_bytes(),
@@ -182,12 +181,12 @@ fn collect(folder: &Path, root: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
             }
             _ => std::fs::read(&path).unwrap(),
         };
-        files.insert(name, without(bytes, root));
+        files.insert(name, with_placeholder(bytes, root));
     }
 }
 
-/// A file may name the folder it is in.
-fn without(mut bytes: Vec<u8>, root: &Path) -> Vec<u8> {
+/// The content of a file with `@` for the folder it is in.
+fn with_placeholder(mut bytes: Vec<u8>, root: &Path) -> Vec<u8> {
     let root = root.as_os_str().as_encoded_bytes();
     while let Some(at) = bytes.windows(root.len()).position(|piece| piece == root) {
         bytes.splice(at..at + root.len(), *b"@");
@@ -195,7 +194,7 @@ fn without(mut bytes: Vec<u8>, root: &Path) -> Vec<u8> {
     bytes
 }
 
-/// The events of a run without their times and without the beginnings after the first.
+/// The events of a run without their times and without starts after the first.
 fn events(path: &Path) -> Vec<u8> {
     let text = std::fs::read_to_string(path).unwrap();
     let mut lines = Vec::new();
@@ -209,20 +208,19 @@ fn events(path: &Path) -> Vec<u8> {
     lines.join("\n").into_bytes()
 }
 
-/// The operations of an undisturbed command and what it leaves.
+/// The number of operations of an undisturbed command and the files it leaves.
 fn undisturbed(work: &Work) -> (usize, BTreeMap<String, Vec<u8>>) {
     let folder = tempfile::tempdir().unwrap();
     let logs = tempfile::tempdir().unwrap();
     (work.prepare)(folder.path());
     let log = logs.path().join("log");
     let fault = Fault { folder: folder.path(), kind: "none", at: 0, log: Some(&log), trace: None };
-    let output = mge(&work.command, folder.path(), Some(&fault));
-    assert!(output.status.success(), "{}: {}", work.name, text(&output.stderr));
+    succeed(mge(&work.command, folder.path(), Some(&fault)));
     let operations = std::fs::read_to_string(&log).unwrap().lines().count();
     (operations, result(folder.path()))
 }
 
-/// What is wrong after a fault and the repair, if anything.
+/// The problem after a fault and the repair, if any.
 fn problem(work: &Work, kind: &str, at: usize, expected: &BTreeMap<String, Vec<u8>>) -> Option<String> {
     let folder = tempfile::tempdir().unwrap();
     (work.prepare)(folder.path());
@@ -234,12 +232,12 @@ fn problem(work: &Work, kind: &str, at: usize, expected: &BTreeMap<String, Vec<u
         ("eio" | "full", None, Some(0 | 1)) if !message.contains("panicked") => {}
         _ => return Some(format!("{}: {message}", output.status)),
     }
-    if output.status.code() == Some(0) { None } else { continued(work, folder.path()) }
+    if output.status.code() == Some(0) { None } else { repair(work, folder.path()) }
         .or_else(|| difference(folder.path(), expected))
 }
 
-/// Does what a person does after a fault; what is wrong if nothing helps.
-fn continued(work: &Work, folder: &Path) -> Option<String> {
+/// Repairs the work after a fault. Returns the problem if no command succeeds.
+fn repair(work: &Work, folder: &Path) -> Option<String> {
     let mut failures = Vec::new();
     let repaired = work.repair.iter().any(|line| {
         let output = mge(line, folder, None);
@@ -249,7 +247,7 @@ fn continued(work: &Work, folder: &Path) -> Option<String> {
     (!repaired).then(|| format!("it cannot be continued: {failures:?}"))
 }
 
-/// The first file that is not as after an undisturbed command.
+/// The first file that differs from that of an undisturbed command.
 fn difference(folder: &Path, expected: &BTreeMap<String, Vec<u8>>) -> Option<String> {
     let found = result(folder);
     let names: Vec<&String> = expected.keys().chain(found.keys()).collect();
@@ -260,7 +258,7 @@ fn difference(folder: &Path, expected: &BTreeMap<String, Vec<u8>>) -> Option<Str
     Some(format!("{differing} differs:\n{}\ninstead of\n{}", show(&found), show(expected)))
 }
 
-/// Tries every operation, or one of `every` for each kind of fault.
+/// Tests one of `every` operations for each kind of fault.
 fn check(name: &str, every: usize) {
     if library().is_none() {
         return;
@@ -270,7 +268,7 @@ fn check(name: &str, every: usize) {
     let mut tried = 0;
     let mut problems = Vec::new();
     for (index, kind) in KINDS.iter().enumerate() {
-        // Each kind meets other operations.
+        // Each kind of fault is at other operations.
         for at in (1..=operations).skip(index * 7 % every).step_by(every) {
             tried += 1;
             problems.extend(problem(&work, kind, at, &expected).map(|problem| format!("{kind} at {at}: {problem}")));
@@ -288,7 +286,7 @@ fn check(name: &str, every: usize) {
     assert!(problems.is_empty(), "{} of {tried}:\n{}", problems.len(), problems.join("\n"));
 }
 
-/// What is wrong after losses of power: one after each operation, or one of `every`.
+/// Problems after losses of power, after one of `every` operations.
 fn losses(
     work: &Work,
     every: usize,
@@ -301,7 +299,7 @@ fn losses(
     let traces = tempfile::tempdir().unwrap();
     let trace = traces.path().join("trace");
     let fault = Fault { folder: folder.path(), kind: "none", at: 0, log: None, trace: Some(&trace) };
-    assert!(mge(&work.command, folder.path(), Some(&fault)).status.success());
+    succeed(mge(&work.command, folder.path(), Some(&fault)));
     let trace = std::fs::read(trace).unwrap();
     let mut problems = Vec::new();
     for (at, operation) in power::operations(&trace).iter().enumerate() {
@@ -310,23 +308,23 @@ fn losses(
             continue;
         }
         for kept in [Kept::Synced, Kept::Names] {
-            // In the same place: files may name the folder they are in.
+            // In the same folder, because files may name it.
             std::fs::remove_dir_all(folder.path()).unwrap();
             disk.restore(kept, folder.path());
             *tried += 1;
-            let problem = continued(work, folder.path()).or_else(|| difference(folder.path(), expected));
+            let problem = repair(work, folder.path()).or_else(|| difference(folder.path(), expected));
             problems.extend(problem.map(|problem| (at + 1, kept, problem)));
         }
     }
     problems
 }
 
-/// A training that is ended by signals and continued leaves what an undisturbed one does.
+/// A training that is ended by signals and continued leaves the files of an undisturbed one.
 #[test]
 fn signals() {
     let line = format!("train task1 {} --out @/run", TRAINING.replace("--episodes 8", "--episodes 120"));
     let whole = tempfile::tempdir().unwrap();
-    assert!(mge(&line, whole.path(), None).status.success());
+    succeed(mge(&line, whole.path(), None));
     let expected = result(whole.path());
     let disturbed = tempfile::tempdir().unwrap();
     let run = disturbed.path().join("run");
@@ -334,7 +332,7 @@ fn signals() {
     let resume = "resume @/run --quiet";
     for (signal, after) in [("TERM", 2), ("INT", 25), ("TERM", 26), ("INT", 60), ("TERM", 61), ("INT", 90)] {
         let line = if run.exists() { resume } else { &line };
-        let mut command = Command::new(program());
+        let mut command = Command::new(tested_program());
         command.args(line.split_whitespace().map(|word| word.replace('@', &disturbed.path().display().to_string())));
         let mut child =
             command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
@@ -343,15 +341,15 @@ fn signals() {
         }
         let sent = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
         let status = child.wait().unwrap();
-        // Before the program itself has begun, the signal ends it as any other.
+        // Before the program handles signals, the signal kills it.
         assert!(!sent.success() || matches!(status.code(), None | Some(0 | 130 | 143)), "{status}");
     }
-    assert!(mge(resume, disturbed.path(), None).status.success());
+    succeed(mge(resume, disturbed.path(), None));
     let difference = difference(disturbed.path(), &expected);
     assert!(difference.is_none(), "{}", difference.unwrap());
 }
 
-/// A share of the faults in the normal suite, all of them on demand.
+/// Tests of a sample of the operations, and ignored tests of all of them.
 macro_rules! crash_tests {
     ($($name:ident: $every:literal,)+) => {
         $(#[test]

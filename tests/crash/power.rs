@@ -1,21 +1,21 @@
-//! A loss of power, simulated: what is on the disk afterwards of the operations so far.
+//! Simulates a loss of power: what remains on the disk of the operations so far.
 //!
-//! A file has the content of its last sync, and a folder the names of its last sync; everything else is
-//! lost. In the other extreme the names are all there, and only what was written into the files is lost.
+//! A file has the content of its last sync, and a folder the names of its last sync; everything else is lost. In the
+//! other extreme all names are kept, and only unsynced contents of files are lost.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What a lost disk keeps.
+/// What the disk keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kept {
-    /// Names and contents that were synced.
+    /// Synced names and contents.
     Synced,
-    /// All names, and contents that were synced.
+    /// All names, and synced contents.
     Names,
 }
 
-/// A file or a folder: as programs see it, and as the disk has it.
+/// A file or a folder, as programs see it and as it was last synced.
 #[derive(Debug, Clone)]
 enum Node {
     File { seen: Vec<u8>, synced: Vec<u8> },
@@ -56,7 +56,7 @@ pub fn operations(mut trace: &[u8]) -> Vec<Operation<'_>> {
 }
 
 impl Disk {
-    /// A folder as it is, everything on the disk.
+    /// The present state of a folder, with everything synced.
     pub fn of(root: &Path) -> Self {
         let mut disk = Self { nodes: Vec::new(), root: root.display().to_string() };
         disk.read(root);
@@ -80,7 +80,7 @@ impl Disk {
         at
     }
 
-    /// The names below the root.
+    /// The components of a path below the root.
     fn parts<'a>(&self, path: &'a str) -> Vec<&'a str> {
         path.strip_prefix(&self.root).expect(path).split('/').filter(|part| !part.is_empty()).collect()
     }
@@ -110,7 +110,7 @@ impl Disk {
         self.names(&parts).remove(*parts.last().unwrap())
     }
 
-    /// Carries an operation out.
+    /// Applies an operation.
     pub fn apply(&mut self, operation: &Operation<'_>) {
         let Operation { kind, offset, path, second, bytes } = *operation;
         let node = self.find(&self.parts(path));
@@ -132,7 +132,7 @@ impl Disk {
                 self.name(path, linked);
             }
             "remove" => _ = self.remove(path),
-            // A file that was deleted while it was open has no name any more.
+            // A file that was deleted while open has no name.
             "write" | "truncate" | "sync" => {
                 let Some(node) = node else { return };
                 self.change(node, kind, offset, bytes);
@@ -155,7 +155,7 @@ impl Disk {
         }
     }
 
-    /// Writes what the disk has to an empty folder.
+    /// Writes what the disk keeps to a folder.
     pub fn restore(&self, kept: Kept, to: &Path) {
         self.write(0, kept, to);
     }

@@ -1,10 +1,10 @@
-//! TensorBoard's event files of a run as TensorBoard shows them, without times.
+//! The numbers that TensorBoard shows of a run, without times.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The numbers by step and tag. A file that begins again at a step takes the place of what earlier
-/// files say from there on; a half-written record ends its file.
+/// The numbers by step and tag. A file that starts again at a step replaces the numbers of earlier files from there on;
+/// an incomplete record ends its file.
 pub fn numbers(folder: &Path) -> BTreeMap<(u64, String), u32> {
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
@@ -42,7 +42,7 @@ pub fn numbers(folder: &Path) -> BTreeMap<(u64, String), u32> {
     numbers
 }
 
-/// The whole records of a file.
+/// The complete records of a file.
 fn records(mut bytes: &[u8]) -> Vec<&[u8]> {
     let mut records = Vec::new();
     while let Some(length) = bytes.first_chunk::<8>() {

@@ -1,7 +1,5 @@
-//! A program in a real pseudo-terminal: what is typed, what is seen, and how the terminal
-//! is left. Everything waits for a condition, woken by the program's output; the limits
-//! are for a machine that is busy with other things.
-
+//! A program in a real pseudo-terminal: types, reads the screen, and checks how the program leaves the terminal. Every
+//! wait is for a condition, checked whenever the program writes; the limits allow for a busy machine.
 use std::io::{Read, Write};
 use std::num::NonZero;
 use std::process::Command;
@@ -13,18 +11,18 @@ use std::time::{Duration, Instant};
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, SlavePty, native_pty_system};
 use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 
-/// How long a condition may take to come true.
+/// Longest wait for a condition.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 type Parser = vt100::Parser<Answers>;
 
-/// The program in a pseudo-terminal, with what its screen shows.
+/// A program in a pseudo-terminal, and its screen.
 pub struct Terminal {
-    /// None once the terminal was closed.
+    /// `None` once the terminal is closed.
     master: Option<Box<dyn MasterPty + Send>>,
     reader: Option<JoinHandle<()>>,
     closing: Arc<AtomicBool>,
-    /// Kept open, so that the line modes can still be asked for after the end.
+    /// Kept open, so that the line modes can be read after the program has ended.
     _slave: Box<dyn SlavePty + Send>,
     writer: Arc<Mutex<Box<dyn Write + Send>>>,
     child: Box<dyn Child + Send + Sync>,
@@ -32,15 +30,15 @@ pub struct Terminal {
     before: String,
 }
 
-/// The screen, and a bell that rings when the program has written something.
+/// The screen, with a notification when the program has written something.
 struct Watched {
     parser: Mutex<Parser>,
-    /// The latest that the program has written, at least the last megabyte of it.
+    /// The latest output of the program, at least the last megabyte.
     written: Mutex<Vec<u8>>,
     news: Condvar,
 }
 
-/// Answers what a terminal is asked: where its cursor is, and what it is.
+/// Answers the program's queries: the position of the cursor and the attributes of the terminal.
 struct Answers {
     attributes: &'static str,
     due: Vec<u8>,
@@ -67,8 +65,8 @@ impl vt100::Callbacks for Answers {
 }
 
 impl Terminal {
-    /// Starts a program on 120 columns and 40 rows, in a terminal that describes itself
-    /// by `attributes`, its answer to a request for primary device attributes.
+    /// Starts a program in a terminal of 120 columns and 40 rows, which answers a request for primary device attributes
+    /// with `attributes`.
     pub fn start(mut command: CommandBuilder, attributes: &'static str) -> Self {
         let pair = native_pty_system().openpty(size(120, 40)).unwrap();
         let before = modes(&*pair.master);
@@ -93,13 +91,13 @@ impl Terminal {
         self.screen.parser.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until the screen holds a condition.
+    /// Waits until a condition holds. `what` describes it if it never does.
     pub fn wait_until(&self, what: &str, mut holds: impl FnMut(&vt100::Screen) -> bool) {
         let start = Instant::now();
         let mut parser = self.parser();
         while !holds(parser.screen()) {
             assert!(start.elapsed() < PATIENCE, "waited for {what} on\n{}", parser.screen().contents());
-            // The line modes change without a word: look at them from time to time.
+            // Line modes and files change without output, so check again from time to time.
             let woken = self.screen.news.wait_timeout(parser, Duration::from_millis(100));
             parser = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
@@ -110,7 +108,7 @@ impl Terminal {
         self.wait_until(&format!("`{text}`"), |screen| screen.contents().contains(text));
     }
 
-    /// Waits until the program has written something that no screen shows.
+    /// Waits until the program has written these bytes, which the screen need not show.
     pub fn wait_until_written(&self, bytes: &str) {
         let bytes = bytes.as_bytes();
         self.wait_until(&format!("{bytes:?}"), |_| {
@@ -119,26 +117,25 @@ impl Terminal {
         });
     }
 
-    /// The latest that the program has written.
+    /// The latest output of the program.
     pub fn written(&self) -> String {
         String::from_utf8_lossy(&self.screen.written.lock().unwrap()).into_owned()
     }
 
-    /// Types a text, control characters included.
+    /// Types a text, which may have control characters.
     pub fn type_text(&self, text: &str) {
         let mut writer = self.writer.lock().unwrap();
         writer.write_all(text.as_bytes()).unwrap();
         writer.flush().unwrap();
     }
 
-    /// Makes the terminal another size.
+    /// Changes the size of the terminal.
     pub fn resize(&self, columns: u16, rows: u16) {
         self.parser().screen_mut().set_size(lines(rows), lines(columns));
         self.master.as_ref().unwrap().resize(size(columns, rows)).unwrap();
     }
 
-    /// Closes the terminal under a program that writes all the time, as a window that is
-    /// closed.
+    /// Closes the terminal, as by closing its window, even if the program writes all the time.
     pub fn hang_up(&mut self) {
         self.closing.store(true, Ordering::Relaxed);
         self.reader.take().unwrap().join().unwrap();
@@ -156,14 +153,14 @@ impl Terminal {
         assert!(Command::new("kill").args([format!("-{signal}"), id]).status().unwrap().success());
     }
 
-    /// Waits until the program was stopped by a signal. One that is continued any sooner stops after that.
+    /// Waits until a signal has stopped the program: if it were continued earlier, it would stop afterwards.
     pub fn wait_until_stopped(&self) {
         let process = Pid::from_raw(self.process() as i32).unwrap();
-        let looked_at = WaitIdOptions::STOPPED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-        self.wait_until("the program to stop", |_| waitid(WaitId::Pid(process), looked_at).unwrap().is_some());
+        let options = WaitIdOptions::STOPPED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        self.wait_until("the program to stop", |_| waitid(WaitId::Pid(process), options).unwrap().is_some());
     }
 
-    /// The program's process.
+    /// The program's process number.
     pub fn process(&self) -> u32 {
         self.child.process_id().unwrap()
     }
@@ -185,9 +182,9 @@ impl Terminal {
         status.exit_code()
     }
 
-    /// Waits until the terminal is as it was: line modes, screen, cursor, mouse and paste.
+    /// Waits until line modes, screen, cursor, mouse and paste are as before the program.
     pub fn wait_until_restored(&self) {
-        self.wait_until("the terminal as it was", |screen| {
+        self.wait_until("the terminal to be restored", |screen| {
             self.modes().as_ref() == Some(&self.before)
                 && !screen.alternate_screen()
                 && !screen.hide_cursor()
@@ -196,7 +193,7 @@ impl Terminal {
         });
     }
 
-    /// Waits until the program has taken the terminal.
+    /// Waits until the program has set up the terminal for its screen.
     pub fn wait_until_taken(&self) {
         self.wait_until("the program's screen", |screen| {
             self.modes().as_ref() != Some(&self.before) && screen.alternate_screen() && screen.bracketed_paste()
@@ -206,13 +203,12 @@ impl Terminal {
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        // Only a test that failed leaves it running.
+        // Only a failed test leaves the program running.
         let _ = self.child.kill();
     }
 }
 
-/// Shows what the program writes and answers what it asks, until it ends or the terminal
-/// is closed.
+/// Shows the program's output and answers its queries, until it ends or the terminal is closed.
 fn follow(
     mut reader: Box<dyn Read + Send>,
     screen: &Watched,

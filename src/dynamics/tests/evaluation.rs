@@ -46,7 +46,7 @@ fn evaluations_of_all_variants_report_every_part() {
             assert!(rapier.action_contact.mean < free.action_contact.mean / 2.0, "{rapier:?}\n{free:?}");
             let hits = of_each(&launch.errors, |tool| tool.hits);
             assert_eq!(hits.model.rollouts, launch.errors.model.action_contact.count);
-            let real = |hits: Hits| hits.true_positives + hits.false_negatives;
+            let real = |hits: HitPredictions| hits.true_positives + hits.false_negatives;
             assert!(real(hits.model) > 0 && real(hits.model) == real(hits.constant_velocity), "{hits:?}");
         }
     }
@@ -92,7 +92,7 @@ fn shipped_models_predict_better_than_the_baselines() {
             assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");
             assert!(errors.model < 0.5 * errors.nearest_sample, "{name}, {}: {errors:?}", launch.tool);
             let score = of_each(&launch.errors, |tool| {
-                let Hits { true_positives, false_positives, false_negatives, .. } = tool.hits;
+                let HitPredictions { true_positives, false_positives, false_negatives, .. } = tool.hits;
                 2 * true_positives * 100 / (2 * true_positives + false_positives + false_negatives)
             });
             assert!(score.model > 80 && score.model > score.constant_velocity, "{name}: F1 {score:?} %");

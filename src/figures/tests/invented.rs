@@ -112,7 +112,7 @@ pub fn actions() -> ActionSamples {
     ActionSamples { tasks: tasks.collect() }
 }
 
-pub fn hits() -> Hits {
+pub fn hits() -> HitBars {
     let goals = [342.0, 52.0, 77.0, 40.0, 77.0, 65.0];
     let random = [8.0, 0.0, 3.0, 0.0, 0.0, 0.0];
     let tasks = shipped().into_iter().zip(goals.iter().zip(random)).map(|(task, (&goal, random))| {
@@ -134,7 +134,7 @@ pub fn hits() -> Hits {
         };
         TaskHits { task: task.name.clone(), policies: vec![guided, random] }
     });
-    Hits {
+    HitBars {
         episodes: 1000,
         statistics: Statistics { centre: "Mean".to_owned(), seeds: 3, ..statistics() },
         tasks: tasks.collect(),

@@ -34,7 +34,7 @@ fn empty() -> Vec<Box<dyn Figure>> {
         Box::new(RelativeFrames { task: task(), cutoff: 12.0, instants: vec![] }),
         Box::new(TaskGrid::default()),
         Box::new(ActionSamples::default()),
-        Box::new(Hits::default()),
+        Box::new(HitBars::default()),
         Box::new(LearningCurves::default()),
         Box::new(MethodScores::default()),
         Box::new(MethodScores { panels: vec![ScorePanel::default()], ..MethodScores::default() }),
@@ -357,7 +357,7 @@ fn missing_values_are_not_drawn_as_zero() {
         hits.to_svg(&provenance()).matches("\n0\n").count()
     };
     assert!(hits(f64::NAN) < hits(0.0), "there is no count above a missing bar");
-    let counts = |hits: &Hits| hits.to_svg(&provenance()).matches("\n0\n").count();
+    let counts = |hits: &HitBars| hits.to_svg(&provenance()).matches("\n0\n").count();
     let (whole, mut fewer) = (invented::hits(), invented::hits());
     fewer.tasks[0].policies.remove(1);
     assert_eq!(counts(&fewer), counts(&whole), "a policy that was not run has no count");

@@ -69,7 +69,7 @@ fn actions(rows: &[&Row]) -> ActionSamples {
     ActionSamples { tasks: groups(rows, "task").into_iter().map(task).collect() }
 }
 
-fn hits(rows: &[&Row], seeds: usize) -> Hits {
+fn hits(rows: &[&Row], seeds: usize) -> HitBars {
     let policy = |(policy, rows): (String, Vec<&Row>)| {
         let (goal, subgoals): (Vec<&Row>, Vec<&Row>) = rows.into_iter().partition(|row| row["stage"] == "goal");
         let subgoals = subgoals.iter().map(|row| estimate(row, "hits")).collect();
@@ -79,7 +79,7 @@ fn hits(rows: &[&Row], seeds: usize) -> Hits {
         task,
         policies: groups(&rows, "policy").into_iter().map(policy).collect(),
     };
-    Hits {
+    HitBars {
         episodes: number(rows[0], "episodes") as usize,
         statistics: statistics("Mean", INTERVAL, seeds),
         tasks: groups(rows, "task").into_iter().map(task).collect(),

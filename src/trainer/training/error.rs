@@ -34,7 +34,7 @@ pub enum TrainingError {
     #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
     OtherSettings,
     /// The checkpoint from which a fork continues is missing.
-    #[error("the run is a fork, and the checkpoint from which it goes on is gone: fork the other run again")]
+    #[error("the run is a fork, and the checkpoint from which it continues is missing: fork the other run again")]
     ForkedFromNothing,
     /// The lengths of observations or actions differ: the number of subgoals changed, or whether the agent
     /// chooses among tools.

@@ -15,7 +15,7 @@ use crate::workbench::{Verb, verbs};
 
 /// An action that a key, the palette or the mouse can trigger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Action {
+pub enum UiAction {
     // Everywhere.
     Train,
     Fork,
@@ -226,7 +226,7 @@ pub enum Script {
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
     /// The action.
-    pub action: Action,
+    pub action: UiAction,
     /// Where it applies.
     pub context: Context,
     /// Name in key files and in the palette.
@@ -265,7 +265,7 @@ pub fn entries() -> &'static [Entry] {
             let script = Script::Verb(verb.name);
             if entries.iter().all(|entry| entry.script != script) {
                 // Leaked once, for the lifetime of the program.
-                let (action, name) = (Action::Type(verb.name), verb.name.replace(' ', "-").leak());
+                let (action, name) = (UiAction::Type(verb.name), verb.name.replace(' ', "-").leak());
                 let context = Context::Typed;
                 entries.push(Entry { action, context, name, keys: "", hint: "", about: verb.help, script });
             }

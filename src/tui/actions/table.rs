@@ -1,13 +1,13 @@
 //! The table of actions with keys.
 
-use super::Action::{self, self as A};
 use super::Context::{self, Compose, Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
 use super::Script::{self, Like, Nothing, Verb};
 use super::Tab;
+use super::UiAction::{self, self as A};
 
 /// An action, its context, name, default keys, word in the footer, description (empty if the help text of
 /// its verb is used), and how a script does the same.
-type Row = (Action, Context, &'static str, &'static str, &'static str, &'static str, Script);
+type Row = (UiAction, Context, &'static str, &'static str, &'static str, &'static str, Script);
 
 /// Every action with keys, grouped by context.
 #[rustfmt::skip]

@@ -8,6 +8,7 @@ mod quit;
 mod recovery;
 #[cfg(test)]
 pub(super) mod testing;
+mod tick;
 mod unsaved;
 
 pub use unsaved::{Guarded, report_recovered_edits};
@@ -20,11 +21,11 @@ use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 
-use super::actions::{Action, Context, Tab};
+use super::actions::{Context, Tab, UiAction};
 use super::effect::Effect;
 use super::input::{Key, Keymap};
 use super::layers::{Layer, Response, Tour};
-use super::screens::{Chrome, HitRegions, Notice, Region, Screens, Ui, draw_frame, draw_scene, runs, training};
+use super::screens::{Chrome, HitRegion, HitRegions, Message, Screens, Ui, draw_frame, draw_scene};
 use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
@@ -45,7 +46,7 @@ pub struct App {
     /// What the scene shows.
     subject: Subject,
     /// The latest message, and how long it has been shown.
-    notice: Option<(Notice, Duration)>,
+    message: Option<(Message, Duration)>,
     /// Where things were drawn, for the mouse.
     regions: HitRegions,
     /// What the mouse is dragging.
@@ -53,7 +54,7 @@ pub struct App {
     request: Option<TerminalRequest>,
     /// Whether the mouse is captured.
     mouse: bool,
-    leaving: Leaving,
+    leaving: QuitState,
     /// Whether anything was being trained at the last poll.
     was_busy: bool,
     /// Runs to continue in the background after the workbench is left.
@@ -78,20 +79,11 @@ pub struct App {
 
 /// Whether and when the workbench is to be left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Leaving {
+enum QuitState {
     No,
     WhenIdle,
     Now,
 }
-
-/// How long a message other than an error is shown.
-const NOTICE: Duration = Duration::from_secs(6);
-/// Interval between requests for curves while nothing else happens; other processes may be training the runs.
-const LOOK: Duration = Duration::from_secs(2);
-/// Least time between two pictures that only show changes of the session, such as training progress.
-const NEWS: Duration = Duration::from_millis(240);
-/// Most that one tick adds to the time for which a message has been shown.
-const BLINK: Duration = Duration::from_millis(100);
 
 /// A request that only the owner of the terminal can fulfil.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -118,12 +110,12 @@ impl App {
             layers: Vec::new(),
             screens: Screens::default(),
             subject,
-            notice: None,
+            message: None,
             regions: HitRegions::default(),
             drag: None,
             request: None,
             mouse: true,
-            leaving: Leaving::No,
+            leaving: QuitState::No,
             was_busy: false,
             background: Vec::new(),
             greedy: None,
@@ -150,7 +142,7 @@ impl App {
 
     /// Whether the workbench is to be left.
     pub fn is_leaving(&self) -> bool {
-        self.leaving == Leaving::Now
+        self.leaving == QuitState::Now
     }
 
     /// Runs to continue in the background once the workbench is left and its trainings have stopped.
@@ -235,154 +227,6 @@ impl App {
         inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
     }
 
-    /// Advances time and polls the session.
-    pub fn tick(&mut self, elapsed: Duration) {
-        let lines = self.workspace.view().log_total;
-        let is_changed = self.workspace.poll();
-        if is_changed {
-            self.note_busy();
-        }
-        self.show_news(is_changed, elapsed);
-        let view = self.workspace.view();
-        let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
-        let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
-        if let Some(line) = news.cloned() {
-            self.say(line.level, line.text);
-        }
-        self.age_notice(elapsed);
-        if self.leaving == Leaving::WhenIdle && self.workspace.view().training_runs().next().is_none() {
-            self.quit();
-        }
-        if is_changed {
-            self.choose_subject(None, false);
-            self.show_greedy();
-        }
-        if self.shows_scene() {
-            self.tick_scene(elapsed);
-        }
-        if self.is_time_to_ask(elapsed) {
-            self.request_curves();
-        }
-        if self.tab == Tab::Runs && self.screens.runs.is_scan_due(elapsed) {
-            self.workspace.look_for_runs();
-        }
-        if self.tab == Tab::Figures {
-            self.update_preview();
-        }
-    }
-
-    /// Requests a redraw for changes of the session, at most once per `NEWS`.
-    fn show_news(&mut self, is_changed: bool, elapsed: Duration) {
-        self.news |= is_changed;
-        self.since_news += elapsed;
-        if self.news && self.since_news >= NEWS {
-            (self.news, self.since_news) = (false, Duration::ZERO);
-            self.changed = true;
-        }
-    }
-
-    /// Requests a notification when the last training of a run or a model has ended.
-    fn note_busy(&mut self) {
-        let view = self.workspace.view();
-        let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
-        if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
-            self.request = Some(TerminalRequest::Notify("nothing is being trained any more".to_owned()));
-        }
-    }
-
-    /// Whether to request the visible curves again. This is not done at every tick: finding out which they are
-    /// takes milliseconds with thousands of runs.
-    fn is_time_to_ask(&mut self, elapsed: Duration) -> bool {
-        self.since_request += elapsed;
-        let is_time = self.changed || self.since_request >= LOOK;
-        if is_time {
-            self.since_request = Duration::ZERO;
-        }
-        is_time
-    }
-
-    /// Requests the curves of the visible runs, and the files of the previewed run.
-    fn request_curves(&mut self) {
-        let ui = self.ui();
-        let (wanted, previewed) = match self.tab {
-            Tab::Scene | Tab::Training => (training::wanted(&self.screens.curves, &self.screens.runs, &ui), None),
-            Tab::Runs => runs::wanted(&self.screens.runs, &ui),
-            _ => return,
-        };
-        self.workspace.request_curves(wanted);
-        if let Some(run) = previewed {
-            self.workspace.request_details(&run);
-        }
-    }
-
-    /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
-    fn shows_scene(&self) -> bool {
-        self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice(), Choice::Past(_)))
-    }
-
-    /// Shows a requested greedy episode once it is available.
-    fn show_greedy(&mut self) {
-        let Some(greedy) = self.workspace.view().watched.as_ref().and_then(|watched| watched.greedy.clone()) else {
-            return;
-        };
-        if self.greedy.as_ref().is_none_or(|known| !Arc::ptr_eq(known, &greedy)) {
-            self.greedy = Some(greedy.clone());
-            self.choose_subject(Some(Choice::Past(greedy)), false);
-        }
-    }
-
-    fn tick_scene(&mut self, elapsed: Duration) {
-        self.screens.scene.show_all(self.tab == Tab::Training);
-        if let Some(episode) = self.subject.needed_agent() {
-            self.workspace.request_agent(episode);
-        }
-        if self.screens.scene.needs_model(&self.subject) {
-            let model = self.workspace.model_for(&self.subject.task().clone());
-            self.subject.set_model(model);
-        }
-        let (moved, effects) = self.screens.scene.update(&self.subject, elapsed);
-        self.moved |= moved;
-        self.carry_out(effects);
-        // Request a training episode until there is one to show.
-        let watched = self.workspace.view().watched.as_ref();
-        if watched.is_some_and(|watched| watched.run.active && watched.live.is_none()) {
-            self.workspace.request_live();
-        }
-    }
-
-    /// Updates what the scene shows from the current view.
-    fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
-        let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
-        // A player that has stopped repeating its episode moves on as soon as there is another.
-        let next = next || self.screens.scene.player.is_resting();
-        let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
-        let is_other = !Arc::ptr_eq(subject.episode(), self.subject.episode());
-        if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
-            self.screens.curves.forget_window();
-        }
-        self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
-        self.subject = subject;
-        self.show_beside();
-        if is_other || next {
-            self.screens.scene.begin(&self.subject, is_other);
-            self.changed = true;
-            if self.subject.is_of_run() {
-                // Request the following episode in advance.
-                self.workspace.request_live();
-            }
-        }
-    }
-
-    fn age_notice(&mut self, elapsed: Duration) {
-        let Some((notice, shown)) = &mut self.notice else { return };
-        // Work that blocks the screen must not use up the display time of its own message.
-        *shown += elapsed.min(BLINK);
-        if notice.level != Level::Error && *shown > NOTICE {
-            self.notice = None;
-            self.changed = true;
-        }
-    }
-
     /// Handles an event of the terminal.
     pub fn event(&mut self, event: Event) {
         match event {
@@ -404,7 +248,7 @@ impl App {
         let action = self.keymap.action(Key::from(key), &self.contexts());
         // With Ctrl, quit and suspend work over any layer.
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
-        if let Some(action @ (Action::Quit | Action::Suspend)) = action
+        if let Some(action @ (UiAction::Quit | UiAction::Suspend)) = action
             && control
         {
             self.perform(action);
@@ -419,7 +263,7 @@ impl App {
                 response => self.respond(response),
             }
         } else if let Some(action) = action {
-            self.notice = None;
+            self.message = None;
             self.perform(action);
         }
     }
@@ -464,21 +308,21 @@ impl App {
     fn carry_out(&mut self, effects: Vec<Effect>) {
         for effect in effects {
             if let Err(error) = self.try_effect(effect) {
-                return self.say(Level::Error, error);
+                return self.show_message(Level::Error, error);
             }
         }
     }
 
     /// Shows a message.
-    pub fn say(&mut self, level: Level, text: impl Into<String>) {
-        self.notice = Some((Notice { level, text: text.into() }, Duration::ZERO));
+    pub fn show_message(&mut self, level: Level, text: impl Into<String>) {
+        self.message = Some((Message { level, text: text.into() }, Duration::ZERO));
         self.changed = true;
     }
 
     /// Shows a message and keeps it in the log.
     pub fn warn(&mut self, level: Level, text: &str) {
         self.workspace.log(level, text.to_owned());
-        self.say(level, text);
+        self.show_message(level, text);
     }
 
     /// Whether the preview of a figure is still being drawn.
@@ -491,18 +335,18 @@ impl App {
     pub fn draw(&mut self, frame: &mut Frame) {
         let only_moved = std::mem::take(&mut self.moved) & !std::mem::take(&mut self.changed);
         // A small terminal shows no scene.
-        let has_scene = self.regions.all().iter().any(|(_, region)| matches!(region, Region::Scene(_)));
+        let has_scene = self.regions.all().iter().any(|(_, region)| matches!(region, HitRegion::Scene(_)));
         let known = self.picture.area == frame.area() && has_scene;
         if only_moved && known && self.tab.has_scene() && self.layers.is_empty() {
-            let notice = self.notice.as_ref().map(|(notice, _)| notice);
-            draw_scene(&self.ui(), &self.screens.scene, notice, &self.picture, frame.buffer_mut());
+            let message = self.message.as_ref().map(|(message, _)| message);
+            draw_scene(&self.ui(), &self.screens.scene, message, &self.picture, frame.buffer_mut());
             return self.theme.make_plain(frame.buffer_mut());
         }
         let contexts = self.contexts();
         let chrome = Chrome {
             tab: self.tab,
             contexts: &contexts,
-            notice: self.notice.as_ref().map(|(notice, _)| notice),
+            message: self.message.as_ref().map(|(message, _)| message),
             covered: !self.layers.is_empty(),
         };
         let area = frame.area();

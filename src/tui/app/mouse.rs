@@ -4,8 +4,8 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
 use super::App;
 use crate::task::Property;
-use crate::tui::actions::{Action, Tab};
-use crate::tui::screens::{Region, edit, scene, schedule, tools, training};
+use crate::tui::actions::{Tab, UiAction};
+use crate::tui::screens::{HitRegion, edit, scene, schedule, tools, training};
 
 /// What a press grabbed and a drag moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,14 +39,14 @@ impl App {
     }
 
     fn press(&mut self, at: (u16, u16)) -> bool {
-        self.notice = None;
+        self.message = None;
         self.drag = None;
         // The release that ends a drag is lost outside the terminal and under a layer.
         self.screens.scene.drop_dragged();
         match self.regions.at(at) {
-            Some(Region::Tab(tab)) => self.show(tab),
-            Some(Region::Hint(action)) => self.perform(action),
-            Some(Region::Scene(view)) => {
+            Some(HitRegion::Tab(tab)) => self.show(tab),
+            Some(HitRegion::Hint(action)) => self.perform(action),
+            Some(HitRegion::Scene(view)) => {
                 let position = view.nearest(at.0, at.1);
                 // Cells are coarse: an object within half a cell is hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
@@ -55,19 +55,19 @@ impl App {
                 self.drag = self.screens.scene.selected().map(|_| Drag::Object);
                 self.carry_out(effects);
             }
-            Some(Region::Schedule(axes)) => {
+            Some(HitRegion::Schedule(axes)) => {
                 let view = self.workspace.view();
                 schedule::pick(&mut self.screens.schedule, view, &axes, at.0, at.1);
                 self.drag = Some(Drag::SchedulePoint);
             }
-            Some(Region::Row(row)) => self.select_row(row),
-            Some(Region::Property(property)) => self.screens.scene.choose_property(property),
-            Some(Region::Chart(axes, metric)) => {
+            Some(HitRegion::Row(row)) => self.select_row(row),
+            Some(HitRegion::Property(property)) => self.screens.scene.choose_property(property),
+            Some(HitRegion::Chart(axes, metric)) => {
                 self.screens.curves.select(metric);
                 self.drag = Some(Drag::Crosshair);
                 self.move_crosshair(axes.x_at(at.0));
             }
-            Some(Region::Preview) | None => {}
+            Some(HitRegion::Preview) | None => {}
         }
         true
     }
@@ -80,18 +80,18 @@ impl App {
 
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
         if self.drag == Some(Drag::Crosshair) {
-            if let Some(Region::Chart(axes, _)) = self.regions.at((column, row)) {
+            if let Some(HitRegion::Chart(axes, _)) = self.regions.at((column, row)) {
                 self.move_crosshair(axes.x_at(column));
             }
             return true;
         }
         for (_, region) in self.regions.all() {
             match (self.drag, region) {
-                (Some(Drag::SchedulePoint), Region::Schedule(axes)) => {
+                (Some(Drag::SchedulePoint), HitRegion::Schedule(axes)) => {
                     let view = self.workspace.view();
                     schedule::drag(&mut self.screens.schedule, view, axes.x_at(column), axes.y_at(row));
                 }
-                (Some(Drag::Object), Region::Scene(view)) => {
+                (Some(Drag::Object), HitRegion::Scene(view)) => {
                     self.screens.scene.drag_selected(view.nearest(column, row));
                 }
                 _ => {}
@@ -102,12 +102,12 @@ impl App {
 
     fn hover(&mut self, at: (u16, u16)) -> bool {
         let region = self.regions.at(at);
-        if let (Some(Region::Scene(view)), Some(hand)) = (region, &mut self.screens.scene.hand) {
+        if let (Some(HitRegion::Scene(view)), Some(hand)) = (region, &mut self.screens.scene.hand) {
             hand.hold(view.nearest(at.0, at.1));
             return true;
         }
         let crosshair = match region {
-            Some(Region::Chart(axes, _)) => Some(axes.x_at(at.0).round()),
+            Some(HitRegion::Chart(axes, _)) => Some(axes.x_at(at.0).round()),
             _ => None,
         };
         std::mem::replace(&mut self.screens.curves.hovered, crosshair) != crosshair
@@ -117,8 +117,8 @@ impl App {
         let region = self.regions.at(at);
         // The wheel turns the selected tool over the scene, and changes a property over that property.
         let property = match region {
-            Some(Region::Scene(..)) if self.screens.scene.hand.is_none() => Some(Property::Angle),
-            Some(Region::Property(property)) => Some(property),
+            Some(HitRegion::Scene(..)) if self.screens.scene.hand.is_none() => Some(Property::Angle),
+            Some(HitRegion::Property(property)) => Some(property),
             _ => None,
         };
         let steps = if up { 1.0 } else { -1.0 };
@@ -128,16 +128,16 @@ impl App {
             return true;
         }
         match region {
-            Some(Region::Chart(axes, _)) => {
+            Some(HitRegion::Chart(axes, _)) => {
                 let factor = if up { 0.5 } else { 2.0 };
                 let screens = &self.screens;
                 let episodes = training::episodes(&screens.curves, &screens.runs, &self.ui());
                 let range = screens.curves.range.zoom(factor, Some(axes.x_at(at.0)), episodes);
                 self.screens.curves.range = range;
             }
-            Some(Region::Scene(..)) => self.screens.scene.player.change_speed(up),
+            Some(HitRegion::Scene(..)) => self.screens.scene.player.change_speed(up),
             _ if !self.tab.has_scene() && self.tab != Tab::Schedule => {
-                self.perform(if up { Action::Up } else { Action::Down });
+                self.perform(if up { UiAction::Up } else { UiAction::Down });
             }
             _ => {}
         }

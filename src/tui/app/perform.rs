@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use super::{App, Leaving, TerminalRequest};
+use super::{App, QuitState, TerminalRequest};
 use crate::env::Placement;
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::task;
 use crate::trainer::non_default_settings;
-use crate::tui::actions::{Action, Tab};
+use crate::tui::actions::{Tab, UiAction};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Arguments, Help, Palette};
+use crate::tui::layers::{Arguments, CommandPalette, Help};
 use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
 use crate::tui::view::{Beside, Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
@@ -20,27 +20,27 @@ const TYPED: usize = 100;
 
 impl App {
     /// Carries out an action.
-    pub(super) fn perform(&mut self, action: Action) {
+    pub(super) fn perform(&mut self, action: UiAction) {
         match action {
             // On the Runs screen, these apply to the marked runs or the selected line.
-            Action::Pause | Action::Stop | Action::Export | Action::Fork if self.tab == Tab::Runs => {
+            UiAction::Pause | UiAction::Stop | UiAction::Export | UiAction::Fork if self.tab == Tab::Runs => {
                 self.perform_on_screen(action)
             }
             // The Training screen shows groups of seeds: ask how many to train.
-            Action::Train if self.tab == Tab::Training => self.ask_for_seeds(),
-            Action::Train => self.apply(command::Train::default()),
-            Action::Pause => match self.subject.run() {
+            UiAction::Train if self.tab == Tab::Training => self.ask_for_seeds(),
+            UiAction::Train => self.apply(command::Train::default()),
+            UiAction::Pause => match self.subject.run() {
                 Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
                 _ => self.apply(command::Pause),
             },
-            Action::Stop => {
+            UiAction::Stop => {
                 let stop = match self.subject.run() {
                     Some(run) => runs::stop(&[run], &self.ui()),
                     None => vec![Effect::apply(command::Stop)],
                 };
                 self.carry_out(stop);
             }
-            Action::Fork => match self.subject.run() {
+            UiAction::Fork => match self.subject.run() {
                 Some(run) => {
                     let episode = self.subject.past_episode().unwrap_or(run.done);
                     let prompt = runs::ask_to_fork(run, episode);
@@ -48,59 +48,59 @@ impl App {
                 }
                 None => self.apply(command::Fork { episode: 0, changes: Vec::new(), folder: None, until: None }),
             },
-            Action::Epsilon => self.ask_for_epsilon(),
-            Action::EpsilonUp => self.change_epsilon(0.05),
-            Action::EpsilonDown => self.change_epsilon(-0.05),
-            Action::Clusters => self.apply(command::Clusters(None)),
-            Action::Guide => self.apply(command::Guide),
-            Action::Export => self.export_all(),
-            Action::Method => self.choose_method(),
-            Action::Task => self.choose_task(),
-            Action::Model => self.choose_model(),
-            Action::Seed => self.ask_for_seed(),
-            Action::Episodes => self.ask_for_episodes(),
-            Action::Undo if self.tab == Tab::Schedule => {
+            UiAction::Epsilon => self.ask_for_epsilon(),
+            UiAction::EpsilonUp => self.change_epsilon(0.05),
+            UiAction::EpsilonDown => self.change_epsilon(-0.05),
+            UiAction::Clusters => self.apply(command::Clusters(None)),
+            UiAction::Guide => self.apply(command::Guide),
+            UiAction::Export => self.export_all(),
+            UiAction::Method => self.choose_method(),
+            UiAction::Task => self.choose_task(),
+            UiAction::Model => self.choose_model(),
+            UiAction::Seed => self.ask_for_seed(),
+            UiAction::Episodes => self.ask_for_episodes(),
+            UiAction::Undo if self.tab == Tab::Schedule => {
                 if !self.screens.schedule.undo() {
-                    self.say(
+                    self.show_message(
                         Level::Info,
                         "there is no schedule edit to undo; task edits are undone on the Scene and Edit screens",
                     );
                 }
             }
-            Action::Undo => self.apply(command::Undo),
-            Action::Redo => self.apply(command::Redo),
-            Action::Save if self.workspace.view().file.is_none() => self.ask_where_to_save(),
-            Action::Save => self.apply(command::Save(None)),
-            Action::SaveAs => self.ask_where_to_save(),
-            Action::Copy => self.copy_command(),
-            Action::Palette => self.open(self.palette()),
-            Action::Type(words) => self.open(self.palette().begun(words)),
-            Action::Help => self.open(Help::new(&self.contexts())),
-            Action::Tour => self.show_tour(),
-            Action::Screen(tab) => self.show(tab),
-            Action::NextScreen => self.show(self.tab.next()),
-            Action::PreviousScreen => self.show(self.tab.previous()),
-            Action::Colours => {
+            UiAction::Undo => self.apply(command::Undo),
+            UiAction::Redo => self.apply(command::Redo),
+            UiAction::Save if self.workspace.view().file.is_none() => self.ask_where_to_save(),
+            UiAction::Save => self.apply(command::Save(None)),
+            UiAction::SaveAs => self.ask_where_to_save(),
+            UiAction::Copy => self.copy_command(),
+            UiAction::Palette => self.open(self.palette()),
+            UiAction::Type(words) => self.open(self.palette().begun(words)),
+            UiAction::Help => self.open(Help::new(&self.contexts())),
+            UiAction::Tour => self.show_tour(),
+            UiAction::Screen(tab) => self.show(tab),
+            UiAction::NextScreen => self.show(self.tab.next()),
+            UiAction::PreviousScreen => self.show(self.tab.previous()),
+            UiAction::Colours => {
                 self.theme = self.theme.next_palette();
-                self.say(Level::Info, format!("colours: {}", self.theme.palette.name()));
+                self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
             }
-            Action::Markers => {
+            UiAction::Markers => {
                 self.theme = self.theme.next_marker();
-                self.say(Level::Info, format!("markers: {}", self.theme.marker.name()));
+                self.show_message(Level::Info, format!("markers: {}", self.theme.marker.name()));
             }
-            Action::Mouse => self.switch_mouse(),
-            Action::Suspend => self.request = Some(TerminalRequest::Suspend),
-            Action::Quit => self.quit(),
-            Action::Back => self.back(),
+            UiAction::Mouse => self.switch_mouse(),
+            UiAction::Suspend => self.request = Some(TerminalRequest::Suspend),
+            UiAction::Quit => self.quit(),
+            UiAction::Back => self.back(),
             other => self.perform_on_screen(other),
         }
     }
 
-    fn palette(&self) -> Palette {
-        Palette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
+    fn palette(&self) -> CommandPalette {
+        CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
     }
 
-    fn perform_on_screen(&mut self, action: Action) {
+    fn perform_on_screen(&mut self, action: UiAction) {
         let tab = self.tab;
         let (screens, ui) = self.screens_and_ui();
         let effects = match tab {
@@ -132,7 +132,7 @@ impl App {
                 self.show(tab);
                 self.perform(action);
             }
-            Effect::Say(level, text) => self.say(level, text),
+            Effect::ShowMessage(level, text) => self.show_message(level, text),
             Effect::Open(layer) => self.layers.push(layer),
             Effect::Select(object) => self.screens.scene.select(object),
             Effect::Hold(number) => self.screens.scene.hold(number),
@@ -144,7 +144,7 @@ impl App {
             Effect::Columns(text) => self.screens.runs.show_columns(&text)?,
             Effect::PinBaseline(label) => {
                 let report = self.workspace.pin_baseline(&label);
-                self.say(Level::Info, report);
+                self.show_message(Level::Info, report);
             }
             Effect::NameCurve { label, name } => self.screens.lists.composer.name(&label, &name),
             Effect::Compare => {
@@ -166,14 +166,14 @@ impl App {
                     self.export(kind, format)?;
                 }
             }
-            Effect::Quit => self.leaving = Leaving::Now,
+            Effect::Quit => self.leaving = QuitState::Now,
             Effect::QuitToBackground => {
                 self.background = self.workspace.view().training_runs().map(|run| run.path.clone()).collect();
-                self.leaving = Leaving::Now;
+                self.leaving = QuitState::Now;
             }
             Effect::QuitWhenIdle => {
-                self.leaving = Leaving::WhenIdle;
-                self.say(Level::Info, "leaving when all runs are done; quit again to change that");
+                self.leaving = QuitState::WhenIdle;
+                self.show_message(Level::Info, "leaving when all runs are done; quit again to change that");
             }
         }
         Ok(())
@@ -186,7 +186,7 @@ impl App {
         let latest = self.workspace.view().hand.trace.steps.last().map(|step| step.placement);
         // The command succeeds even if the tool could not be placed; that is shown as an error.
         let is_refused = places && latest.is_some_and(|placement| placement != Placement::Placed);
-        self.say(if is_refused { Level::Error } else { Level::Good }, report);
+        self.show_message(if is_refused { Level::Error } else { Level::Good }, report);
         // Update the subject at once: the next effect may refer to it.
         self.choose_subject(None, false);
         Ok(())
@@ -220,7 +220,7 @@ impl App {
         let episode = self.workspace.past_episode(&run.path, episode)?;
         let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
         let leave = self.keymap.fill("{source} leaves the past");
-        self.say(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
+        self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
         self.choose_subject(Some(Choice::Past(episode)), false);
         Ok(())
     }
@@ -241,7 +241,7 @@ impl App {
         let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
         let text = format!("drawing {} into figures/, with their numbers as CSV", names.join(", "));
         let figures = kinds.into_iter().map(|kind| (kind, "png")).collect();
-        self.carry_out(vec![Effect::Export(figures), Effect::Say(Level::Good, text)]);
+        self.carry_out(vec![Effect::Export(figures), Effect::ShowMessage(Level::Good, text)]);
     }
 
     fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
@@ -280,7 +280,8 @@ impl App {
         // The file of an edited task holds an older version.
         let saved = || view.file.as_ref().map(|file| file.display().to_string()).filter(|_| !view.dirty);
         let Some(task) = task::name_of(&view.task).or_else(saved) else {
-            return self.say(Level::Error, self.keymap.fill("no command for an unsaved task: {save} saves it"));
+            return self
+                .show_message(Level::Error, self.keymap.fill("no command for an unsaved task: {save} saves it"));
         };
         let mut words = ["mge", "train", &task, "--method", view.settings.method.name()].map(str::to_owned).to_vec();
         for (key, value) in non_default_settings(&view.settings) {
@@ -295,7 +296,7 @@ impl App {
             words.splice(..0, ["env".to_owned(), format!("MGE_RUNS={}", view.folder.display())]);
         }
         let text = shell_words::join(words);
-        self.say(Level::Good, format!("copied: {text}"));
+        self.show_message(Level::Good, format!("copied: {text}"));
         self.request = Some(TerminalRequest::Copy(text));
     }
 
@@ -306,7 +307,7 @@ impl App {
             true => "the workbench handles the mouse; {mouse} switches",
             false => "the terminal handles the mouse, for example to select text; {mouse} switches",
         };
-        self.say(Level::Info, self.keymap.fill(text));
+        self.show_message(Level::Info, self.keymap.fill(text));
     }
 
     fn back(&mut self) {
@@ -316,7 +317,7 @@ impl App {
             Tab::Training if matches!(self.subject.choice(), Choice::Past(_)) => vec![Effect::Show(Choice::Latest)],
             Tab::Runs if self.screens.runs.leave() => Vec::new(),
             Tab::Figures if self.screens.lists.composer.leave() => Vec::new(),
-            _ => vec![Effect::Perform(Action::Screen(Tab::Scene))],
+            _ => vec![Effect::Perform(UiAction::Screen(Tab::Scene))],
         };
         self.carry_out(effects);
     }
@@ -337,7 +338,7 @@ impl App {
                 let object = self.workspace.view().objects().all().get(row).copied();
                 self.screens.scene.select(object);
             }
-            Tab::Runs if self.screens.runs.is_selected(&self.ui(), row) => self.perform(Action::Confirm),
+            Tab::Runs if self.screens.runs.is_selected(&self.ui(), row) => self.perform(UiAction::Confirm),
             Tab::Runs => {
                 let (screens, ui) = self.screens_and_ui();
                 screens.runs.select(&ui, row);

@@ -1,6 +1,6 @@
 //! Leaving the workbench.
 
-use super::{App, Leaving};
+use super::{App, QuitState};
 use crate::run::RunState;
 use crate::tui::effect::Effect;
 
@@ -18,7 +18,7 @@ impl App {
                 RunState::Paused => "is paused",
                 _ => "is being trained",
             };
-            text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes));
+            text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes()));
         }
         let trained = !text.is_empty();
         if trained {
@@ -34,7 +34,7 @@ impl App {
             text.push("The schedule you have drawn is not in use and will be lost.".to_owned());
         }
         if text.is_empty() {
-            self.leaving = Leaving::Now;
+            self.leaving = QuitState::Now;
             return;
         }
         let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
@@ -43,7 +43,7 @@ impl App {
             answers.push(('b', "leave it training in the background", Effect::QuitToBackground));
             answers.push(('w', "wait: leave when all runs are done", Effect::QuitWhenIdle));
         }
-        self.leaving = Leaving::No;
+        self.leaving = QuitState::No;
         self.changed = true;
         self.ask("leave the workbench?", text.join("\n"), answers);
     }

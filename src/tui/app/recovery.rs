@@ -47,7 +47,7 @@ impl App {
 
     /// The latest message.
     pub fn message(&self) -> String {
-        self.notice.as_ref().map_or_else(String::new, |(notice, _)| notice.text.clone())
+        self.message.as_ref().map_or_else(String::new, |(message, _)| message.text.clone())
     }
 }
 

@@ -83,7 +83,7 @@ mod tests {
         }
         let (mut app, _) = app(empty());
         report_recovered_edits(&mut app, folder.path());
-        assert!(app.notice.unwrap().0.text.contains("`task unsaved-task1"));
+        assert!(app.message.unwrap().0.text.contains("`task unsaved-task1"));
         assert!(keep(&typical(), Path::new("/nowhere")).contains("are lost"));
     }
 }

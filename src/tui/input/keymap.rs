@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::bounded;
-use crate::tui::actions::{Action, Context, Entry, entries, named};
+use crate::tui::actions::{Context, Entry, UiAction, entries, named};
 use crate::tui::input::{Key, KeyError};
 
 /// The key bindings of all actions.
@@ -82,7 +82,7 @@ impl Keymap {
     }
 
     /// The action of a key in the given contexts, innermost first.
-    pub fn action(&self, key: Key, contexts: &[Context]) -> Option<Action> {
+    pub fn action(&self, key: Key, contexts: &[Context]) -> Option<UiAction> {
         contexts.iter().find_map(|context| {
             let bound = self.bindings.iter().find(|(bound, entry)| *bound == key && entry.context == *context);
             bound.map(|(_, entry)| entry.action)
@@ -111,12 +111,12 @@ impl Keymap {
     }
 
     /// Key, word and action of each hint in the footer for the given contexts, innermost first.
-    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, Action)> {
+    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, UiAction)> {
         let of_context = |context: &Context| {
             let context = *context;
             entries().iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
         };
-        let mut hints: Vec<(String, &'static str, Action)> = Vec::new();
+        let mut hints: Vec<(String, &'static str, UiAction)> = Vec::new();
         for entry in contexts.iter().flat_map(of_context) {
             let key = self.keys(entry).into_iter().next();
             // A key of an inner context shadows the same key of an outer one.
@@ -179,17 +179,17 @@ mod tests {
     fn a_file_changes_and_removes_keys() {
         let map = Keymap::parse("# mine\ntrain = f10 f9  # go\nquit =\n", "keys").unwrap();
         let action = |key: &str| map.action(key.parse().unwrap(), &[Context::Everywhere]);
-        assert_eq!(action("f10"), Some(Action::Train));
-        assert_eq!(action("f9"), Some(Action::Train));
+        assert_eq!(action("f10"), Some(UiAction::Train));
+        assert_eq!(action("f9"), Some(UiAction::Train));
         assert_eq!(action("t"), None);
         assert_eq!(action("q"), None);
         let typed = Keymap::parse("set = f9", "keys").unwrap();
-        assert_eq!(typed.action("f9".parse().unwrap(), &[Context::Typed]), Some(Action::Type("set")));
+        assert_eq!(typed.action("f9".parse().unwrap(), &[Context::Typed]), Some(UiAction::Type("set")));
         let hash = Keymap::parse("train = #\npause = # none", "keys").unwrap();
-        assert_eq!(hash.action("#".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
+        assert_eq!(hash.action("#".parse().unwrap(), &[Context::Everywhere]), Some(UiAction::Train));
         assert_eq!(hash.action("p".parse().unwrap(), &[Context::Everywhere]), None);
         let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
-        assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
+        assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(UiAction::Train));
     }
 
     #[test]
@@ -216,10 +216,10 @@ mod tests {
     fn inner_contexts_come_first() {
         let map = Keymap::default();
         let contexts = [Context::Hand, Context::Everywhere];
-        assert_eq!(map.action("space".parse().unwrap(), &contexts), Some(Action::Confirm));
-        assert_eq!(map.action("t".parse().unwrap(), &contexts), Some(Action::Train));
+        assert_eq!(map.action("space".parse().unwrap(), &contexts), Some(UiAction::Confirm));
+        assert_eq!(map.action("t".parse().unwrap(), &contexts), Some(UiAction::Train));
         let hints = map.hints(&contexts);
-        assert_eq!(hints[1], ("enter".to_owned(), "place", Action::Confirm));
+        assert_eq!(hints[1], ("enter".to_owned(), "place", UiAction::Confirm));
         assert_eq!(hints.iter().filter(|(key, ..)| key == "enter").count(), 1);
     }
 }

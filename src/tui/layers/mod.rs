@@ -8,10 +8,10 @@ mod tools;
 mod tour;
 
 pub use help::Help;
-pub use palette::{Arguments, Palette};
+pub use palette::{Arguments, CommandPalette};
 pub use prompt::Prompt;
 pub use question::Question;
-pub use tools::{Offer, Tools, tool_in_words};
+pub use tools::{Offer, ToolPalette, tool_in_words};
 pub use tour::Tour;
 
 use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};

@@ -80,7 +80,7 @@ pub fn tool_in_words(tool: &Tool, named: bool) -> String {
 type Choose = dyn Fn(&Offer) -> Effect;
 
 /// A palette of tools.
-pub struct Tools {
+pub struct ToolPalette {
     title: String,
     input: TextInput,
     offers: Vec<Offer>,
@@ -94,7 +94,7 @@ pub struct Tools {
     cells: Vec<(Rect, usize)>,
 }
 
-impl Tools {
+impl ToolPalette {
     /// A palette of these tools.
     pub fn new(title: impl Into<String>, offers: Vec<Offer>, choose: impl Fn(&Offer) -> Effect + 'static) -> Self {
         let found = (0..offers.len()).collect();
@@ -138,7 +138,7 @@ impl Tools {
     }
 }
 
-impl Layer for Tools {
+impl Layer for ToolPalette {
     fn key(&mut self, key: KeyEvent) -> Response {
         let [columns, rows] = self.shape.map(|count| count as isize);
         match key.code {
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn matches_at_the_beginning_of_a_word_come_first() {
         let offer = |number: usize| Offer::new(Tool::new(ToolKind::Box, [0.0; 2]), Some(number), &format!("#{number}"));
-        let mut tools = Tools::new("", vec![offer(1234), offer(23)], |offer| Effect::Hold(offer.number));
+        let mut tools = ToolPalette::new("", vec![offer(1234), offer(23)], |offer| Effect::Hold(offer.number));
         tools.paste("23");
         assert!(matches!(tools.key(KeyCode::Enter.into()), Response::Do(Effect::Hold(Some(23)))));
     }

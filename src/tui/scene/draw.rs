@@ -11,10 +11,10 @@ use super::object::{Object, Objects};
 use super::picture::draw_tool;
 use super::view::View;
 use crate::env::Action;
-use crate::guidance::ActionPrior;
+use crate::guidance::{ActionPrior, StagePrior};
 use crate::physics::{Tool, ToolKind, to_units};
 use crate::trainer::Source;
-use crate::tui::view::playback::Moment;
+use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 
@@ -77,8 +77,8 @@ pub struct Ghost {
 pub struct Content<'a> {
     /// The task and its proposed subgoals.
     pub objects: Objects<'a>,
-    /// The moment of the episode.
-    pub moment: &'a Moment,
+    /// The state of the episode.
+    pub frame: &'a PlaybackFrame,
     /// Which overlays to show.
     pub overlays: Overlays,
     /// The action clusters, and whether they are out of date.
@@ -101,6 +101,14 @@ impl Content<'_> {
     /// The colour of a stage's clusters: the colour of its subgoal, or of the goal.
     fn stage(&self, stage: usize, theme: &Theme) -> Color {
         if stage == self.objects.task.subgoals.len() { theme.goal } else { theme.stage(stage) }
+    }
+
+    /// The clusters of the stages shown, with their colours.
+    fn stages(&self, theme: &Theme) -> impl Iterator<Item = (Color, &StagePrior)> {
+        let is_stale = self.prior.is_some_and(|(_, stale)| stale);
+        let all = self.prior.into_iter().flat_map(|(prior, _)| prior.stages.iter().enumerate());
+        let shown = all.filter(move |(index, _)| self.overlays.stage.is_none_or(|only| only == *index));
+        shown.map(move |(index, stage)| (if is_stale { theme.dim } else { self.stage(index, theme) }, stage))
     }
 }
 
@@ -158,7 +166,7 @@ impl Painter<'_, '_> {
     }
 
     fn trail(&mut self, content: &Content) {
-        self.path(&content.moment.trail, self.theme.trail, 2);
+        self.path(&content.frame.trail, self.theme.trail, 2);
         if content.overlays.model {
             self.path(content.truth, self.theme.good, 4);
             self.predicted(content.predicted, content.objects.task.ball.radius);
@@ -166,10 +174,7 @@ impl Painter<'_, '_> {
     }
 
     fn clusters(&mut self, content: &Content) {
-        let Some((prior, stale)) = content.prior else { return };
-        let shown = |stage: &usize| content.overlays.stage.is_none_or(|only| only == *stage);
-        for (index, stage) in prior.stages.iter().enumerate().filter(|(index, _)| shown(index)) {
-            let colour = if stale { self.theme.dim } else { content.stage(index, self.theme) };
+        for (colour, stage) in content.stages(self.theme) {
             if content.overlays.samples {
                 self.path(&stage.actions, colour, 1);
             }
@@ -191,11 +196,11 @@ impl Painter<'_, '_> {
         for tool in &content.objects.task.tools {
             self.tool(&tool.tool(), self.theme.tool, true);
         }
-        for (tool, source) in &content.moment.placed {
+        for (tool, source) in &content.frame.placed {
             let colour = if *source == Source::Clusters { self.theme.stage(0) } else { self.theme.placed };
             self.tool(tool, colour, true);
         }
-        if let Some(tool) = &content.moment.blocked {
+        if let Some(tool) = &content.frame.blocked {
             self.tool(tool, self.theme.bad, false);
         }
     }
@@ -210,7 +215,7 @@ impl Painter<'_, '_> {
             self.circle(subgoal.position, subgoal.radius, self.theme.dim);
         }
         for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
-            let reached = content.moment.reached.contains(&index);
+            let reached = content.frame.reached.contains(&index);
             let colour = if reached { self.theme.dim } else { self.theme.stage(index) };
             self.circle(subgoal.position, subgoal.radius, colour);
         }
@@ -233,7 +238,7 @@ impl Painter<'_, '_> {
             let shape = Tool::new(ToolKind::Box, to_units(moving.position.map(f64::from)));
             self.tool(&shape.with_size(moving.size.into()), self.theme.ball, false);
         }
-        let (centre, radii) = (self.dot(content.moment.ball), View::radii(self.size, content.objects.task.ball.radius));
+        let (centre, radii) = (self.dot(content.frame.ball), View::radii(self.size, content.objects.task.ball.radius));
         self.raster.disc(centre, radii, self.theme.ball);
     }
 
@@ -290,7 +295,7 @@ impl Labels<'_> {
         let unicode = self.theme.marker != Marker::Ascii;
         let bold = |colour: Color| Style::new().fg(colour).add_modifier(Modifier::BOLD);
         for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
-            let reached = content.moment.reached.contains(&index);
+            let reached = content.frame.reached.contains(&index);
             let mark = if unicode { "✓".to_owned() } else { "v".to_owned() };
             let text = if reached { mark } else { (index + 1).to_string() };
             let colour = if reached { self.theme.good } else { self.theme.stage(index) };
@@ -299,7 +304,7 @@ impl Labels<'_> {
         for (index, proposal) in content.objects.proposed.iter().enumerate() {
             self.put(proposal.position, &format!("{}?", index + 1), bold(self.theme.warn));
         }
-        let goal = match (content.moment.goal, unicode) {
+        let goal = match (content.frame.goal, unicode) {
             (true, true) => "★",
             (true, false) => "*",
             (false, _) => "G",
@@ -307,19 +312,15 @@ impl Labels<'_> {
         self.put(content.objects.task.goal.position, goal, bold(self.theme.goal));
         self.means(content, if unicode { "+" } else { "x" });
         if self.theme.marker == Marker::Ascii || self.view.area.height < 12 {
-            self.put(content.moment.ball, "o", bold(self.theme.ball));
+            self.put(content.frame.ball, "o", bold(self.theme.ball));
         }
         self.selection(content);
     }
 
     fn means(&mut self, content: &Content, mark: &str) {
-        let Some((prior, stale)) = content.prior.filter(|_| content.overlays.clusters) else { return };
-        for (index, stage) in prior.stages.iter().enumerate() {
-            if content.overlays.stage.is_none_or(|only| only == index) {
-                let colour = if stale { self.theme.dim } else { content.stage(index, self.theme) };
-                for cluster in &stage.clusters {
-                    self.put(cluster.mean, mark, Style::new().fg(colour));
-                }
+        if content.overlays.clusters {
+            for (colour, stage) in content.stages(self.theme) {
+                stage.clusters.iter().for_each(|cluster| self.put(cluster.mean, mark, Style::new().fg(colour)));
             }
         }
     }
@@ -350,7 +351,7 @@ impl Labels<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guidance::{Cluster, GuidanceConfig, StagePrior};
+    use crate::guidance::{Cluster, GuidanceConfig};
     use crate::tui::widgets::theme::Palette;
 
     fn theme() -> Theme {
@@ -359,10 +360,11 @@ mod tests {
 
     fn drawn<'a>(change: impl FnOnce(&mut Content<'a>)) -> (Buffer, View) {
         let task: &crate::task::Task = Box::leak(Box::new(crate::task::load("task1").unwrap()));
-        let moment: &Moment = Box::leak(Box::new(Moment { ball: task.ball.position, ..Moment::default() }));
+        let frame: &PlaybackFrame =
+            Box::leak(Box::new(PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() }));
         let mut content = Content {
             objects: Objects { task, proposed: &[] },
-            moment,
+            frame,
             overlays: Overlays::default(),
             prior: None,
             heat: None,

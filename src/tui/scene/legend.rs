@@ -17,30 +17,30 @@ pub fn lines(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
 }
 
 fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
-    let [disc, block, frame, line, dots, mean] = if theme.marker == Marker::Ascii {
+    let [disc, block, outline, line, dots, mean] = if theme.marker == Marker::Ascii {
         ["*", "#", "[]", "-", "..", "x"]
     } else {
         ["●", "■", "□", "─", "··", "+"]
     };
     let task = content.objects.task;
-    let moment = content.moment;
-    let placed = |from: Source| moment.placed.iter().any(|(_, source)| *source == from);
-    let others = moment.placed.iter().any(|(_, source)| *source != Source::Clusters);
+    let frame = content.frame;
+    let placed = |from: Source| frame.placed.iter().any(|(_, source)| *source == from);
+    let others = frame.placed.iter().any(|(_, source)| *source != Source::Clusters);
     let (overlays, stale) = (content.overlays, content.prior.is_some_and(|(_, stale)| stale));
     let clusters = content.prior.is_some() && overlays.clusters;
     let all: [(bool, &str, &str, Color); 14] = [
         (true, disc, "ball", theme.ball),
-        (!moment.trail.is_empty(), dots, "where the ball was", theme.trail),
+        (!frame.trail.is_empty(), dots, "where the ball was", theme.trail),
         (!task.subgoals.is_empty(), "1", "subgoals, in their order", theme.stage(0)),
         (true, "G", "goal", theme.goal),
         (!content.objects.proposed.is_empty(), "1?", "proposed subgoals", theme.warn),
         (!task.tools.is_empty(), block, "tools of the scene", theme.tool),
         (others, block, "placed by policy, planner or hand", theme.placed),
         (placed(Source::Clusters), block, "placed from the clusters", theme.stage(0)),
-        (moment.blocked.is_some(), frame, "blocked: it would touch something", theme.bad),
+        (frame.blocked.is_some(), outline, "blocked: it would touch something", theme.bad),
         (clusters && !stale, mean, "action clusters: mean, 1 and 2 deviations", theme.stage(0)),
         (clusters && stale, mean, "action clusters that are out of date", theme.dim),
-        (overlays.actor && content.choice.is_some(), frame, "where the actor would place the tool", theme.warn),
+        (overlays.actor && content.choice.is_some(), outline, "where the actor would place the tool", theme.warn),
         (!content.predicted.is_empty(), line, "what the model predicts", theme.accent),
         (!content.truth.is_empty(), dots, "what really happened then", theme.good),
     ];

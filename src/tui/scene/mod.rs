@@ -1,4 +1,4 @@
-//! The scene drawn in cells: the task to scale, a moment of an episode, and overlays.
+//! The scene drawn in cells: the task to scale, one frame of an episode, and overlays.
 
 mod draw;
 mod legend;

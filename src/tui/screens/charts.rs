@@ -7,7 +7,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use super::training::CurvesState;
-use super::{HitRegions, Region, Ui};
+use super::{HitRegion, HitRegions, Ui};
 use crate::run::{Metric, RunState};
 use crate::stats::rolling::WINDOW;
 use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart, shortenings};
@@ -32,7 +32,7 @@ impl<'a> Shown<'a> {
     pub fn label(&self) -> String {
         match self {
             Self::Run(run, None) => run.label.clone(),
-            Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.seed),
+            Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.config.seed),
             Self::Group(group, _) => format!("{}, {} seeds", group.label, group.runs.len()),
         }
     }
@@ -149,7 +149,7 @@ impl<'a> Charts<'a> {
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, &self.state.cache, area, self.ui.theme, buffer) {
-            regions.add(axes.plot, Region::Chart(axes, metric));
+            regions.add(axes.plot, HitRegion::Chart(axes, metric));
         }
     }
 }

@@ -4,23 +4,23 @@
 use super::scene::Scene;
 use super::{Ui, tools};
 use crate::task::Edit;
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
 use crate::workbench::command;
 
 /// The direction and distance of a moving action.
-pub fn direction(action: Action, near: f32, far: f32) -> Option<[f32; 2]> {
+pub fn direction(action: UiAction, near: f32, far: f32) -> Option<[f32; 2]> {
     Some(match action {
-        Action::Left => [-near, 0.0],
-        Action::Right => [near, 0.0],
-        Action::Up => [0.0, near],
-        Action::Down => [0.0, -near],
-        Action::FarLeft => [-far, 0.0],
-        Action::FarRight => [far, 0.0],
-        Action::FarUp => [0.0, far],
-        Action::FarDown => [0.0, -far],
+        UiAction::Left => [-near, 0.0],
+        UiAction::Right => [near, 0.0],
+        UiAction::Up => [0.0, near],
+        UiAction::Down => [0.0, -near],
+        UiAction::FarLeft => [-far, 0.0],
+        UiAction::FarRight => [far, 0.0],
+        UiAction::FarUp => [0.0, far],
+        UiAction::FarDown => [0.0, -far],
         _ => return None,
     })
 }
@@ -31,29 +31,29 @@ pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
 }
 
 /// The effects of an editing action; None for any other action.
-pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
+pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
     let step = direction(action, 0.01, 0.1);
     match action {
-        Action::AddSubgoal => Some(add_subgoal(ui)),
-        Action::AddTool => Some(vec![tools::choose_tool(ui)]),
-        Action::Placeable => Some(vec![tools::choose_placeable()]),
-        Action::Properties => Some(vec![tools::ask_for_properties(scene, ui)]),
-        Action::Propose => Some(vec![ask_for_proposals(ui)]),
-        Action::AcceptProposals | Action::RejectProposals => {
-            Some(answer_proposals(scene, ui, action == Action::AcceptProposals))
+        UiAction::AddSubgoal => Some(add_subgoal(ui)),
+        UiAction::AddTool => Some(vec![tools::choose_tool(ui)]),
+        UiAction::Placeable => Some(vec![tools::choose_placeable()]),
+        UiAction::Properties => Some(vec![tools::ask_for_properties(scene, ui)]),
+        UiAction::Propose => Some(vec![ask_for_proposals(ui)]),
+        UiAction::AcceptProposals | UiAction::RejectProposals => {
+            Some(answer_proposals(scene, ui, action == UiAction::AcceptProposals))
         }
-        Action::Coordinates
-        | Action::DeleteObject
-        | Action::Grow
-        | Action::Shrink
-        | Action::Earlier
-        | Action::Later => Some(edit_selected(scene, ui, action, step)),
+        UiAction::Coordinates
+        | UiAction::DeleteObject
+        | UiAction::Grow
+        | UiAction::Shrink
+        | UiAction::Earlier
+        | UiAction::Later => Some(edit_selected(scene, ui, action, step)),
         _ if step.is_some() => Some(edit_selected(scene, ui, action, step)),
         _ => None,
     }
 }
 
-fn edit_selected(scene: &mut Scene, ui: &Ui, action: Action, step: Option<[f32; 2]>) -> Vec<Effect> {
+fn edit_selected(scene: &mut Scene, ui: &Ui, action: UiAction, step: Option<[f32; 2]>) -> Vec<Effect> {
     let objects = ui.view.objects();
     let selected = scene.selected().and_then(|object| Some((object, objects.position(object)?)));
     let Some((object, position)) = selected else {
@@ -63,35 +63,35 @@ fn edit_selected(scene: &mut Scene, ui: &Ui, action: Action, step: Option<[f32; 
         return vec![Effect::apply(object.moved_to(moved(position, by)))];
     }
     match (action, object) {
-        (Action::Coordinates, _) => vec![ask_for_coordinates(object, objects.name(object), position)],
-        (Action::Grow | Action::Shrink, Object::Tool(_)) => {
-            let steps = if action == Action::Grow { 1.0 } else { -1.0 };
+        (UiAction::Coordinates, _) => vec![ask_for_coordinates(object, objects.name(object), position)],
+        (UiAction::Grow | UiAction::Shrink, Object::Tool(_)) => {
+            let steps = if action == UiAction::Grow { 1.0 } else { -1.0 };
             tools::step_property(scene, ui, None, steps).unwrap_or_default()
         }
-        (Action::Earlier | Action::Later, Object::Tool(_)) => {
+        (UiAction::Earlier | UiAction::Later, Object::Tool(_)) => {
             if let Some((_, kind)) = tools::selected(scene, &ui.view.task) {
-                tools::choose_property(scene, kind, action == Action::Later);
+                tools::choose_property(scene, kind, action == UiAction::Later);
                 let text = format!("{{shrink}} and {{grow}} change the {} of the {kind}", scene.property(kind));
                 return vec![Effect::info(ui.text(&text))];
             }
             Vec::new()
         }
-        (Action::Grow | Action::Shrink, _) => {
-            let by = if action == Action::Grow { 0.5 } else { -0.5 };
+        (UiAction::Grow | UiAction::Shrink, _) => {
+            let by = if action == UiAction::Grow { 0.5 } else { -0.5 };
             let size = (objects.size(object).unwrap_or(0.0) + by).max(0.5);
             match object.resized(size) {
                 Some(edit) => vec![Effect::apply(edit)],
                 None => vec![Effect::info(format!("{} has a fixed size", objects.name(object)))],
             }
         }
-        (Action::DeleteObject, _) => match object.deleted() {
+        (UiAction::DeleteObject, _) => match object.deleted() {
             Some(edit) => vec![Effect::apply(edit)],
             None if matches!(object, Object::Part(_)) => {
                 vec![Effect::info("it is part of the level and can only be removed in its file")]
             }
             None => vec![Effect::info("a task needs its ball and its goal")],
         },
-        (_, Object::Subgoal(index)) => reorder(index, action == Action::Later, ui.view.task.subgoals.len()),
+        (_, Object::Subgoal(index)) => reorder(index, action == UiAction::Later, ui.view.task.subgoals.len()),
         _ => vec![Effect::info("only subgoals have an order")],
     }
 }
@@ -132,7 +132,7 @@ fn reorder(index: usize, later: bool, count: usize) -> Vec<Effect> {
 fn ask_for_proposals(ui: &Ui) -> Effect {
     let hint = format!(
         "how many subgoals, found by the model `{}`; they are only shown until you accept them",
-        ui.view.model()
+        ui.view.model_name()
     );
     let count = ui.view.task.subgoals.len().max(1).to_string();
     Effect::open(Prompt::arguments("propose", "propose subgoals", hint, count))

@@ -8,9 +8,9 @@ use ratatui::widgets::{Clear, Widget};
 
 use super::pane::{level_style, lines};
 use super::scene::Scene;
-use super::{HitRegions, Region, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
+use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::run::Metric;
-use crate::tui::actions::{Action, Context, Tab};
+use crate::tui::actions::{Context, Tab, UiAction};
 use crate::tui::view::{Level, span};
 use crate::tui::widgets::columns;
 
@@ -24,7 +24,7 @@ const TABS: u16 = 80;
 
 /// A message.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Notice {
+pub struct Message {
     /// Its severity.
     pub level: Level,
     /// Its text.
@@ -38,7 +38,7 @@ pub struct Chrome<'a> {
     /// The contexts in which keys are looked up now, the innermost first.
     pub contexts: &'a [Context],
     /// The message above the last line.
-    pub notice: Option<&'a Notice>,
+    pub message: Option<&'a Message>,
     /// Whether a layer covers the screen.
     pub covered: bool,
 }
@@ -67,7 +67,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
     }
     footer(ui, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
-    notice(ui, chrome.notice, area, buffer);
+    message(ui, chrome.message, area, buffer);
     regions
 }
 
@@ -79,7 +79,7 @@ fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &
             let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
             let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
             let state = run.state_word();
-            format!("{}\n{state}, {}/{}, success {success}{left}", run.name, run.done, run.episodes)
+            format!("{}\n{state}, {}/{}, success {success}{left}", run.name, run.done, run.episodes())
         }
         None => ui.text("no run; {train} trains one"),
     };
@@ -88,12 +88,12 @@ fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &
     let [curve, below] = Layout::vertical([Constraint::Fill(1), height]).areas(area);
     training::stack(&screens.curves, &screens.runs, ui, &[Metric::Success], curve, buffer, &mut regions);
     status.render(below, buffer);
-    notice(ui, chrome.notice, area, buffer);
+    message(ui, chrome.message, area, buffer);
     regions
 }
 
 /// Draws the scene into an empty buffer, and copies everything else from the picture `before`.
-pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffer, buffer: &mut Buffer) {
+pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Message>, before: &Buffer, buffer: &mut Buffer) {
     let area = buffer.area;
     let [moving, _] = workbench::split(body(area));
     let width = usize::from(area.width);
@@ -105,14 +105,14 @@ pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffe
         cells.filter(|(_, old)| **old != Cell::EMPTY).for_each(|(cell, old)| cell.clone_from(old));
     }
     workbench::scene_pane(ui, scene, moving, buffer, &mut HitRegions::default());
-    notice(ui, shown, area, buffer);
+    message(ui, shown, area, buffer);
 }
 
 /// Draws a message near the bottom, on as many rows as it needs, above the footer and the captions of panes.
-fn notice(ui: &Ui, notice: Option<&Notice>, area: Rect, buffer: &mut Buffer) {
-    let Some(notice) = notice else { return };
-    let (mark, style) = level_style(notice.level, ui.theme);
-    let text = Text::from_iter(lines(&format!("{mark}{}", notice.text), area.width, style));
+fn message(ui: &Ui, message: Option<&Message>, area: Rect, buffer: &mut Buffer) {
+    let Some(message) = message else { return };
+    let (mark, style) = level_style(message.level, ui.theme);
+    let text = Text::from_iter(lines(&format!("{mark}{}", message.text), area.width, style));
     let height = (text.height() as u16).min(area.height / 3);
     let place = Rect { y: area.bottom() - 2 - height, height, ..area };
     Clear.render(place, buffer);
@@ -141,7 +141,7 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
         };
         let style = if tab == shown { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
         let (end, _) = buffer.set_stringn(x, area.y, &text, usize::from(area.right() - x), style);
-        regions.add(Rect { x, width: end - x, ..area }, Region::Tab(tab));
+        regions.add(Rect { x, width: end - x, ..area }, HitRegion::Tab(tab));
         x = end;
     }
     let view = ui.view;
@@ -158,14 +158,14 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
 
 fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let theme = ui.theme;
-    let mut put = |x: u16, key: &str, word: &str, action: Action| {
+    let mut put = |x: u16, key: &str, word: &str, action: UiAction| {
         let (after, _) = buffer.set_stringn(x, area.y, key, usize::from(area.right() - x), theme.strong());
         buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
-        regions.add(Rect { x, width: hint_width(key, word) - 2, ..area }, Region::Hint(action));
+        regions.add(Rect { x, width: hint_width(key, word) - 2, ..area }, HitRegion::Hint(action));
     };
     // The key for help is always shown, at the right.
     let (always, others): (Vec<_>, Vec<_>) =
-        ui.keymap.hints(chrome.contexts).into_iter().partition(|(.., action)| *action == Action::Help);
+        ui.keymap.hints(chrome.contexts).into_iter().partition(|(.., action)| *action == UiAction::Help);
     let mut end = area.right();
     for (key, word, action) in always {
         end = end.saturating_sub(hint_width(&key, word) - 2).max(area.x);

@@ -1,7 +1,7 @@
 //! Line selection, shared by the Models, Figures and Log screens.
 
 use super::figures::Composer;
-use crate::tui::actions::{Action, Tab};
+use crate::tui::actions::{Tab, UiAction};
 
 /// The selected line of each screen; the Log counts from its end.
 #[derive(Debug, Default)]
@@ -20,15 +20,15 @@ pub struct Lists {
 const PAGE: usize = 10;
 
 /// The line that an action selects; None if it selects none.
-pub fn select(action: Action, now: usize, last: usize) -> Option<usize> {
+pub fn select(action: UiAction, now: usize, last: usize) -> Option<usize> {
     let now = now.min(last);
     Some(match action {
-        Action::Up => now.saturating_sub(1),
-        Action::Down => (now + 1).min(last),
-        Action::FarUp => now.saturating_sub(PAGE),
-        Action::FarDown => (now + PAGE).min(last),
-        Action::First => 0,
-        Action::Last => last,
+        UiAction::Up => now.saturating_sub(1),
+        UiAction::Down => (now + 1).min(last),
+        UiAction::FarUp => now.saturating_sub(PAGE),
+        UiAction::FarDown => (now + PAGE).min(last),
+        UiAction::First => 0,
+        UiAction::Last => last,
         _ => return None,
     })
 }

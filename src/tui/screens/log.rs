@@ -8,7 +8,7 @@ use ratatui::widgets::Widget;
 use super::Ui;
 use super::lists::{Lists, select};
 use super::pane::{hint, level_style, pane};
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::view::LogLine;
 use crate::tui::widgets::popup::wrap;
@@ -41,7 +41,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
 }
 
 /// What an action does on this screen: the selected line is counted from the end.
-pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
+pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let last = ui.view.log.len().saturating_sub(1);
     let now = last - lists.log.min(last);
     if let Some(selected) = select(action, now, last) {

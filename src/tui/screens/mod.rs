@@ -19,8 +19,8 @@ pub mod tools;
 pub mod training;
 mod workbench;
 
-pub use frame::{Chrome, Notice, beside_scene, draw_frame, draw_scene};
-pub use regions::{HitRegions, Region};
+pub use frame::{Chrome, Message, beside_scene, draw_frame, draw_scene};
+pub use regions::{HitRegion, HitRegions};
 
 use super::input::Keymap;
 use super::view::{RunSummary, Subject, ViewModel};

@@ -15,7 +15,7 @@ use super::{HitRegions, Ui};
 use crate::dynamics::{Compared, Evaluation, OneTool};
 use crate::physics::ToolKind;
 use crate::trainer::PriorSource;
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::chart::{ChartCache, Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
@@ -34,7 +34,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let column = longest.clamp(16, usize::from(inside.width / 3));
     let row = |index: usize| {
         let model = &view.models[index];
-        let mark = if model.name == view.model() { ">" } else { " " };
+        let mark = if model.name == view.model_name() { ">" } else { " " };
         Row::new([mark.to_owned(), shortened(&model.name, column, true), model.about.clone()])
     };
     let widths = [Constraint::Length(1), Constraint::Length(column as u16), Constraint::Fill(1)];
@@ -148,7 +148,7 @@ fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'stati
 const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} measures it, {train-model} trains another one; models in the folder models/ are listed here.";
 
 /// What an action does on this screen.
-pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
+pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let models = &ui.view.models;
     let last = models.len().saturating_sub(1);
     if let Some(selected) = select(action, lists.model, last) {
@@ -156,12 +156,12 @@ pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
         return Vec::new();
     }
     match (action, models.get(lists.model.min(last))) {
-        (Action::Confirm, Some(model)) => {
+        (UiAction::Confirm, Some(model)) => {
             vec![Effect::apply(command::Model(PriorSource::from(model.name.clone())))]
         }
-        (Action::EvaluateModel, Some(model)) => vec![evaluate(model)],
-        (Action::TrainModel, _) => vec![train(ui)],
-        (Action::StopModel, _) => vec![Effect::apply(command::ModelStop)],
+        (UiAction::EvaluateModel, Some(model)) => vec![evaluate(model)],
+        (UiAction::TrainModel, _) => vec![train(ui)],
+        (UiAction::StopModel, _) => vec![Effect::apply(command::ModelStop)],
         _ => Vec::new(),
     }
 }

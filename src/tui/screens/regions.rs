@@ -4,21 +4,21 @@ use ratatui::layout::Rect;
 
 use crate::run::Metric;
 use crate::task::Property;
-use crate::tui::actions::{Action, Tab};
+use crate::tui::actions::{Tab, UiAction};
 use crate::tui::chart::Axes;
 use crate::tui::scene::View;
 
 /// The regions of the latest drawing.
 #[derive(Debug, Default)]
-pub struct HitRegions(Vec<(Rect, Region)>);
+pub struct HitRegions(Vec<(Rect, HitRegion)>);
 
 /// Something that reacts to the mouse.
 #[derive(Debug, Clone, Copy)]
-pub enum Region {
+pub enum HitRegion {
     /// A tab.
     Tab(Tab),
     /// A hint in the last line.
-    Hint(Action),
+    Hint(UiAction),
     /// The scene.
     Scene(View),
     /// The schedule's plot.
@@ -34,22 +34,22 @@ pub enum Region {
 }
 
 impl HitRegions {
-    pub(super) fn add(&mut self, area: Rect, region: Region) {
+    pub(super) fn add(&mut self, area: Rect, region: HitRegion) {
         self.0.push((area, region));
     }
 
     /// The rows of a list.
     pub(super) fn add_rows(&mut self, rows: Vec<(Rect, usize)>) {
-        self.0.extend(rows.into_iter().map(|(area, index)| (area, Region::Row(index))));
+        self.0.extend(rows.into_iter().map(|(area, index)| (area, HitRegion::Row(index))));
     }
 
     /// All regions, with their areas.
-    pub fn all(&self) -> &[(Rect, Region)] {
+    pub fn all(&self) -> &[(Rect, HitRegion)] {
         &self.0
     }
 
     /// The region that contains a cell.
-    pub fn at(&self, cell: (u16, u16)) -> Option<Region> {
+    pub fn at(&self, cell: (u16, u16)) -> Option<HitRegion> {
         self.0.iter().find(|(area, _)| area.contains(cell.into())).map(|(_, region)| *region)
     }
 }

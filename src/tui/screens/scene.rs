@@ -6,11 +6,14 @@ use std::time::Duration;
 use super::Ui;
 use super::edit::{direction, edit, moved};
 use super::tools;
-use crate::env::Action as Place;
+use crate::agent::Ddpg;
+use crate::env::Action;
+use crate::guidance::RolloutModel;
 use crate::physics::ToolKind;
 use crate::task::Property;
 use crate::trainer::Trace;
-use crate::tui::actions::{Action, Tab};
+use crate::tui::actions::{Tab, UiAction};
+use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
 use crate::tui::view::playback::{Episode, Player};
@@ -35,14 +38,14 @@ pub struct Scene {
     property: Property,
     /// Where the selected object is being dragged to.
     dragged_to: Option<[f32; 2]>,
-    agent_view: Derived<AgentView>,
-    prediction: Derived<Vec<[f32; 2]>>,
+    agent_view: Derived<AgentView, Ddpg>,
+    prediction: Derived<Vec<[f32; 2]>, dyn RolloutModel>,
 }
 
 /// A tool held for hand play.
 pub struct Hand {
     /// Where it is held, normalised.
-    pub(super) cursor: Place,
+    pub(super) cursor: Action,
     /// The number of a tool of CREATE's catalogue; None for the task's own.
     pub(super) tool: Option<usize>,
     /// Whether it can be placed there, and the predicted path of the ball.
@@ -56,34 +59,35 @@ impl Hand {
     }
 }
 
-/// A value derived from an action of an episode, cached until its key changes.
-struct Derived<T> {
-    key: Option<Key>,
+/// A value that networks or a model, a `P`, give for an action of an episode, cached until its key changes.
+struct Derived<T, P: ?Sized> {
+    key: Option<DerivedKey<P>>,
     value: Option<Result<T, String>>,
 }
 
-/// The episode, the index of an action in it, and the address of the model or the networks.
-type Key = (Arc<Trace>, usize, Option<*const ()>);
+/// The episode, the index of an action in it, and the networks or the model.
+type DerivedKey<P> = (ByAddress<Trace>, usize, Option<ByAddress<P>>);
 
-impl<T> Default for Derived<T> {
+/// The key for an action of the episode; None unless an agent acts in it.
+fn key<P: ?Sized>(subject: &Subject, action: usize, part: Option<&Arc<P>>) -> Option<DerivedKey<P>> {
+    let trace = ByAddress(subject.episode().trace.clone());
+    subject.is_of_run().then(|| (trace, action, part.cloned().map(ByAddress)))
+}
+
+impl<T, P: ?Sized> Default for Derived<T, P> {
     fn default() -> Self {
         Self { key: None, value: None }
     }
 }
 
-impl<T> Derived<T> {
+impl<T, P: ?Sized> Derived<T, P> {
     /// Derives the value again if its key has changed, or drops it without a key; true if it changed.
-    fn renew(&mut self, key: Option<Key>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
-        let Some((trace, action, part)) = key else {
-            self.key = None;
-            return self.value.take().is_some();
-        };
-        let known = self.key.as_ref();
-        if known.is_some_and(|known| Arc::ptr_eq(&known.0, &trace) && (known.1, known.2) == (action, part)) {
+    fn renew(&mut self, key: Option<DerivedKey<P>>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
+        if self.key == key {
             return false;
         }
-        self.key = Some((trace, action, part));
-        self.value = Some(derive(action));
+        self.value = key.as_ref().map(|(_, action, _)| derive(*action));
+        self.key = key;
         true
     }
 
@@ -215,14 +219,11 @@ impl Scene {
         }
         let mut changed = step.min(steps) != self.player.step().min(steps);
         let action = subject.episode().at(self.player.step()).action.saturating_sub(1);
-        let (model, networks) = subject.parts();
-        let key = |wanted: bool, part| {
-            Some((subject.episode().trace.clone(), action, part)).filter(|_| wanted && subject.is_of_run())
-        };
         let overlays = self.overlays();
-        let (show_agent, show_model) = (overlays.critic || overlays.actor, overlays.model);
-        changed |= self.agent_view.renew(key(show_agent, networks), |action| subject.agent_view(action));
-        changed |= self.prediction.renew(key(show_model, model), |action| subject.predict(action));
+        let networks = key(subject, action, subject.networks()).filter(|_| overlays.critic || overlays.actor);
+        changed |= self.agent_view.renew(networks, |action| subject.agent_view(action));
+        let model = key(subject, action, subject.model()).filter(|_| overlays.model);
+        changed |= self.prediction.renew(model, |action| subject.predict(action));
         if let Some(hand) = &mut self.hand
             && hand.ghost.as_ref().is_none_or(|ghost| ghost.action != hand.cursor)
         {
@@ -253,14 +254,14 @@ impl Scene {
             return vec![Effect::Show(Choice::Latest)];
         }
         if self.selected.take().is_none() {
-            return vec![Effect::Perform(Action::Screen(Tab::Scene))];
+            return vec![Effect::Perform(UiAction::Screen(Tab::Scene))];
         }
         Vec::new()
     }
 }
 
 /// What an action does on the Scene and the Edit screen.
-pub fn perform(scene: &mut Scene, ui: &Ui, action: Action) -> Vec<Effect> {
+pub fn perform(scene: &mut Scene, ui: &Ui, action: UiAction) -> Vec<Effect> {
     if let Some(effects) = play_by_hand(scene, action, ui) {
         return effects;
     }
@@ -268,12 +269,12 @@ pub fn perform(scene: &mut Scene, ui: &Ui, action: Action) -> Vec<Effect> {
         return effects;
     }
     match action {
-        Action::HandPlay => {
+        UiAction::HandPlay => {
             let text = ui.text("hand play: move the tool, {hand-place} or a click places it, esc ends");
             vec![scene.take_tool(ui.view), Effect::info(text)]
         }
-        Action::NextObject | Action::PreviousObject => {
-            select_neighbour(scene, ui.view, action == Action::NextObject);
+        UiAction::NextObject | UiAction::PreviousObject => {
+            select_neighbour(scene, ui.view, action == UiAction::NextObject);
             leave_past(ui.subject)
         }
         _ => Vec::new(),
@@ -287,32 +288,32 @@ fn leave_past(subject: &Subject) -> Vec<Effect> {
 }
 
 /// Handles playback and overlays; None for any other action.
-fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
+fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
     let steps = ui.subject.episode().steps();
     match action {
-        Action::PlayPause => scene.player.toggle(),
-        Action::StepOn => scene.player.nudge(1, steps),
-        Action::StepBack => scene.player.nudge(-1, steps),
-        Action::Faster => scene.player.change_speed(true),
-        Action::Slower => scene.player.change_speed(false),
-        Action::Restart => scene.player.restart(),
-        Action::PreviousEpisode | Action::NextEpisode | Action::First | Action::Last => {
+        UiAction::PlayPause => scene.player.toggle(),
+        UiAction::StepOn => scene.player.nudge(1, steps),
+        UiAction::StepBack => scene.player.nudge(-1, steps),
+        UiAction::Faster => scene.player.change_speed(true),
+        UiAction::Slower => scene.player.change_speed(false),
+        UiAction::Restart => scene.player.restart(),
+        UiAction::PreviousEpisode | UiAction::NextEpisode | UiAction::First | UiAction::Last => {
             return Some(vec![replay(scene, ui, action)]);
         }
-        Action::Source => {
+        UiAction::Source => {
             let choice = match ui.subject.choice() {
                 Choice::Latest => Choice::Untouched,
                 _ => Choice::Latest,
             };
             return Some(vec![Effect::Show(choice)]);
         }
-        Action::ShowClusters => scene.overlays.clusters = !scene.overlays.clusters,
-        Action::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
-        Action::ShowCritic => scene.overlays.critic = !scene.overlays.critic,
-        Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
-        Action::ShowModel => scene.overlays.model = !scene.overlays.model,
-        Action::ShowLegend => scene.overlays.legend = !scene.overlays.legend,
-        Action::ShowStage => {
+        UiAction::ShowClusters => scene.overlays.clusters = !scene.overlays.clusters,
+        UiAction::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
+        UiAction::ShowCritic => scene.overlays.critic = !scene.overlays.critic,
+        UiAction::ShowActor => scene.overlays.actor = !scene.overlays.actor,
+        UiAction::ShowModel => scene.overlays.model = !scene.overlays.model,
+        UiAction::ShowLegend => scene.overlays.legend = !scene.overlays.legend,
+        UiAction::ShowStage => {
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
             scene.overlays.stage = Some(next).filter(|stage| *stage < ui.subject.task().stage_count());
         }
@@ -322,13 +323,13 @@ fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
 }
 
 /// Whether an action controls playback; these also work where the scene is beside the curves.
-pub fn is_playback(action: Action) -> bool {
-    use Action::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepOn};
+pub fn is_playback(action: UiAction) -> bool {
+    use UiAction::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepOn};
     matches!(action, PlayPause | StepOn | StepBack | PreviousEpisode | NextEpisode)
 }
 
 /// Replays another past episode of the watched run.
-fn replay(scene: &mut Scene, ui: &Ui, action: Action) -> Effect {
+fn replay(scene: &mut Scene, ui: &Ui, action: UiAction) -> Effect {
     let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
         return Effect::info("no run with episodes is being watched: the Runs screen (5) has them");
     };
@@ -339,26 +340,28 @@ fn replay(scene: &mut Scene, ui: &Ui, action: Action) -> Effect {
         _ => None,
     };
     let episode = match action {
-        Action::First => 1,
-        Action::Last => last,
-        Action::PreviousEpisode => now.map_or(last, |now| now.saturating_sub(1)),
+        UiAction::First => 1,
+        UiAction::Last => last,
+        UiAction::PreviousEpisode => now.map_or(last, |now| now.saturating_sub(1)),
         _ => now.map_or(1, |now| now + 1),
     };
     Effect::Replay(episode.clamp(1, last))
 }
 
 /// Says why an overlay that was switched on shows nothing.
-fn explain_overlay(scene: &Scene, ui: &Ui, action: Action) -> Option<Effect> {
+fn explain_overlay(scene: &Scene, ui: &Ui, action: UiAction) -> Option<Effect> {
     let subject = ui.subject;
     let text = match action {
-        Action::ShowClusters | Action::ShowSamples if subject.clusters().is_none() => {
+        UiAction::ShowClusters | UiAction::ShowSamples if subject.clusters().is_none() => {
             ui.text("no action clusters yet: {clusters} computes them")
         }
-        Action::ShowCritic | Action::ShowActor | Action::ShowModel if !subject.is_of_run() => match subject.note() {
-            Some(note) => note.to_owned(),
-            None => ui.text("there is no training episode yet: {train} trains one"),
-        },
-        Action::ShowStage => match scene.overlays.stage {
+        UiAction::ShowCritic | UiAction::ShowActor | UiAction::ShowModel if !subject.is_of_run() => {
+            match subject.note() {
+                Some(note) => note.to_owned(),
+                None => ui.text("there is no training episode yet: {train} trains one"),
+            }
+        }
+        UiAction::ShowStage => match scene.overlays.stage {
             None => "clusters of all stages".to_owned(),
             Some(stage) if stage == subject.task().subgoals.len() => "clusters of the goal".to_owned(),
             Some(stage) => format!("clusters of subgoal {}", stage + 1),
@@ -381,17 +384,17 @@ fn select_neighbour(scene: &mut Scene, view: &ViewModel, next: bool) {
 }
 
 /// Handles actions of hand play; None outside hand play and for any other action.
-fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect>> {
+fn play_by_hand(scene: &mut Scene, action: UiAction, ui: &Ui) -> Option<Vec<Effect>> {
     let hand = scene.hand.as_mut()?;
     if let Some(by) = direction(action, 0.02, 0.1) {
         hand.cursor = moved(hand.cursor, by);
         return Some(Vec::new());
     }
     Some(match action {
-        Action::Confirm => vec![Effect::apply(command::Place(hand.cursor, hand.tool))],
-        Action::HandTool => vec![tools::choose_in_hand(ui.subject.task())],
-        Action::Restart => vec![Effect::apply(command::Reset)],
-        Action::HandPlay => scene.back(ui.subject),
+        UiAction::Confirm => vec![Effect::apply(command::Place(hand.cursor, hand.tool))],
+        UiAction::HandTool => vec![tools::choose_in_hand(ui.subject.task())],
+        UiAction::Restart => vec![Effect::apply(command::Reset)],
+        UiAction::HandPlay => scene.back(ui.subject),
         _ => return None,
     })
 }

@@ -9,9 +9,9 @@ use ratatui::widgets::Widget;
 use super::edit::direction;
 use super::pane::{lines, pane};
 use super::schedule_points;
-use super::{HitRegions, Region, Ui};
+use super::{HitRegion, HitRegions, Ui};
 use crate::guidance::EpsilonSchedule;
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::ViewModel;
@@ -104,7 +104,7 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
         });
         progress(ui, &axes, buffer);
         points(state, ui, &shown, &axes, buffer);
-        regions.add(axes.plot, Region::Schedule(axes));
+        regions.add(axes.plot, HitRegion::Schedule(axes));
     }
     text.render(below, buffer);
 }
@@ -189,7 +189,7 @@ pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, ro
 }
 
 /// What an action does on this screen.
-pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
+pub fn perform(state: &mut Schedule, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let in_use = &ui.view.settings.epsilon;
     let episodes = ui.view.settings.episodes;
     let shown = state.shown(in_use);
@@ -204,21 +204,21 @@ pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
         return Vec::new();
     }
     match action {
-        Action::NextPoint => state.point = (index + 1) % points.len(),
-        Action::PreviousPoint => state.point = (index + points.len() - 1) % points.len(),
-        Action::AddPoint => {
+        UiAction::NextPoint => state.point = (index + 1) % points.len(),
+        UiAction::PreviousPoint => state.point = (index + points.len() - 1) % points.len(),
+        UiAction::AddPoint => {
             let (schedule, added) = schedule_points::add_point(&shown, episodes, index);
             state.change(schedule, in_use);
             state.point = added;
         }
-        Action::DeletePoint if !matches!(shown, EpsilonSchedule::Points(_)) => {
+        UiAction::DeletePoint if !matches!(shown, EpsilonSchedule::Points(_)) => {
             let text = "only a hand-drawn schedule has points to delete; {add-point} makes it one";
             return vec![Effect::info(ui.text(text))];
         }
-        Action::DeletePoint => state.change(schedule_points::delete_point(&shown, index), in_use),
-        Action::Kind => state.change(schedule_points::next_kind(&shown, episodes), in_use),
-        Action::Discard => (state.draft, state.before) = (None, Vec::new()),
-        Action::Confirm => {
+        UiAction::DeletePoint => state.change(schedule_points::delete_point(&shown, index), in_use),
+        UiAction::Kind => state.change(schedule_points::next_kind(&shown, episodes), in_use),
+        UiAction::Discard => (state.draft, state.before) = (None, Vec::new()),
+        UiAction::Confirm => {
             (state.draft, state.before) = (None, Vec::new());
             return vec![Effect::apply(command::Epsilon(shown))];
         }

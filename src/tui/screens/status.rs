@@ -32,7 +32,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         ("next run", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new()),
         ("epsilon", settings.epsilon.describe(), Style::new()),
         ("clusters", clusters, colour),
-        ("model", ui.view.model(), Style::new()),
+        ("model", ui.view.model_name(), Style::new()),
     ] {
         // With a run, each takes one line, to leave room for it; the Edit screen and the log show the full text.
         if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }
@@ -105,8 +105,8 @@ impl Rows<'_> {
             _ => run.state_word().to_owned(),
         };
         self.add("state", &state, plain.fg(state_colour(&run.state, self.theme)));
-        let count = format!(" {}/{}", run.done, run.episodes);
-        let progress = bar(run.done, run.episodes, self.room.saturating_sub(count.len()).min(24), self.theme);
+        let count = format!(" {}/{}", run.done, run.episodes());
+        let progress = bar(run.done, run.episodes(), self.room.saturating_sub(count.len()).min(24), self.theme);
         self.add("episodes", &(progress + &count), plain.fg(self.theme.accent));
         let [sign, now, per] =
             if self.room >= ROOMY { [" %", "now epsilon", " episodes/s"] } else { ["%", "eps.", "/s"] };

@@ -9,11 +9,11 @@ use ratatui::widgets::Row;
 
 use super::pane::pane;
 use super::scene::Scene;
-use super::{HitRegions, Region, Ui};
+use super::{HitRegion, HitRegions, Ui};
 use crate::physics::ToolKind;
 use crate::task::{Draft, Edit, Property, Task, Values};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Offer, Prompt, Tools};
+use crate::tui::layers::{Offer, Prompt, ToolPalette};
 use crate::tui::scene::Object;
 use crate::tui::widgets::list;
 
@@ -42,7 +42,7 @@ pub(super) fn choose_tool(ui: &Ui) -> Effect {
         let added = Effect::Select(Some(Object::Tool(draft.task.tools.len())));
         Effect::All(vec![Effect::apply(at(place.unwrap_or_default())), added])
     };
-    Effect::open(Tools::new("add a tool", Offer::all(), add))
+    Effect::open(ToolPalette::new("add a tool", Offer::all(), add))
 }
 
 /// A grid of places over the scene, those near the middle first.
@@ -58,14 +58,14 @@ pub(super) fn choose_placeable() -> Effect {
         let (size, values) = written(offer);
         Effect::apply(Edit::SetPlaceable { kind: offer.tool.kind, size, values })
     };
-    Effect::open(Tools::new("the agent's tool", Offer::all(), give))
+    Effect::open(ToolPalette::new("the agent's tool", Offer::all(), give))
 }
 
 /// Opens the palette to choose the tool for hand play: the task's own, or one of CREATE's.
 pub(super) fn choose_in_hand(task: &Arc<Task>) -> Effect {
     let own = Offer::new(task.placeable.tool([0.0; 2]), None, "the task's own");
     let offers = [own].into_iter().chain(Offer::catalogue()).collect();
-    Effect::open(Tools::new("the tool in your hand", offers, |offer| Effect::Hold(offer.number)))
+    Effect::open(ToolPalette::new("the tool in your hand", offers, |offer| Effect::Hold(offer.number)))
 }
 
 /// Asks for the properties of the selected tool.
@@ -122,6 +122,6 @@ pub(super) fn draw(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regi
     let chosen = own.iter().position(|property| *property == scene.property(kind));
     let widths = [13, 6, 8].map(Constraint::Length);
     for (area, index) in list::draw(own.len(), chosen, row, &widths, inside, ui.theme, buffer) {
-        regions.add(area, Region::Property(own[index]));
+        regions.add(area, HitRegion::Property(own[index]));
     }
 }

@@ -16,7 +16,7 @@ use super::workbench::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
 use crate::run::Metric;
 use crate::text::printable;
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::chart::{ChartCache, Range, Scale};
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
@@ -121,7 +121,7 @@ fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSumm
     if !marked.is_empty() {
         return marked;
     }
-    let of_task = |run: &&RunSummary| watched.is_some_and(|watched| watched.task == run.task);
+    let of_task = |run: &&RunSummary| watched.is_some_and(|watched| watched.config.task.name == run.config.task.name);
     ui.view.runs.iter().map(|run| &**run).filter(of_task).collect()
 }
 
@@ -233,7 +233,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
             let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
             let before = run.preparing.clone().or(practice).unwrap_or_default();
             let (name, state) = (run.name.clone(), run.state_word().to_owned());
-            let done = format!("{}/{}", run.done, run.episodes);
+            let done = format!("{}/{}", run.done, run.episodes());
             let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
             let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
             let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
@@ -319,33 +319,33 @@ fn nothing(curves: &CurvesState, ui: &Ui) -> String {
 }
 
 /// What an action does on this screen.
-pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -> Vec<Effect> {
+pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let episodes = episodes(curves, runs, ui);
     let last = Metric::CURVES.len() - 1;
     match action {
-        Action::Up => curves.selected = curves.selected.checked_sub(1).unwrap_or(last),
-        Action::Down => curves.selected = if curves.selected == last { 0 } else { curves.selected + 1 },
-        Action::Confirm => curves.alone = !curves.alone,
-        Action::Left | Action::Right => {
+        UiAction::Up => curves.selected = curves.selected.checked_sub(1).unwrap_or(last),
+        UiAction::Down => curves.selected = if curves.selected == last { 0 } else { curves.selected + 1 },
+        UiAction::Confirm => curves.alone = !curves.alone,
+        UiAction::Left | UiAction::Right => {
             let window = curves.range.window(episodes);
             let step = ((window.to - window.from) / 100.0).max(1.0).round();
-            let by = if action == Action::Left { -step } else { step };
+            let by = if action == UiAction::Left { -step } else { step };
             let now = curves.crosshair.unwrap_or(window.to - by);
             let to = (now.min(episodes as f32 - by.min(0.0)) + by).clamp(window.from.ceil(), window.to);
             return move_crosshair(curves, runs, ui, to);
         }
-        Action::FarLeft => curves.range = curves.range.pan(-0.25, episodes),
-        Action::FarRight => curves.range = curves.range.pan(0.25, episodes),
-        Action::ZoomIn => curves.range = curves.range.zoom(0.5, curves.crosshair, episodes),
-        Action::ZoomOut => curves.range = curves.range.zoom(2.0, curves.crosshair, episodes),
-        Action::WholeRange => curves.range = Range::Whole,
-        Action::RecentRange => curves.range = Range::Recent,
-        Action::Smoothing => {
+        UiAction::FarLeft => curves.range = curves.range.pan(-0.25, episodes),
+        UiAction::FarRight => curves.range = curves.range.pan(0.25, episodes),
+        UiAction::ZoomIn => curves.range = curves.range.zoom(0.5, curves.crosshair, episodes),
+        UiAction::ZoomOut => curves.range = curves.range.zoom(2.0, curves.crosshair, episodes),
+        UiAction::WholeRange => curves.range = Range::Whole,
+        UiAction::RecentRange => curves.range = Range::Recent,
+        UiAction::Smoothing => {
             let index = SMOOTHINGS.iter().position(|n| *n == curves.smoothing).unwrap_or(0);
             curves.smoothing = SMOOTHINGS[(index + 1) % SMOOTHINGS.len()];
         }
-        Action::LogAxis => curves.switch_scale(),
-        Action::Compare => {
+        UiAction::LogAxis => curves.switch_scale(),
+        UiAction::Compare => {
             curves.comparing = !curves.comparing;
             let is_marked = ui.view.runs.iter().any(|run| runs.is_marked(run));
             let text = match (curves.comparing, is_marked) {
@@ -355,7 +355,7 @@ pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -
             };
             return vec![Effect::info(text)];
         }
-        Action::Fold => {
+        UiAction::Fold => {
             curves.folded = !curves.folded;
             let text = if curves.folded { "groups: interquartile mean and quartiles" } else { "single seeds" };
             return vec![Effect::info(text)];

@@ -10,13 +10,13 @@ use ratatui::widgets::{Row, Widget};
 
 use super::pane::{WIDE, hint, lines, pane};
 use super::scene::{self, Scene};
-use super::{HitRegions, Region as Place, Screens, Ui, status, tools, training};
+use super::{HitRegion, HitRegions, Screens, Ui, status, tools, training};
 use crate::physics::catalogue_tool;
 use crate::run::Metric;
 use crate::task::{Region, Task};
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
-use crate::tui::view::playback::Moment;
+use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::view::{Beside, Choice};
 use crate::tui::widgets::columns::fitting;
 use crate::tui::widgets::list;
@@ -66,15 +66,15 @@ pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer
         Choice::Past(_) => (subject.task().clone(), Vec::new()),
         _ => while_dragging(ui, scene),
     };
-    let mut moment = subject.episode().at(scene.player.step());
+    let mut frame = subject.episode().at(scene.player.step());
     if matches!(scene.dragged(), Some((Object::Ball, _))) {
-        moment = Moment { ball: task.ball.position, ..Moment::default() };
+        frame = PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() };
     }
     let (predicted, truth) = scene.prediction(subject);
     let agent_view = scene.agent_view();
     let content = Content {
         objects: Objects { task: &task, proposed: &proposed },
-        moment: &moment,
+        frame: &frame,
         overlays: scene.overlays(),
         prior: subject.clusters().map(|clusters| (&*clusters.prior, clusters.stale)),
         heat: agent_view.map(|view| &view.heat),
@@ -85,10 +85,10 @@ pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer
         ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
     };
     let view = draw_scene(&content, inside, ui.theme, buffer);
-    regions.add(view.area, Place::Scene(view));
+    regions.add(view.area, HitRegion::Scene(view));
     let missing = scene.missing(subject).join("\n");
     Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
-    caption(ui, scene, &moment, area, buffer);
+    caption(ui, scene, &frame, area, buffer);
 }
 
 /// Draws the same episode of another run, at the same step.
@@ -102,10 +102,10 @@ pub(super) fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, b
         }
     };
     let inside = pane(&format!("{} · {}", episode.task.name, episode.title), area, ui.theme, buffer);
-    let moment = episode.at(scene.player.step());
+    let frame = episode.at(scene.player.step());
     let content = Content {
         objects: Objects { task: &episode.task, proposed: &[] },
-        moment: &moment,
+        frame: &frame,
         overlays: Overlays { legend: false, ..scene.overlays() },
         prior: None,
         heat: None,
@@ -116,7 +116,7 @@ pub(super) fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, b
         ghost: None,
     };
     draw_scene(&content, inside, ui.theme, buffer);
-    let text = format!(" action {} · reward {:.2} ", moment.action, moment.reward);
+    let text = format!(" action {} · reward {:.2} ", frame.action, frame.reward);
     let room = usize::from(area.width.saturating_sub(4));
     buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, ui.theme.faint());
 }
@@ -139,11 +139,11 @@ fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
 }
 
 /// Draws action, speed and reward in the lower border of the pane; during hand play, the held tool.
-fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buffer) {
+fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &mut Buffer) {
     let player = &scene.player;
     let state = if player.is_moving() { format!("x{}", player.speed) } else { "stopped".to_owned() };
     let room = usize::from(area.width.saturating_sub(4));
-    let mut parts = vec![format!("action {}", moment.action), state, format!("reward {:.2}", moment.reward)];
+    let mut parts = vec![format!("action {}", frame.action), state, format!("reward {:.2}", frame.reward)];
     parts.extend(ui.subject.facts());
     let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
     let mut style = ui.theme.faint();

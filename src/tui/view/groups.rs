@@ -135,7 +135,7 @@ impl Grouping {
             false => {
                 distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
                 let of_run = |(run, row): (&Arc<RunSummary>, &LearningRow)| {
-                    (run.path.clone(), (run.episodes, row.settings.clone()))
+                    (run.path.clone(), (run.episodes(), row.settings.clone()))
                 };
                 Arc::new(runs.iter().zip(&rows).map(of_run).collect())
             }
@@ -151,7 +151,7 @@ impl Grouping {
                 if places.is_empty() {
                     continue;
                 }
-                places.sort_by_key(|place| runs[*place].seed);
+                places.sort_by_key(|place| runs[*place].config.seed);
                 let group = RunGroup {
                     task: task.clone(),
                     label: label.clone(),
@@ -175,7 +175,7 @@ impl Grouping {
         self.settings.len() == runs.len()
             && runs
                 .iter()
-                .all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes))
+                .all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes()))
     }
 
     /// The group of a run, if it has been grouped.
@@ -283,7 +283,7 @@ impl Grouper {
         let mut hasher = DefaultHasher::new();
         self.baseline.hash(&mut hasher);
         for run in runs {
-            (&run.path, run.done, run.episodes, run.curves.last_episode()).hash(&mut hasher);
+            (&run.path, run.done, run.episodes(), run.curves.last_episode()).hash(&mut hasher);
         }
         hasher.finish()
     }
@@ -329,8 +329,7 @@ mod tests {
         let mut runs = runs();
         let before = Grouping::new(&runs, &Grouping::default(), None);
         let longer = RunConfig { episodes: runs[0].config.episodes + 50, ..(*runs[0].config).clone() };
-        let episodes = u64::from(longer.episodes);
-        runs[0] = Arc::new(RunSummary { config: Arc::new(longer), episodes, ..(*runs[0]).clone() });
+        runs[0] = Arc::new(RunSummary { config: Arc::new(longer), ..(*runs[0]).clone() });
         let after = Grouping::new(&runs, &before, None);
         assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
     }

@@ -170,18 +170,8 @@ pub struct RunSummary {
     pub active: bool,
     /// It waits for a free core.
     pub queued: bool,
-    /// The task's name.
-    pub task: String,
     /// Method, threshold and seed in words, as in legends.
     pub label: String,
-    /// Name of the method.
-    pub method: &'static str,
-    /// Master seed.
-    pub seed: u64,
-    /// Subgoals of its task.
-    pub subgoals: usize,
-    /// Configured number of episodes.
-    pub episodes: u64,
     /// Its state.
     pub state: RunState,
     /// What the trainer does before the first episode, in words: see [`Phase::preparation`](crate::trainer::Phase).
@@ -238,7 +228,7 @@ impl ViewModel {
     }
 
     /// Name of the model that predicts the rollouts of guidance.
-    pub fn model(&self) -> String {
+    pub fn model_name(&self) -> String {
         String::from(self.settings.prior.clone())
     }
 
@@ -264,7 +254,7 @@ impl ViewModel {
                 None => single += 1,
             }
             *(if run.queued { &mut queued } else { &mut training }) += 1;
-            left += run.episodes.saturating_sub(run.done);
+            left += run.episodes().saturating_sub(run.done);
             rate += run.rate.filter(|_| !run.queued).unwrap_or(0.0);
         }
         let count = |count: usize, word: &str| Some(format!("{count} {word}")).filter(|_| count > 0);
@@ -293,12 +283,7 @@ impl RunSummary {
             opened: false,
             active: false,
             queued: false,
-            task: config.task.name.clone(),
             label: run_label(&config),
-            method: config.method.name(),
-            seed: config.seed,
-            subgoals: config.task.subgoals.len(),
-            episodes: u64::from(config.episodes),
             state,
             preparing: None,
             practised: None,
@@ -312,6 +297,11 @@ impl RunSummary {
             note: String::new(),
             config,
         }
+    }
+
+    /// Configured number of episodes.
+    pub fn episodes(&self) -> u64 {
+        u64::from(self.config.episodes)
     }
 
     /// Its state in one word.
@@ -329,18 +319,19 @@ impl RunSummary {
     /// Seconds until the run is finished at the current rate.
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
-        Some(self.episodes.saturating_sub(self.done) as f64 / rate)
+        Some(self.episodes().saturating_sub(self.done) as f64 / rate)
     }
 
     /// For each subgoal whether each episode reached it, as 1 and 0.
     pub fn subgoal_hits(&self) -> Vec<Vec<f32>> {
         let shares = self.curves.get(Metric::SubgoalShare);
+        let subgoals = self.config.task.subgoals.len();
         // Subgoals are reached in order, so the share tells which ones were reached.
         let reached = |subgoal: usize| {
-            let least = (subgoal as f32 + 0.5) / self.subgoals as f32;
+            let least = (subgoal as f32 + 0.5) / subgoals as f32;
             shares.iter().map(|share| f32::from(*share > least)).collect()
         };
-        (0..self.subgoals).map(reached).collect()
+        (0..subgoals).map(reached).collect()
     }
 
     /// The latest finite value of a metric.

@@ -56,18 +56,18 @@ pub type PastAgent = Result<Arc<SavedAgent>, String>;
 
 /// The agent of the episode shown. The previous agent is kept while the next is read.
 #[derive(Default)]
-pub struct Agents {
-    known: Option<(Wanted, PastAgent)>,
-    reading: Option<(Wanted, Job<Arc<SavedAgent>>)>,
+pub struct AgentReader {
+    known: Option<(AgentRequest, PastAgent)>,
+    reading: Option<(AgentRequest, Job<Arc<SavedAgent>>)>,
 }
 
 /// Number of further episodes of a running training after which checkpoints are looked up again.
 const LOOK_AGAIN: u64 = 50;
 
 /// The folder of a run, an episode of it, and the run's progress in units of `LOOK_AGAIN` episodes.
-type Wanted = (PathBuf, u64, u64);
+type AgentRequest = (PathBuf, u64, u64);
 
-impl Agents {
+impl AgentReader {
     /// Starts reading the agent that played an episode of a run, unless it is known or a read is in progress.
     pub fn want(&mut self, run: &RunView, episode: u64) {
         let wanted = (run.directory().path().to_owned(), episode, run.episodes() / LOOK_AGAIN);

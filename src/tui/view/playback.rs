@@ -35,7 +35,7 @@ pub enum Origin {
 
 /// The state of an episode at one physics step.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Moment {
+pub struct PlaybackFrame {
     /// The ball, normalised.
     pub ball: [f32; 2],
     /// Its latest positions, oldest first, normalised.
@@ -82,13 +82,13 @@ impl Episode {
         self.trace.steps.iter().map(|step| step.path.len()).sum()
     }
 
-    /// The moment after `step` physics steps.
-    pub fn at(&self, step: usize) -> Moment {
+    /// The state after `step` physics steps.
+    pub fn at(&self, step: usize) -> PlaybackFrame {
         let mut left = step.min(self.steps());
         let start = self.task.ball.position;
         let shift = self.trace.shift;
         let mut path = vec![[start[0] + shift[0], start[1] + shift[1]]];
-        let mut moment = Moment::default();
+        let mut frame = PlaybackFrame::default();
         for (index, traced) in self.trace.steps.iter().enumerate() {
             if left == 0 {
                 break;
@@ -96,19 +96,19 @@ impl Episode {
             let shown = left.min(traced.path.len());
             path.extend(&traced.path[..shown]);
             left -= shown;
-            moment.action = index + 1;
-            moment.reward += traced.reward;
-            moment.notice(traced, self.trace.tool(&self.task, traced), shown == traced.path.len());
+            frame.action = index + 1;
+            frame.reward += traced.reward;
+            frame.add(traced, self.trace.tool(&self.task, traced), shown == traced.path.len());
         }
-        moment.ball = path[path.len() - 1];
-        moment.trail = path.split_off(path.len().saturating_sub(TRAIL));
-        moment
+        frame.ball = path[path.len() - 1];
+        frame.trail = path.split_off(path.len().saturating_sub(TRAIL));
+        frame
     }
 }
 
-impl Moment {
+impl PlaybackFrame {
     /// Adds the placement of an action, and its subgoals and goal once it is `over`.
-    fn notice(&mut self, step: &TracedStep, tool: Tool, over: bool) {
+    fn add(&mut self, step: &TracedStep, tool: Tool, over: bool) {
         if step.placement == Placement::Placed {
             self.placed.push((tool, step.source));
         }
@@ -240,10 +240,10 @@ mod tests {
     fn an_untouched_ball_falls_straight_down() {
         let episode = untouched();
         assert!(episode.steps() >= 200);
-        let moment = episode.at(100);
-        assert_eq!(moment.ball[0], episode.task.ball.position[0]);
-        assert!(moment.ball[1] < episode.task.ball.position[1] && moment.placed.is_empty());
-        assert_eq!((moment.action, moment.blocked), (100 / 40 + 1, None));
+        let frame = episode.at(100);
+        assert_eq!(frame.ball[0], episode.task.ball.position[0]);
+        assert!(frame.ball[1] < episode.task.ball.position[1] && frame.placed.is_empty());
+        assert_eq!((frame.action, frame.blocked), (100 / 40 + 1, None));
     }
 
     #[test]
@@ -297,15 +297,15 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_has_everything_up_to_its_step_and_a_short_trail() {
+    fn a_frame_has_everything_up_to_its_step_and_a_short_trail() {
         let mut episode = untouched();
         let trace = Arc::make_mut(&mut episode.trace);
         trace.shift = [0.1, 0.0];
         (trace.steps[1].reward, trace.steps[1].goal, trace.steps[2].reward) = (0.5, true, 0.25);
         let total = trace.total_reward();
         assert_eq!(episode.at(0).ball[0], episode.task.ball.position[0] + 0.1);
-        let moment = episode.at(episode.steps());
-        assert_eq!((moment.reward, moment.goal, moment.trail.len()), (total, true, TRAIL));
+        let frame = episode.at(episode.steps());
+        assert_eq!((frame.reward, frame.goal, frame.trail.len()), (total, true, TRAIL));
     }
 
     #[test]

@@ -15,26 +15,40 @@ use ratatui_image::protocol::kitty::Kitty;
 use ratatui_image::protocol::sixel::Sixel;
 
 use crate::figures::Figure;
+use crate::guidance::ActionPrior;
+use crate::task::Task;
+use crate::tui::by_address::ByAddress;
 use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 use crate::workbench::Job;
 
 /// A closure that computes a figure on another thread.
-pub type Drawing = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
+pub type PreviewJob = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
 
-/// The picture to show.
+/// The picture to show. It is drawn again when any of this changes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wanted {
+pub struct PreviewRequest {
     /// The kind of figure.
     pub kind: &'static str,
     /// Options of the figure.
     pub options: Vec<(&'static str, String)>,
-    /// A number that changes with the contents.
-    pub stamp: u64,
+    /// The task.
+    pub task: ByAddress<Task>,
+    /// The action clusters.
+    pub prior: Option<ByAddress<ActionPrior>>,
+    /// A hash of the runs and of their finished episodes.
+    pub progress: u64,
     /// Available columns and rows.
     pub room: [u16; 2],
     /// Without colours.
     pub grey: bool,
+}
+
+impl PreviewRequest {
+    /// Whether it is for the same figure, of which only the contents may have changed.
+    fn is_like(&self, other: &Self) -> bool {
+        (self.kind, &self.options, self.room, self.grey) == (other.kind, &other.options, other.room, other.grey)
+    }
 }
 
 /// The picture of a figure, and the next one being drawn.
@@ -42,8 +56,8 @@ pub struct Wanted {
 pub struct Preview {
     /// How the terminal shows pictures.
     graphics: Graphics,
-    shown: Option<(Wanted, Result<Encoded, String>)>,
-    job: Option<(Wanted, Job<Encoded>)>,
+    shown: Option<(PreviewRequest, Result<Encoded, String>)>,
+    job: Option<(PreviewRequest, Job<Encoded>)>,
     begun: Option<Instant>,
     /// How long the latest picture took to draw.
     took: Duration,
@@ -69,13 +83,12 @@ impl Preview {
 
     /// Takes over a finished picture, and starts drawing the wanted one if it is a different one. True if
     /// there is something new to show.
-    pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {
+    pub fn update(&mut self, wanted: &PreviewRequest, figure: impl FnOnce() -> Result<PreviewJob, String>) -> bool {
         let news = self.collect();
-        let known = self.shown.as_ref().map(|(wanted, _)| wanted).into_iter().chain(self.job.as_ref().map(|(w, _)| w));
-        let what = |wanted: &Wanted| (wanted.kind, wanted.options.clone(), wanted.room, wanted.grey);
-        let mut same_kind = known.filter(|known| what(known) == what(wanted));
+        let known = [self.shown.as_ref().map(|(known, _)| known), self.job.as_ref().map(|(known, _)| known)];
         let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE.max(self.took * PAUSE_FACTOR));
-        if same_kind.any(|known| known == wanted || recently) {
+        let is_current = |known: &PreviewRequest| known == wanted || (recently && known.is_like(wanted));
+        if known.into_iter().flatten().any(is_current) {
             return news;
         }
         self.begun = Some(Instant::now());
@@ -110,7 +123,7 @@ impl Preview {
 
     /// Drops the picture, because a terminal that was left no longer has it.
     pub fn forget(&mut self) {
-        *self = Self { graphics: self.graphics, ..Self::default() };
+        self.set_graphics(self.graphics);
     }
 
     /// Draws the picture of a kind of figure in the middle of `area`. Sixel pictures, which would show
@@ -201,17 +214,24 @@ fn darkness(colour: Color) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::figures::TaskGrid;
     use crate::tui::widgets::theme::Palette;
 
-    fn figure() -> Result<Drawing, String> {
+    fn figure() -> Result<PreviewJob, String> {
         Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![crate::task::load("task1").unwrap()] }))))
+    }
+
+    fn wanted(kind: &'static str) -> PreviewRequest {
+        let task = ByAddress(Arc::new(crate::task::load("task1").unwrap()));
+        PreviewRequest { kind, options: Vec::new(), task, prior: None, progress: 0, room: [40, 20], grey: false }
     }
 
     fn shown(protocol: Protocol) -> Preview {
         let mut preview = Preview { graphics: Graphics { protocol, cell: [8, 16] }, ..Preview::default() };
-        let wanted = Wanted { kind: "scene", options: Vec::new(), stamp: 0, room: [40, 20], grey: false };
+        let wanted = wanted("scene");
         assert!(!preview.update(&wanted, figure));
         while !preview.update(&wanted, || panic!("it is being drawn already")) {
             std::thread::yield_now();
@@ -254,7 +274,7 @@ mod tests {
     #[test]
     fn the_reason_for_a_missing_picture_is_shown() {
         let mut preview = Preview::default();
-        let wanted = Wanted { kind: "clusters", options: Vec::new(), stamp: 0, room: [40, 20], grey: false };
+        let wanted = wanted("clusters");
         assert!(preview.update(&wanted, || Err("no clusters".into())));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
         let shown = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);

@@ -59,7 +59,7 @@ impl Execute for Train {
 pub struct Pause;
 
 impl Execute for Pause {
-    syntax! { "pause" "" "pause the training; the key also goes on with it" => Pause {}; }
+    syntax! { "pause" "" "pause the training; the key also resumes it" => Pause {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.send(Control::Pause, "pausing after this episode")
@@ -78,7 +78,7 @@ pub struct Resume {
 }
 
 impl Execute for Resume {
-    syntax! { "resume" "[until N]" "go on with the paused run" => Resume { until: UNTIL }; }
+    syntax! { "resume" "[until N]" "resume the paused run" => Resume { until: UNTIL }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let control = self.until.map_or(Control::Resume, |episode| Control::PauseAt(episode.into()));
@@ -147,7 +147,7 @@ pub struct Continue {
 
 impl Execute for Continue {
     syntax! {
-        "continue" "[FOLDER] [until N]" "go on with a run from its checkpoint"
+        "continue" "[FOLDER] [until N]" "continue a run from its checkpoint"
             => Continue { folder: Unless(Place("a folder"), |word| word == "until"), until: UNTIL };
     }
 

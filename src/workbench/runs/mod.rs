@@ -22,7 +22,7 @@ impl Session {
         let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
         let directory = RunDirectory::create(&path, &self.setup.config)?;
         let number = self.add(RunView::new(directory)?);
-        self.begin(number, until, "training in")
+        self.start_run(number, until, "training in")
     }
 
     /// Continues a run: the current one, or the one in a folder.
@@ -34,7 +34,7 @@ impl Session {
         self.refuse_if_busy(&folder)?;
         self.extend(&RunDirectory::open(&folder)?)?;
         let number = self.known_or_read(&folder, command.clone().into())?;
-        self.begin(number, command.until, "going on with")
+        self.start_run(number, command.until, "continuing")
     }
 
     /// Raises the number of episodes of a finished run to the number set in the session, if that was set
@@ -66,7 +66,7 @@ impl Session {
         let number = self.add(run.with_past_unread());
         let report = format!("opened {}", folder.display());
         let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
-        self.begin_job(command, work, move |session, past| {
+        self.start_job(command, work, move |session, past| {
             // The run may have been deleted meanwhile.
             let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
             run.take_past(past).map(|()| report)
@@ -75,7 +75,12 @@ impl Session {
     }
 
     /// Queues a run, and starts it if a core is free.
-    pub(super) fn begin(&mut self, number: usize, until: Option<u32>, report: &str) -> Result<String, SessionError> {
+    pub(super) fn start_run(
+        &mut self,
+        number: usize,
+        until: Option<u32>,
+        report: &str,
+    ) -> Result<String, SessionError> {
         self.current = Some(number);
         self.turns += 1;
         let turn = self.turns;
@@ -202,7 +207,7 @@ impl Session {
             drop(lock);
             outcome.map_err(RunError::io("delete", &folder)).map(|()| folder).map_err(|error| error.to_string())
         };
-        self.begin_job(command.clone(), work, |session, outcome| match outcome {
+        self.start_job(command.clone(), work, |session, outcome| match outcome {
             Ok(folder) => Ok(format!("deleted {}", folder.display())),
             Err(reason) => {
                 session.runs.extend(removed);
@@ -221,7 +226,7 @@ impl Session {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());
         let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
-        self.begin_job(Evaluate, work, move |session, trace| {
+        self.start_job(Evaluate, work, move |session, trace| {
             let trace = trace?;
             let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
             let (actions, total) = (trace.steps.len(), trace.total_reward());

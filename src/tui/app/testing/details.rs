@@ -1,4 +1,4 @@
-//! What the key sequences do not cover: time, notices, the mouse wheel, list rows, other terminal events.
+//! What the key sequences do not cover: time, messages, the mouse wheel, list rows, other terminal events.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,21 +14,21 @@ use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Axes;
 use crate::tui::scene::Object;
-use crate::tui::screens::Region;
+use crate::tui::screens::HitRegion;
 use crate::tui::terminal::Received;
 use crate::tui::view::{Curves, RunSummary};
 
 /// A cell of a row of the list, if the row is shown.
 fn row(app: &App, wanted: usize) -> Option<(u16, u16)> {
-    let place = |(area, region): &(Rect, Region)| match region {
-        Region::Row(row) if *row == wanted => Some((area.x, area.y)),
+    let place = |(area, region): &(Rect, HitRegion)| match region {
+        HitRegion::Row(row) if *row == wanted => Some((area.x, area.y)),
         _ => None,
     };
     app.regions.all().iter().find_map(place)
 }
 
 fn chart(app: &App) -> Axes {
-    region(app, |_, region| if let Region::Chart(axes, _) = region { Some(axes) } else { None })
+    region(app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None })
 }
 
 fn screen(app: &mut App) -> String {
@@ -41,26 +41,26 @@ fn take_changed(app: &mut App) -> bool {
 }
 
 #[test]
-fn a_notice_expires_and_an_error_stays() {
-    let notice = |app: &App| app.notice.as_ref().map(|(notice, _)| notice.text.clone());
+fn a_message_expires_and_an_error_stays() {
+    let message = |app: &App| app.message.as_ref().map(|(message, _)| message.text.clone());
     let (mut app, _) = app(empty());
     press(&mut app, "right");
-    assert!(notice(&app).unwrap().contains("nothing is selected"));
+    assert!(message(&app).unwrap().contains("nothing is selected"));
     // One long tick does not use up the time to read it.
     app.tick(Duration::from_secs(60));
-    assert!(notice(&app).is_some());
+    assert!(message(&app).is_some());
     for _ in 0..59 {
         app.tick(Duration::from_millis(100));
     }
-    assert!(notice(&app).is_some());
+    assert!(message(&app).is_some());
     take_changed(&mut app);
     app.tick(Duration::from_millis(100));
-    assert!(notice(&app).is_none() && take_changed(&mut app));
+    assert!(message(&app).is_none() && take_changed(&mut app));
     app.warn(crate::tui::view::Level::Error, "it burns");
     for _ in 0..200 {
         app.tick(Duration::from_millis(100));
     }
-    assert_eq!(notice(&app).as_deref(), Some("it burns"));
+    assert_eq!(message(&app).as_deref(), Some("it burns"));
 }
 
 #[test]
@@ -294,7 +294,11 @@ fn guarded_work_without_a_panic_runs_normally() {
 
 #[test]
 fn a_run_knows_its_time_left_and_the_subgoals_its_episodes_reached() {
-    let mut run = RunSummary { state: RunState::Running, rate: Some(2.0), done: 40, episodes: 100, ..run_summary("a") };
+    let mut run = RunSummary { state: RunState::Running, rate: Some(2.0), done: 40, ..run_summary("a") };
+    let config = Arc::make_mut(&mut run.config);
+    config.episodes = 100;
+    let subgoals = &mut Arc::make_mut(&mut config.task).subgoals;
+    *subgoals = vec![subgoals[0]; 3];
     assert_eq!(run.seconds_left(), Some(30.0));
     run.done = 120;
     assert_eq!(run.seconds_left(), Some(0.0));
@@ -307,7 +311,7 @@ fn a_run_knows_its_time_left_and_the_subgoals_its_episodes_reached() {
     for (episode, share) in (1..).zip([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]) {
         curves.push(episode, Metric::CURVES.map(|metric| if metric == Metric::SubgoalShare { share } else { 0.0 }));
     }
-    let run = RunSummary { subgoals: 3, curves: Arc::new(curves), ..run };
+    let run = RunSummary { curves: Arc::new(curves), ..run };
     assert_eq!(run.subgoal_hits(), [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]);
     assert_eq!(Arc::new(run).latest(Metric::SubgoalShare), Some(1.0));
 }
@@ -317,10 +321,10 @@ fn idle_curves_are_requested_every_two_seconds() {
     let (mut app, _) = app(empty());
     screen(&mut app);
     app.since_request = Duration::ZERO;
-    let ticks = |app: &mut App| (0..300).filter(|_| app.is_time_to_ask(Duration::from_millis(20))).count();
+    let ticks = |app: &mut App| (0..300).filter(|_| app.are_curves_due(Duration::from_millis(20))).count();
     assert_eq!(ticks(&mut app), 3);
     press(&mut app, "5");
-    assert!(app.is_time_to_ask(Duration::ZERO));
+    assert!(app.are_curves_due(Duration::ZERO));
 }
 
 #[test]

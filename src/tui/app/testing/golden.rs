@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::{app, change_run, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
 use crate::run::Practised;
 use crate::trainer::Phase;
-use crate::tui::actions::{Action, Tab};
+use crate::tui::actions::{Tab, UiAction};
 use crate::tui::view::{RunSummary, ViewModel};
 use crate::workbench::HandPlay;
 
@@ -138,7 +138,7 @@ fn layers_over_the_screen() {
             format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
         });
         let (mut app, _) = app(empty());
-        app.perform(Action::Tour);
+        app.perform(UiAction::Tour);
         shots.concat() + "=== tour\n" + &text(&shot(&mut app, width, height))
     });
 }

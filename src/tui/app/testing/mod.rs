@@ -26,7 +26,7 @@ use ratatui::buffer::Buffer;
 
 use super::App;
 use crate::agent::DdpgConfig;
-use crate::dynamics::{Compared, Errors, Evaluation, EvaluationConfig, Hits, LaunchErrors, OneTool};
+use crate::dynamics::{Compared, Errors, Evaluation, EvaluationConfig, HitPredictions, LaunchErrors, OneTool};
 use crate::evidence::Composition;
 use crate::figures::TaskGrid;
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
@@ -40,7 +40,7 @@ use crate::tui::view::{
     Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, System, TaskModel, ViewModel, Watched,
     Workspace, marks,
 };
-use crate::tui::widgets::preview::Drawing;
+use crate::tui::widgets::preview::PreviewJob;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::{Command, FigureKind, HandPlay, PriorState};
 
@@ -130,7 +130,7 @@ impl Workspace for RecordingWorkspace {
         want(format!("agent of {episode}"));
     }
 
-    fn figure(&self, kind: FigureKind, _: &Composition) -> Result<Drawing, String> {
+    fn figure(&self, kind: FigureKind, _: &Composition) -> Result<PreviewJob, String> {
         match kind {
             FigureKind::Scene => {
                 let task = Task::clone(&self.view.task);
@@ -217,9 +217,8 @@ pub fn grouped() -> ViewModel {
             let known = run(&format!("{name}-{seed}"), state.clone(), done - 100 * seed);
             let config = RunConfig::clone(&view.settings).with_setting("method", method).unwrap();
             let config = config.with_setting("seed", &seed.to_string()).unwrap();
-            let RunSummary { config, label, method, seed, .. } =
-                RunSummary::new(&known.path, Arc::new(config), state.clone());
-            view.runs.push(Arc::new(RunSummary { config, label, method, seed, ..known }));
+            let RunSummary { config, label, .. } = RunSummary::new(&known.path, Arc::new(config), state.clone());
+            view.runs.push(Arc::new(RunSummary { config, label, ..known }));
         }
     }
     view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
@@ -281,6 +280,13 @@ pub fn run_summary(name: &str) -> RunSummary {
     run(name, RunState::Finished, 0)
 }
 
+/// A run on a task that differs from the others' in its name.
+pub fn run_on(task: &str, name: &str) -> RunSummary {
+    let mut run = run_summary(name);
+    Arc::make_mut(&mut Arc::make_mut(&mut run.config).task).name = task.to_owned();
+    run
+}
+
 /// A line of the log.
 fn at_noon(level: Level, text: &str) -> LogLine {
     LogLine { time: jiff::civil::time(12, 0, 0, 0), level, text: text.to_owned() }
@@ -294,7 +300,7 @@ fn evaluation() -> Evaluation {
         one_step_contact: errors(mean),
         rollout: vec![errors(mean), errors(3.0 * mean)],
         action_contact: errors(5.0 * mean),
-        hits: Hits::default(),
+        hits: HitPredictions::default(),
     };
     let launches = |tool: ToolKind, mean: f64| LaunchErrors {
         tool,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::evidence::OPTIONS;
+use crate::json;
 use crate::physics::ToolKind;
 use crate::spelling::LONGEST;
 use crate::task::{self, Property};
@@ -116,13 +117,11 @@ fn schedules() -> Vec<Value> {
 
 /// The settings of a run with their ranges, and their values in the form `set` takes.
 fn described(config: &RunConfig) -> Vec<(Value, String)> {
-    // A configuration is plain data, so serialising it never fails.
-    let text = serde_json::to_string(config).unwrap_or_default();
-    let whole: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let whole = json::as_written(config);
     let known: Vec<_> = settings().collect();
     let described = |path: String| {
         let now = path.split('.').try_fold(&whole, |place, name| place.get(name));
-        let now = now.map(|now| now.as_str().map_or_else(|| now.to_string(), str::to_owned)).unwrap_or_default();
+        let now = now.map(json::text).unwrap_or_default();
         let about = match known.iter().find(|(known, _)| *known == path) {
             Some((_, setting)) => format!("now {now}; {}: {}", setting.about, setting.range),
             None => format!("now {now}"),

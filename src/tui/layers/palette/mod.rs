@@ -42,7 +42,7 @@ impl Item {
 }
 
 /// The command palette.
-pub struct Palette {
+pub struct CommandPalette {
     input: TextInput,
     items: Vec<Item>,
     found: Vec<Item>,
@@ -61,7 +61,7 @@ pub struct Palette {
     error: Option<String>,
 }
 
-impl Palette {
+impl CommandPalette {
     /// A palette of the actions that apply now and of all commands.
     pub fn new(contexts: &[Context], arguments: Arguments, history: Vec<String>) -> Self {
         let items = entries().iter().map(|entry| {
@@ -191,7 +191,7 @@ impl Palette {
     }
 }
 
-impl Layer for Palette {
+impl Layer for CommandPalette {
     fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
             KeyCode::Esc => return Response::Leave,
@@ -290,9 +290,9 @@ mod tests {
     use super::*;
     use crossterm::event::KeyModifiers;
 
-    fn palette(contexts: &[Context], history: &[&str]) -> Palette {
+    fn palette(contexts: &[Context], history: &[&str]) -> CommandPalette {
         let arguments = Arguments::new(&crate::tui::testing::typical());
-        Palette::new(contexts, arguments, history.iter().map(|line| (*line).to_owned()).collect())
+        CommandPalette::new(contexts, arguments, history.iter().map(|line| (*line).to_owned()).collect())
     }
 
     /// The response after typing a text and pressing enter.
@@ -340,7 +340,8 @@ mod tests {
 
     #[test]
     fn arguments_are_completed_and_entered_commands_are_recalled() {
-        let press = |palette: &mut Palette, code: KeyCode| drop(palette.key(KeyEvent::new(code, KeyModifiers::NONE)));
+        let press =
+            |palette: &mut CommandPalette, code: KeyCode| drop(palette.key(KeyEvent::new(code, KeyModifiers::NONE)));
         let mut written = palette(&[Context::Everywhere], &[]);
         written.paste("set ddpg.ga");
         press(&mut written, KeyCode::Tab);
@@ -369,7 +370,8 @@ mod tests {
         let mut view = crate::tui::testing::typical();
         view.runs.push(std::sync::Arc::new(crate::tui::testing::run_summary("my run")));
         let completed = |typed: &str, downs: usize| {
-            let mut palette = Palette::new(&[Context::Everywhere], Arguments::new(&view), vec!["seed 1".to_owned()]);
+            let mut palette =
+                CommandPalette::new(&[Context::Everywhere], Arguments::new(&view), vec!["seed 1".to_owned()]);
             palette.paste(typed);
             let downs = if downs > 0 { palette.found.len() + downs } else { 0 };
             (0..downs).for_each(|_| drop(palette.key(KeyCode::Down.into())));

@@ -1,4 +1,4 @@
-//! The composer of the learning-curve figure: its look, and the names and order of its curves. The figure shows the
+//! The composer of the learning-curve figure: its style, and the names and order of its curves. The figure shows the
 //! runs marked on the Runs screen, or all in the folder.
 
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use super::super::pane::pane;
 use super::super::runs::Runs;
 use super::super::{HitRegions, Ui};
 use crate::evidence::{Against, Composition, LearningRow, Success, distinguish};
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::RunSummary;
@@ -111,15 +111,17 @@ impl Composer {
     }
 
     /// Handles an action while it has the focus; None if the action is not for it.
-    pub(super) fn perform(&mut self, action: Action) -> Option<Vec<Effect>> {
+    pub(super) fn perform(&mut self, action: UiAction) -> Option<Vec<Effect>> {
         if let Some(row) = select(action, self.row, self.last()) {
             self.row = row;
             return Some(Vec::new());
         }
         match action {
-            Action::Left => self.change(false),
-            Action::Right => self.change(true),
-            Action::Mark | Action::Rename | Action::Earlier | Action::Later => return Some(self.change_curve(action)),
+            UiAction::Left => self.change(false),
+            UiAction::Right => self.change(true),
+            UiAction::Mark | UiAction::Rename | UiAction::Earlier | UiAction::Later => {
+                return Some(self.change_curve(action));
+            }
             _ => return None,
         }
         Some(Vec::new())
@@ -127,14 +129,14 @@ impl Composer {
 
     /// Sets the selected option to its next or previous value.
     fn change(&mut self, forward: bool) {
-        let Composition { reference, success, against, look, .. } = &mut self.composition;
+        let Composition { reference, success, against, style, .. } = &mut self.composition;
         match self.row {
-            0 => look.single = !look.single,
+            0 => style.single = !style.single,
             1 => {
-                let font = look.font() + if forward { STEP } else { -STEP };
-                *look = look.with_font(font).unwrap_or(*look);
+                let font = style.font() + if forward { STEP } else { -STEP };
+                *style = style.with_font(font).unwrap_or(*style);
             }
-            2 => look.logarithmic = !look.logarithmic,
+            2 => style.logarithmic = !style.logarithmic,
             3 => {
                 *success = if *success == Success::Training { Success::Greedy } else { Success::Training };
                 // Evaluations have no number of environment steps.
@@ -160,27 +162,27 @@ impl Composer {
         }
     }
 
-    fn change_curve(&mut self, action: Action) -> Vec<Effect> {
+    fn change_curve(&mut self, action: UiAction) -> Vec<Effect> {
         let Some(place) = self.row.checked_sub(OPTIONS).filter(|place| *place < self.curves.len()) else {
             return vec![Effect::info("select a curve below the options first")];
         };
         match action {
-            Action::Mark => {
+            UiAction::Mark => {
                 let shown = self.curves.iter().filter(|curve| !curve.hidden).count();
                 if shown == 1 && !self.curves[place].hidden {
                     return vec![Effect::info("a figure has at least one curve")];
                 }
                 self.curves[place].hidden = !self.curves[place].hidden;
             }
-            Action::Rename => {
+            UiAction::Rename => {
                 let Curve { label, name, .. } = self.curves[place].clone();
                 let of = label.clone();
                 let read = move |name: &str| Ok(Effect::NameCurve { label: of.clone(), name: name.to_owned() });
                 let hint = format!("name of {label} in the legend; empty for the default");
                 return vec![Effect::open(Prompt::new("name of the curve", hint, name.unwrap_or(label), read))];
             }
-            Action::Earlier | Action::Later => {
-                let other = if action == Action::Earlier { place.checked_sub(1) } else { Some(place + 1) };
+            UiAction::Earlier | UiAction::Later => {
+                let other = if action == UiAction::Earlier { place.checked_sub(1) } else { Some(place + 1) };
                 let Some(other) = other.filter(|other| *other < self.curves.len()) else { return Vec::new() };
                 self.curves.swap(place, other);
                 self.row = OPTIONS + other;
@@ -204,11 +206,11 @@ impl Composer {
             _ => format!("the {runs} marked runs"),
         };
         let inside = pane(&format!("compose · {of}"), area, ui.theme, buffer);
-        let Composition { reference, success, against, look, .. } = &self.composition;
+        let Composition { reference, success, against, style, .. } = &self.composition;
         let options = [
-            ("width", if look.single { "single column" } else { "double column" }.to_owned()),
-            ("font", format!("{} points", look.font())),
-            ("axis", if look.logarithmic { "logarithmic" } else { "linear" }.to_owned()),
+            ("width", if style.single { "single column" } else { "double column" }.to_owned()),
+            ("font", format!("{} points", style.font())),
+            ("axis", if style.logarithmic { "logarithmic" } else { "linear" }.to_owned()),
             ("success", if *success == Success::Greedy { "greedy evaluations" } else { "training" }.to_owned()),
             ("against", if *against == Against::Steps { "environment steps" } else { "episodes" }.to_owned()),
             ("reference", reference.clone().unwrap_or_else(|| "none".to_owned())),

@@ -13,12 +13,13 @@ use ratatui::widgets::{Row, Widget};
 use super::lists::{Lists, select};
 use super::pane::{WIDE, hint, lines, pane};
 use super::runs::Runs;
-use super::{HitRegions, Region, Screens, Ui};
+use super::{HitRegion, HitRegions, Screens, Ui};
 use crate::evidence::Composition;
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
+use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::widgets::list;
-use crate::tui::widgets::preview::Wanted;
+use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Depth;
 use crate::workbench::{Command, FigureKind, command};
 pub use composer::Composer;
@@ -65,7 +66,7 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
     }
     let kind = selected(&screens.lists);
     let inside = pane(kind.name(), picture, ui.theme, buffer);
-    regions.add(inside, Region::Preview);
+    regions.add(inside, HitRegion::Preview);
     if let Err(reason) = screens.preview.draw(kind.name(), covered, inside, ui.theme, buffer) {
         hint(&reason, inside, ui.theme, buffer);
     }
@@ -132,27 +133,36 @@ fn selected(lists: &Lists) -> FigureKind {
 }
 
 /// The selected figure, its composition, and the preview to draw. None while there is no room for a preview.
-pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Option<(FigureKind, Composition, Wanted)> {
+pub fn wanted(
+    lists: &Lists,
+    runs: &Runs,
+    ui: &Ui,
+    regions: &HitRegions,
+) -> Option<(FigureKind, Composition, PreviewRequest)> {
     let (area, _) =
-        regions.all().iter().find(|(area, region)| matches!(region, Region::Preview) && !area.is_empty())?;
+        regions.all().iter().find(|(area, region)| matches!(region, HitRegion::Preview) && !area.is_empty())?;
     let kind = selected(lists);
     let composition = composition(kind, lists, runs, ui);
     let grey = ui.theme.depth == Depth::None;
-    let (stamp, options) = (stamp(kind, &composition, ui), composition.options());
-    let wanted = Wanted { kind: kind.name(), options, stamp, room: [area.width, area.height], grey };
+    let wanted = PreviewRequest {
+        kind: kind.name(),
+        options: composition.options(),
+        task: ByAddress(ui.view.task.clone()),
+        prior: ui.view.prior.clone().map(ByAddress),
+        progress: progress(kind, &composition, ui),
+        room: [area.width, area.height],
+        grey,
+    };
     Some((kind, composition, wanted))
 }
 
-/// A hash of what a figure shows: the preview is drawn again when it changes.
-fn stamp(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
-    let view = ui.view;
+/// A hash of the runs that a figure shows and of their finished episodes.
+fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     let mut hasher = DefaultHasher::new();
-    std::sync::Arc::as_ptr(&view.task).hash(&mut hasher);
-    view.prior.as_ref().map(std::sync::Arc::as_ptr).hash(&mut hasher);
     ui.subject.run().map(|run| (&run.path, run.done)).hash(&mut hasher);
     if kind == FigureKind::Learning {
         let is_shown = |path: &std::path::PathBuf| composition.runs.is_empty() || composition.runs.contains(path);
-        for run in view.runs.iter().filter(|run| is_shown(&run.path)) {
+        for run in ui.view.runs.iter().filter(|run| is_shown(&run.path)) {
             (&run.path, run.done).hash(&mut hasher);
         }
     }
@@ -160,8 +170,8 @@ fn stamp(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
 }
 
 /// What an action does on this screen.
-pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: Action) -> Vec<Effect> {
-    if action == Action::Compose {
+pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
+    if action == UiAction::Compose {
         return compose(lists, runs, ui);
     }
     if lists.composer.is_open()
@@ -175,10 +185,10 @@ pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: Action) -> Vec<E
     }
     let kind = selected(lists);
     let format = match (action, kind) {
-        (Action::Confirm | Action::Vector | Action::Pdf, FigureKind::Episode) => "gif",
-        (Action::Confirm, _) => "png",
-        (Action::Vector, _) => "svg",
-        (Action::Pdf, _) => "pdf",
+        (UiAction::Confirm | UiAction::Vector | UiAction::Pdf, FigureKind::Episode) => "gif",
+        (UiAction::Confirm, _) => "png",
+        (UiAction::Vector, _) => "svg",
+        (UiAction::Pdf, _) => "pdf",
         _ => return Vec::new(),
     };
     vec![Effect::Export(vec![(kind, format)])]

@@ -125,11 +125,11 @@ impl Column {
             Kind::Curve => sparkline(line.curves(), usize::from(self.width), ui.theme),
             Kind::Seed => match runs.as_slice() {
                 // The runs of a group are sorted by seed.
-                [least, .., greatest] => format!("{}-{}", least.seed, greatest.seed),
-                _ => first.seed.to_string(),
+                [least, .., greatest] => format!("{}-{}", least.config.seed, greatest.config.seed),
+                _ => first.config.seed.to_string(),
             },
-            Kind::Task => first.task.clone(),
-            Kind::Method => first.method.to_owned(),
+            Kind::Task => first.config.task.name.clone(),
+            Kind::Method => first.config.method.name().to_owned(),
             Kind::Epsilon if first.config.method.uses("epsilon") => first.config.epsilon.describe(),
             Kind::Epsilon => String::new(),
             Kind::Tags => printable(&first.tags.join(" ")).to_string(),

@@ -119,13 +119,14 @@ fn term(word: &str) -> Result<Term, String> {
 /// The text in which words are searched.
 fn line(run: &RunSummary) -> String {
     let tags = run.tags.join(" ");
-    format!("{} {} {} seed {} {} {tags}", run.name, run.task, run.method, run.seed, run.state_word()).to_lowercase()
+    let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
+    format!("{} {task} {method} seed {seed} {} {tags}", run.name, run.state_word()).to_lowercase()
 }
 
 fn words(run: &RunSummary, column: &str, ui: &Ui) -> Option<String> {
     Some(match column {
-        "task" => run.task.clone(),
-        "method" => run.method.to_owned(),
+        "task" => run.config.task.name.clone(),
+        "method" => run.config.method.name().to_owned(),
         "state" => run.state_word().to_owned(),
         "name" => run.name.clone(),
         "label" => run.label.clone(),
@@ -137,8 +138,8 @@ fn words(run: &RunSummary, column: &str, ui: &Ui) -> Option<String> {
 
 fn number(run: &RunSummary, column: &str, ui: &Ui) -> Option<f64> {
     match column {
-        "seed" => Some(run.seed as f64),
-        "episodes" => Some(run.episodes as f64),
+        "seed" => Some(run.config.seed as f64),
+        "episodes" => Some(run.episodes() as f64),
         "done" => Some(run.done as f64),
         "success" => run.success.map(f64::from),
         "epsilon" => Some(f64::from(run.config.epsilon.threshold(0))),

@@ -12,7 +12,7 @@ use ratatui::widgets::{Row, Table, Widget};
 use super::super::status::state_colour;
 use super::super::{HitRegions, Ui};
 use super::columns::{self, Column};
-use super::{Key, Runs};
+use super::{LineKey, Runs};
 use crate::run::RunState;
 use crate::stats::Estimate;
 use crate::tui::view::{Curves, RunGroup, RunSummary};
@@ -31,10 +31,10 @@ pub enum Line<'a> {
 
 impl<'a> Line<'a> {
     /// Its identity, for the selection.
-    pub fn key(&self) -> Key {
+    pub fn key(&self) -> LineKey {
         match self {
-            Self::Run(run, _) => Key::Run(run.path.clone()),
-            Self::Group(group, _) => Key::Group(group.task.clone(), group.label.clone()),
+            Self::Run(run, _) => LineKey::Run(run.path.clone()),
+            Self::Group(group, _) => LineKey::Group(group.task.clone(), group.label.clone()),
         }
     }
 
@@ -49,7 +49,7 @@ impl<'a> Line<'a> {
     /// The name of its task.
     pub fn task(&self) -> &'a str {
         match self {
-            Self::Run(run, _) => &run.task,
+            Self::Run(run, _) => &run.config.task.name,
             Self::Group(group, _) => &group.task,
         }
     }
@@ -95,7 +95,7 @@ impl<'a> Line<'a> {
 
     /// Episodes done and episodes in all.
     pub fn progress(&self) -> [u64; 2] {
-        self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes])
+        self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes()])
     }
 
     /// Success rate; a group's is the interquartile mean.
@@ -222,7 +222,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
         match line {
             // A group of which only one run is listed is not folded.
             Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], 0),
-            Line::Group(_, runs) => runs.sort_by_key(|run| run.seed),
+            Line::Group(_, runs) => runs.sort_by_key(|run| run.config.seed),
             Line::Run(..) => {}
         }
     }
@@ -329,7 +329,7 @@ pub fn draw(
         shown.iter().map(|it| Text::from(shortened(&it.heading, usize::from(it.width), true)).alignment(it.alignment)),
     );
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
-    let several_tasks = ui.view.runs.iter().any(|run| run.task != ui.view.runs[0].task);
+    let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let row = |index: usize| {
         let line = &lines[index];
         let runs = line.runs();

@@ -1,6 +1,7 @@
 //! The Runs screen: past and running runs, in groups of those that differ in the seed only. Actions apply to all
 //! marked runs, or else to the selected run or group.
 
+mod bulk;
 mod columns;
 mod filter;
 mod list;
@@ -20,11 +21,12 @@ use super::lists::select;
 use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Screens, Ui};
 use crate::run::RunState;
-use crate::tui::actions::Action;
+use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Prompt, Question};
+use crate::tui::layers::Prompt;
 use crate::tui::view::{Level, RunGroup, RunSummary, ViewModel};
-use crate::workbench::{Command, FigureKind, command};
+use crate::workbench::command;
+pub use bulk::stop;
 use columns::Column;
 use filter::Filter;
 use list::{Line, Sort};
@@ -33,13 +35,13 @@ use list::{Line, Sort};
 #[derive(Debug, Default)]
 pub struct Runs {
     /// The selected line, and its row when it was selected; lines may have been inserted above it since.
-    selected: Option<Key>,
+    selected: Option<LineKey>,
     row: usize,
     filter: Filter,
     sort: Sort,
     reversed: bool,
     /// Groups whose runs are shown one by one.
-    unfolded: HashSet<Key>,
+    unfolded: HashSet<LineKey>,
     marked: HashSet<PathBuf>,
     /// The chosen columns; None for the default ones.
     columns: Option<Vec<Column>>,
@@ -48,7 +50,7 @@ pub struct Runs {
 
 /// The identity of a line; it does not depend on other lines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Key {
+pub enum LineKey {
     /// The run in a folder.
     Run(PathBuf),
     /// The group of a task and a label.
@@ -242,15 +244,16 @@ fn about_run(run: &RunSummary) -> String {
         RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
         _ => String::new(),
     };
-    let done = format!("{} of {} episodes", run.done, run.episodes);
+    let done = format!("{} of {} episodes", run.done, run.episodes());
     let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
-    format!("{}: {}, {}, seed {}, {done}, {state}{work}{reason}{fork}", run.name, run.task, run.method, run.seed)
+    let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
+    format!("{}: {task}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}", run.name)
 }
 
 fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
-    let seeds: Vec<String> = runs.iter().map(|run| run.seed.to_string()).collect();
+    let seeds: Vec<String> = runs.iter().map(|run| run.config.seed.to_string()).collect();
     let mut text = format!("{} on {}, seeds {}", group.label, group.task, seeds.join(", "));
     if let Some(success) = group.success {
         let [value, lower, upper] = success.values().map(|share| 100.0 * share);
@@ -267,7 +270,7 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
 }
 
 /// What an action does on this screen.
-pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
+pub fn perform(state: &mut Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     if let Some(row) = select(action, selected, lines.len().saturating_sub(1)) {
@@ -275,12 +278,12 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
         return Vec::new();
     }
     match action {
-        Action::Filter => {
+        UiAction::Filter => {
             let read = |text: &str| Ok(Effect::Filter(text.to_owned()));
             let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
             return vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))];
         }
-        Action::Columns => {
+        UiAction::Columns => {
             let read = |text: &str| Ok(Effect::Columns(text.to_owned()));
             let now = state.columns.clone().unwrap_or_else(columns::defaults);
             let now: Vec<String> = now.into_iter().map(|column| column.heading).collect();
@@ -290,16 +293,16 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
             );
             return vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))];
         }
-        Action::OpenRun => {
+        UiAction::OpenRun => {
             let read = |path: &str| Ok(Effect::apply(command::Open(path.into())));
             return vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))];
         }
-        Action::Sort => {
+        UiAction::Sort => {
             let place = Sort::ALL.iter().position(|sort| *sort == state.sort).unwrap_or(0);
             state.sort = Sort::ALL[(place + 1) % Sort::ALL.len()];
             return vec![Effect::info(format!("sorted by {}", state.sort.name()))];
         }
-        Action::Reverse => {
+        UiAction::Reverse => {
             state.reversed = !state.reversed;
             return Vec::new();
         }
@@ -307,33 +310,33 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
     }
     let Some(line) = lines.get(selected) else { return vec![Effect::info("there is no run in the list")] };
     match action {
-        Action::Confirm => watch(line, ui),
-        Action::Fold => fold(state, line),
-        Action::Mark => mark(state, line, ui),
-        Action::PinBaseline => match line {
+        UiAction::Confirm => watch(line, ui),
+        UiAction::Fold => fold(state, line),
+        UiAction::Mark => mark(state, line, ui),
+        UiAction::PinBaseline => match line {
             Line::Group(group, _) => vec![Effect::PinBaseline(group.label.clone())],
             Line::Run(run, _) => match ui.view.groups.of(&run.path) {
                 Some(group) => vec![Effect::PinBaseline(group.label.clone())],
                 None => vec![Effect::info("the runs are still being grouped")],
             },
         },
-        Action::Evaluate => {
+        UiAction::Evaluate => {
             let run = line.runs()[0];
             vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)]
         }
-        Action::Compare => {
+        UiAction::Compare => {
             if state.marked.is_empty() {
                 state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
             }
             compare_marked(state, ui)
         }
-        Action::Fork => match line.runs().as_slice() {
+        UiAction::Fork => match line.runs().as_slice() {
             [run] => vec![Effect::apply(command::Open(run.path.clone())), ask_to_fork(run, run.done)],
             _ => vec![Effect::info(ui.text("only a single run can be forked: {fold-group} shows those of the group"))],
         },
-        Action::EditNote => edit_note(line.runs()[0]),
-        Action::EditTags => edit_tags(&state.acted_on(ui)),
-        _ => act_on_all(&state.acted_on(ui), ui, action),
+        UiAction::EditNote => edit_note(line.runs()[0]),
+        UiAction::EditTags => edit_tags(&state.acted_on(ui)),
+        _ => bulk::act_on_all(&state.acted_on(ui), ui, action),
     }
 }
 
@@ -347,109 +350,6 @@ fn compare_marked(state: &Runs, ui: &Ui) -> Vec<Effect> {
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([Effect::Compare]).collect()
 }
 
-/// Applies an action to runs, after one question if something would be lost.
-fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
-    let count = runs.len();
-    let what = match runs {
-        [run] => run.name.clone(),
-        _ => format!("{count} runs"),
-    };
-    match action {
-        Action::Pause => {
-            let is_paused = |run: &&&RunSummary| run.state == RunState::Paused;
-            // Of several runs, paused ones stay paused unless all are paused.
-            let all_paused = runs.iter().all(|run| is_paused(&run));
-            let resume = || Command::from(command::Resume { until: None });
-            let wanted = runs.iter().filter(|run| count == 1 || all_paused || run.state == RunState::Running);
-            let command = |run: &RunSummary| match run.state {
-                RunState::Paused => resume(),
-                _ => command::Pause.into(),
-            };
-            on_each(wanted.map(|run| (*run, command(run))), ui)
-        }
-        Action::Stop => stop(runs, ui),
-        Action::Continue => {
-            let resumed = |run: &&RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
-            runs.iter().map(|run| Effect::apply(resumed(run))).collect()
-        }
-        Action::DeleteRun => {
-            let name = if let [run] = runs { run.path.display().to_string() } else { what };
-            let text = format!("Everything in {name} is deleted from the disk. This cannot be undone.");
-            let delete = runs.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
-            let title = if count == 1 { "delete the run?" } else { "delete the runs?" };
-            vec![Effect::open(Question::warning(title, text, vec![('y', "delete", Effect::All(delete))]))]
-        }
-        Action::Export => {
-            let dashboard = |run: &&RunSummary| {
-                let path = format!("figures/{}-{}.png", run.name, FigureKind::Dashboard.name()).into();
-                let figure = command::Figure::with_defaults(FigureKind::Dashboard, path);
-                [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
-            };
-            let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
-            effects.extend(back(ui));
-            effects.push(Effect::Say(Level::Good, format!("drawing the dashboards of {what} into figures/")));
-            effects
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.
-pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
-    let going = |run: &&RunSummary| run.queued || matches!(run.state, RunState::Running | RunState::Paused);
-    let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| runs.len() == 1 || going(run)).collect();
-    let text = match stopped.as_slice() {
-        [] => return vec![Effect::info("none of them is being trained")],
-        [run] if run.queued => format!("{} is taken out of the queue. It can be continued later.", run.name),
-        [run] => format!(
-            "{} ends after the current episode, {} of {}. Its checkpoint is kept: it can be continued later.",
-            run.name, run.done, run.episodes
-        ),
-        runs => {
-            let queued = runs.iter().filter(|run| run.queued).count();
-            match (runs.len() - queued, queued) {
-                (0, queued) => format!("{queued} runs are taken out of the queue. They can be continued later."),
-                (ended, 0) => format!("{ended} runs end after the current episode. Their checkpoints are kept."),
-                (ended, queued) => format!(
-                    "{ended} runs end after the current episode, {queued} are taken out of the queue. All can be continued later."
-                ),
-            }
-        }
-    };
-    let title = if stopped.iter().all(|run| run.queued) { "leave the queue?" } else { "stop the training?" };
-    let asks = stopped.iter().any(going);
-    let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
-    if !asks {
-        return stop;
-    }
-    vec![Effect::open(Question::warning(title, text, vec![('y', "stop", Effect::All(stop))]))]
-}
-
-/// Opens each run and applies its command. After several runs, the watched run is opened again.
-fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -> Vec<Effect> {
-    let mut effects = Vec::new();
-    let mut last_is_watched = true;
-    let mut count = 0;
-    for (run, command) in runs {
-        if !(ui.is_watched(run) && last_is_watched) {
-            effects.push(Effect::apply(command::Open(run.path.clone())));
-        }
-        last_is_watched = ui.is_watched(run);
-        effects.push(Effect::Apply(command));
-        count += 1;
-    }
-    // A single run stays open.
-    if count > 1 && !last_is_watched {
-        effects.extend(back(ui));
-    }
-    effects
-}
-
-/// Opens the watched run again.
-fn back(ui: &Ui) -> Option<Effect> {
-    ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone())))
-}
-
 /// Watches a run, or the first of a group, and reports where it is shown.
 fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
     let run = line.runs()[0];
@@ -457,7 +357,7 @@ fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
         "{screen-training} shows its curves, {screen-scene} its episodes ({previous-episode} and {next-episode})",
     );
     let text = format!("watching {}: {places}", run.name);
-    vec![Effect::apply(command::Open(run.path.clone())), Effect::Say(Level::Good, text)]
+    vec![Effect::apply(command::Open(run.path.clone())), Effect::ShowMessage(Level::Good, text)]
 }
 
 /// Unfolds or folds a group.

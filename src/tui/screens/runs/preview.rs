@@ -57,7 +57,7 @@ pub fn comparison(ui: &Ui, screens: &Screens, list: &[Line], selected: &Line, ar
     let task = selected.task();
     let is_in_group = |run: &RunSummary| ui.view.groups.of(&run.path).is_some_and(RunGroup::is_many);
     let compared = list.iter().filter(|line| match line {
-        Line::Run(run, _) => run.task == task && !is_in_group(run),
+        Line::Run(run, _) => run.config.task.name == task && !is_in_group(run),
         Line::Group(group, _) => group.task == task && group.curves.is_some(),
     });
     let shown: Vec<Shown> = compared.flat_map(|line| shown(ui, line)).collect();
@@ -158,10 +158,10 @@ fn seeds(ui: &Ui, runs: &[&RunSummary]) -> Vec<TextLine<'static>> {
         let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
         TextLine::raw(format!(
             "{:>4}  {:<11} {:>5}/{:<5} {success:>6}",
-            run.seed,
+            run.config.seed,
             run.state_word(),
             run.done,
-            run.episodes
+            run.episodes()
         ))
     };
     let fold = ui.text("seed, state, episodes, success · {fold-group} folds");

@@ -25,7 +25,7 @@ fn curves_are_read_zoomed_and_compared() {
 fn the_crosshair_follows_the_mouse_and_the_wheel_zooms() {
     let (mut app, _) = app(typical());
     shot(&mut app, 120, 40);
-    let axes = region(&app, |_, region| if let Region::Chart(axes, _) = region { Some(axes) } else { None });
+    let axes = region(&app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None });
     let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, at);
     assert!((app.screens.curves.hovered.unwrap() - 350.0).abs() < 20.0);
@@ -93,7 +93,7 @@ fn a_click_selects_the_curve() {
     press(&mut app, "4");
     shot(&mut app, 120, 40);
     let at =
-        region(&app, |area, region| matches!(region, Region::Chart(_, Metric::Epsilon)).then_some((area.x, area.y)));
+        region(&app, |area, region| matches!(region, HitRegion::Chart(_, Metric::Epsilon)).then_some((area.x, area.y)));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
     press(&mut app, "enter");
     let screen = text(&shot(&mut app, 120, 40));
@@ -177,7 +177,6 @@ fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
 #[test]
 fn only_runs_on_the_same_task_are_compared() {
     let mut view = typical();
-    let other = crate::tui::view::RunSummary { task: "task4".into(), ..crate::tui::testing::run_summary("other") };
-    view.runs.push(Arc::new(other));
+    view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     check(view, "4 v", &[], "training · 2 runs");
 }

@@ -73,7 +73,7 @@ fn only_a_grabbed_object_is_dragged() {
     let (mut app, asked) = app(empty());
     press(&mut app, "2 tab");
     shot(&mut app, 120, 40);
-    let rows = region(&app, |area, region| matches!(region, Region::Row(0)).then_some(area));
+    let rows = region(&app, |area, region| matches!(region, HitRegion::Row(0)).then_some(area));
     jitter(&mut app, (rows.x, rows.y));
     assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
     press(&mut app, "3");
@@ -255,7 +255,7 @@ fn the_wheel_moves_no_object() {
     let (mut app, asked) = app(empty());
     press(&mut app, "2 tab");
     shot(&mut app, 120, 40);
-    let row = region(&app, |area, region| matches!(region, Region::Row(0)).then_some((area.x, area.y)));
+    let row = region(&app, |area, region| matches!(region, HitRegion::Row(0)).then_some((area.x, area.y)));
     mouse(&mut app, MouseEventKind::ScrollDown, row);
     assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
 }

@@ -112,7 +112,7 @@ fn a_question_is_answered_with_the_mouse() {
 #[test]
 fn a_long_message_is_shown_in_full_above_the_keys() {
     let (mut app, _) = app(typical());
-    app.say(Level::Error, format!("{}conclusion", "a long reason ".repeat(10)));
+    app.show_message(Level::Error, format!("{}conclusion", "a long reason ".repeat(10)));
     let screen = text(&shot(&mut app, 80, 24));
     assert!(screen.contains("conclusion") && screen.contains("? help"), "{screen}");
     app.screens.scene.player.playing = true;

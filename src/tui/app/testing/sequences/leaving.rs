@@ -26,17 +26,17 @@ fn leaving_can_wait_until_all_runs_are_done() {
     check(view.clone(), "q w", &[], "leaving when all runs are done");
     let (mut busy, _) = app(view.clone());
     press(&mut busy, "q w");
-    assert_eq!(busy.leaving, Leaving::WhenIdle);
+    assert_eq!(busy.leaving, QuitState::WhenIdle);
     press(&mut busy, "q esc");
-    assert_eq!(busy.leaving, Leaving::No, "the latest answer counts");
+    assert_eq!(busy.leaving, QuitState::No, "the latest answer counts");
     change_run(&mut view, 1, |run| (run.active, run.state) = (false, RunState::Finished));
     let (mut idle, _) = app(view);
-    idle.leaving = Leaving::WhenIdle;
+    idle.leaving = QuitState::WhenIdle;
     idle.tick(std::time::Duration::ZERO);
     assert!(idle.is_leaving());
     let (mut edited, _) = app(failed());
     press(&mut edited, "3 up");
-    edited.leaving = Leaving::WhenIdle;
+    edited.leaving = QuitState::WhenIdle;
     edited.tick(std::time::Duration::ZERO);
     assert!(!edited.is_leaving() && !edited.layers.is_empty(), "unsaved edits are asked about");
 }

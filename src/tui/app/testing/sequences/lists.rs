@@ -39,7 +39,7 @@ fn an_option_of_the_composed_figure_is_selected_with_a_click() {
     let (mut app, asked) = app(grouped());
     press(&mut app, "7 tab");
     shot(&mut app, 120, 40);
-    let axis = region(&app, |area, region| matches!(region, Region::Row(2)).then_some((area.x, area.y)));
+    let axis = region(&app, |area, region| matches!(region, HitRegion::Row(2)).then_some((area.x, area.y)));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), axis);
     press(&mut app, "right enter");
     assert_eq!(*asked.borrow(), ["figure learning figures/task1-learning.png axis=log"]);

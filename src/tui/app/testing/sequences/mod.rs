@@ -20,10 +20,10 @@ use super::{app, bring, change_run, empty, failed, grouped, press, shot, text, t
 use crate::run::RunState;
 use crate::task;
 use crate::tui::actions::Tab;
-use crate::tui::app::{App, Leaving, TerminalRequest};
+use crate::tui::app::{App, QuitState, TerminalRequest};
 use crate::tui::chart::Range;
 use crate::tui::scene::{Object, View};
-use crate::tui::screens::Region;
+use crate::tui::screens::HitRegion;
 use crate::tui::view::{Level, ViewModel};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 
@@ -45,16 +45,16 @@ pub(super) fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u1
 }
 
 /// The first result of `find` on the regions.
-pub(super) fn region<T>(app: &App, find: impl Fn(Rect, Region) -> Option<T>) -> T {
+pub(super) fn region<T>(app: &App, find: impl Fn(Rect, HitRegion) -> Option<T>) -> T {
     app.regions.all().iter().find_map(|(area, region)| find(*area, *region)).unwrap()
 }
 
 pub(super) fn scene(app: &App) -> View {
-    region(app, |_, region| if let Region::Scene(view) = region { Some(view) } else { None })
+    region(app, |_, region| if let HitRegion::Scene(view) = region { Some(view) } else { None })
 }
 
 fn tab(app: &App, wanted: Tab) -> Rect {
-    region(app, |area, region| matches!(region, Region::Tab(tab) if tab == wanted).then_some(area))
+    region(app, |area, region| matches!(region, HitRegion::Tab(tab) if tab == wanted).then_some(area))
 }
 
 fn cell(app: &mut App, position: [f32; 2]) -> (u16, u16) {

@@ -205,14 +205,33 @@ fn what_cannot_be_done_with_a_line_is_explained() {
 }
 
 #[test]
+fn the_question_on_stopping_runs_says_what_happens_to_each() {
+    let asks = |running: usize, queued: usize, shown: &str| {
+        let mut view = grouped();
+        for index in 0..running {
+            change_run(&mut view, index, |run| run.state = RunState::Running);
+        }
+        for index in running..running + queued {
+            change_run(&mut view, index, |run| run.queued = true);
+        }
+        check(view, "5 space down space x", &[], shown);
+    };
+    asks(0, 0, "none of them is being trained");
+    asks(1, 0, "guided-0 ends after the current episode, 2000 of 2000.");
+    asks(0, 1, "guided-0 is taken out of the queue.");
+    asks(1, 1, "2 runs are stopped: those in the queue at once");
+    asks(0, 2, "leave the queue?");
+    asks(2, 2, "stop the training?");
+}
+
+#[test]
 fn a_group_shows_the_most_urgent_state_of_its_runs() {
     let mut view = grouped();
     change_run(&mut view, 1, |run| run.state = RunState::Failed("no reason".into()));
     for (place, rate) in [(3, 10.0), (4, 20.0)] {
         change_run(&mut view, place, |run| (run.state, run.active, run.rate) = (RunState::Running, true, Some(rate)));
     }
-    let other = RunSummary { task: "task4".into(), ..crate::tui::testing::run_summary("other") };
-    view.runs.push(Arc::new(other));
+    view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));

@@ -20,7 +20,7 @@ fn a_schedule_is_drawn_with_the_mouse() {
     let (mut app, asked) = app(view);
     press(&mut app, "3");
     shot(&mut app, 120, 40);
-    let axes = region(&app, |_, region| if let Region::Schedule(axes) = region { Some(axes) } else { None });
+    let axes = region(&app, |_, region| if let HitRegion::Schedule(axes) = region { Some(axes) } else { None });
     let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 2);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
     mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), (at.0, at.1 + 3));
@@ -72,7 +72,7 @@ fn drawn(points: &str) -> (App, std::rc::Rc<std::cell::RefCell<Vec<String>>>, cr
     let (mut app, asked) = app(view);
     press(&mut app, "3");
     shot(&mut app, 120, 40);
-    let axes = region(&app, |_, region| if let Region::Schedule(axes) = region { Some(axes) } else { None });
+    let axes = region(&app, |_, region| if let HitRegion::Schedule(axes) = region { Some(axes) } else { None });
     (app, asked, axes)
 }
 

@@ -78,7 +78,9 @@ fn the_wheel_turns_the_selected_tool_and_changes_a_property_it_is_over() {
     mouse(&mut app, MouseEventKind::ScrollUp, at);
     shot(&mut app, 120, 40);
     let over = |app: &App, wanted: Property| {
-        region(app, |area, region| matches!(region, Region::Property(own) if own == wanted).then_some((area.x, area.y)))
+        region(app, |area, region| {
+            matches!(region, HitRegion::Property(own) if own == wanted).then_some((area.x, area.y))
+        })
     };
     let elasticity = over(&app, Property::Elasticity);
     mouse(&mut app, MouseEventKind::ScrollDown, elasticity);

@@ -9,7 +9,7 @@ use crate::stop::Stop;
 use crate::task;
 use crate::trainer::{Method, RunConfig, build_prior};
 
-pub fn clusters(arguments: &Clusters) -> Outcome {
+pub fn run(arguments: &Clusters) -> Outcome {
     let task = Arc::new(task::load(&arguments.task)?);
     let mut config = RunConfig::default_with(task, Method::DdpgMge, arguments.tools);
     config.prior = arguments.model.clone().unwrap_or(config.prior);

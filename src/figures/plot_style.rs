@@ -1,10 +1,10 @@
-//! User-selectable layout of a figure.
+//! The style that users choose for a figure of curves.
 
 use super::style::{DOUBLE_COLUMN, LABEL_SIZE, SINGLE_COLUMN};
 
-/// Width, type and axis of a figure of curves.
+/// Width, font size and x axis of a figure of curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct PlotStyle {
     /// Whether it spans one column of a page instead of two.
     pub single: bool,
     /// Whether the x axis is logarithmic.
@@ -13,13 +13,13 @@ pub struct Look {
     font: f64,
 }
 
-impl Default for Look {
+impl Default for PlotStyle {
     fn default() -> Self {
         Self { single: false, logarithmic: false, font: Self::FONT }
     }
 }
 
-impl Look {
+impl PlotStyle {
     /// Default size of axis and legend labels, in points.
     pub const FONT: f64 = LABEL_SIZE;
     /// The smallest and largest font size.

@@ -1,0 +1,168 @@
+//! What happens as time passes: polls of the session, playback, and requests for what is visible.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::{App, QuitState, TerminalRequest};
+use crate::tui::actions::Tab;
+use crate::tui::screens::{runs, training};
+use crate::tui::view::{Choice, Level, Subject};
+
+/// How long a message other than an error is shown.
+const MESSAGE: Duration = Duration::from_secs(6);
+/// Interval between requests for curves while nothing else happens; other processes may be training the runs.
+const LOOK: Duration = Duration::from_secs(2);
+/// Least time between two pictures that only show changes of the session, such as training progress.
+const NEWS: Duration = Duration::from_millis(240);
+/// Most that one tick adds to the time for which a message has been shown.
+const BLINK: Duration = Duration::from_millis(100);
+
+impl App {
+    /// Advances time and polls the session.
+    pub fn tick(&mut self, elapsed: Duration) {
+        let lines = self.workspace.view().log_total;
+        let is_changed = self.workspace.poll();
+        if is_changed {
+            self.note_busy();
+        }
+        self.show_news(is_changed, elapsed);
+        let view = self.workspace.view();
+        let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
+        let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
+        if let Some(line) = news.cloned() {
+            self.show_message(line.level, line.text);
+        }
+        self.age_message(elapsed);
+        if self.leaving == QuitState::WhenIdle && self.workspace.view().training_runs().next().is_none() {
+            self.quit();
+        }
+        if is_changed {
+            self.choose_subject(None, false);
+            self.show_greedy();
+        }
+        if self.shows_scene() {
+            self.tick_scene(elapsed);
+        }
+        if self.are_curves_due(elapsed) {
+            self.request_curves();
+        }
+        if self.tab == Tab::Runs && self.screens.runs.is_scan_due(elapsed) {
+            self.workspace.look_for_runs();
+        }
+        if self.tab == Tab::Figures {
+            self.update_preview();
+        }
+    }
+
+    /// Requests a redraw for changes of the session, at most once per `NEWS`.
+    pub(super) fn show_news(&mut self, is_changed: bool, elapsed: Duration) {
+        self.news |= is_changed;
+        self.since_news += elapsed;
+        if self.news && self.since_news >= NEWS {
+            (self.news, self.since_news) = (false, Duration::ZERO);
+            self.changed = true;
+        }
+    }
+
+    /// Requests a notification when the last training of a run or a model has ended.
+    fn note_busy(&mut self) {
+        let view = self.workspace.view();
+        let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
+        if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
+            self.request = Some(TerminalRequest::Notify("nothing is being trained any more".to_owned()));
+        }
+    }
+
+    /// Whether to request the visible curves again. This is not done at every tick: finding out which they are
+    /// takes milliseconds with thousands of runs.
+    pub(super) fn are_curves_due(&mut self, elapsed: Duration) -> bool {
+        self.since_request += elapsed;
+        let is_due = self.changed || self.since_request >= LOOK;
+        if is_due {
+            self.since_request = Duration::ZERO;
+        }
+        is_due
+    }
+
+    /// Requests the curves of the visible runs, and the files of the previewed run.
+    fn request_curves(&mut self) {
+        let ui = self.ui();
+        let (wanted, previewed) = match self.tab {
+            Tab::Scene | Tab::Training => (training::wanted(&self.screens.curves, &self.screens.runs, &ui), None),
+            Tab::Runs => runs::wanted(&self.screens.runs, &ui),
+            _ => return,
+        };
+        self.workspace.request_curves(wanted);
+        if let Some(run) = previewed {
+            self.workspace.request_details(&run);
+        }
+    }
+
+    /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
+    fn shows_scene(&self) -> bool {
+        self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice(), Choice::Past(_)))
+    }
+
+    /// Shows a requested greedy episode once it is available.
+    pub(super) fn show_greedy(&mut self) {
+        let Some(greedy) = self.workspace.view().watched.as_ref().and_then(|watched| watched.greedy.clone()) else {
+            return;
+        };
+        if self.greedy.as_ref().is_none_or(|known| !Arc::ptr_eq(known, &greedy)) {
+            self.greedy = Some(greedy.clone());
+            self.choose_subject(Some(Choice::Past(greedy)), false);
+        }
+    }
+
+    fn tick_scene(&mut self, elapsed: Duration) {
+        self.screens.scene.show_all(self.tab == Tab::Training);
+        if let Some(episode) = self.subject.needed_agent() {
+            self.workspace.request_agent(episode);
+        }
+        if self.screens.scene.needs_model(&self.subject) {
+            let model = self.workspace.model_for(&self.subject.task().clone());
+            self.subject.set_model(model);
+        }
+        let (moved, effects) = self.screens.scene.update(&self.subject, elapsed);
+        self.moved |= moved;
+        self.carry_out(effects);
+        // Request a training episode until there is one to show.
+        let watched = self.workspace.view().watched.as_ref();
+        if watched.is_some_and(|watched| watched.run.active && watched.live.is_none()) {
+            self.workspace.request_live();
+        }
+    }
+
+    /// Updates what the scene shows from the current view.
+    pub(super) fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
+        let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
+        // A player that has stopped repeating its episode moves on as soon as there is another.
+        let next = next || self.screens.scene.player.is_resting();
+        let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
+        let is_other = !Arc::ptr_eq(subject.episode(), self.subject.episode());
+        if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
+            self.screens.curves.forget_window();
+        }
+        self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
+        self.subject = subject;
+        self.show_beside();
+        if is_other || next {
+            self.screens.scene.begin(&self.subject, is_other);
+            self.changed = true;
+            if self.subject.is_of_run() {
+                // Request the following episode in advance.
+                self.workspace.request_live();
+            }
+        }
+    }
+
+    fn age_message(&mut self, elapsed: Duration) {
+        let Some((message, shown)) = &mut self.message else { return };
+        // Work that blocks the screen must not use up the display time of its own message.
+        *shown += elapsed.min(BLINK);
+        if message.level != Level::Error && *shown > MESSAGE {
+            self.message = None;
+            self.changed = true;
+        }
+    }
+}
