@@ -57,7 +57,7 @@ pub fn as_written(data: &impl Serialize) -> Value {
     serde_json::from_str(&text).expect("what was written can be read")
 }
 
-/// A value as text, without quotes.
+/// A value as text; a string without its quotes.
 pub fn text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

@@ -106,7 +106,7 @@ fn wait_until(mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// Starts a training beside its folder and waits until it has finished more than this many episodes.
+/// Starts a training in the parent of its folder and waits until it has finished more than this many episodes.
 #[cfg(unix)]
 fn under_way(arguments: &[&str], run: &Path, episodes: usize) -> std::process::Child {
     let mut child = program::command(run.parent().unwrap(), arguments)

@@ -183,7 +183,7 @@ impl OngoingRollout {
         })
     }
 
-    /// Whether an action was taken whose end is still to come.
+    /// Whether its latest action has not ended.
     fn is_in_action(&self) -> bool {
         self.outcome.balls.len() < self.outcome.actions.len()
     }

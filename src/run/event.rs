@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use compact_str::CompactString;
 use serde::{Deserialize, Serialize};
 
 use super::number;
@@ -60,7 +61,7 @@ pub struct EpisodeRecord {
     /// [`Metric::Truncated`](super::Metric::Truncated).
     pub truncated: bool,
     /// Why it ended, as named by the environment, such as `goal` or `left the screen`.
-    pub end: String,
+    pub end: CompactString,
     /// [`Metric::Placed`](super::Metric::Placed).
     pub placed: u32,
     /// [`Metric::Blocked`](super::Metric::Blocked).

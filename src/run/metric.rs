@@ -200,7 +200,7 @@ mod tests {
             rolling_success: 0.75,
             terminated: true,
             truncated: false,
-            end: "goal".to_owned(),
+            end: "goal".into(),
             placed: 2,
             blocked: 6,
         }

@@ -10,6 +10,7 @@ mod tests;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use compact_str::{CompactString, ToCompactString};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -474,7 +475,7 @@ impl Training {
             rolling_success,
             terminated: last.terminated,
             truncated: last.truncated,
-            end: last.end.map_or_else(String::new, |end| end.to_string()),
+            end: last.end.map_or_else(CompactString::default, |end| end.to_compact_string()),
             placed,
             blocked,
         }

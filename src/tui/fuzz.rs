@@ -29,7 +29,7 @@ pub fn interface(input: &[u8]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut session = Session::on_task("task1", folder.path().join("runs")).expect("a shipped task");
     for line in ["model uniform", "method ddpg", "set ddpg.hidden 4", "set ddpg.replay_capacity 20", "episodes 20"] {
-        let command = Command::parse(line).expect("it is a command").expect("it is no comment");
+        let command = Command::parse(line).expect("a command").expect("not a comment");
         session.apply(command).expect("the settings are in range");
     }
     let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);

@@ -7,7 +7,7 @@
 
 use std::collections::HashSet;
 
-use super::command::{Clusters, Command, Continue, Fork, Resume, Train, Wait, Watch};
+use super::command::{Clusters, Command, Continue, Fork, Recording, Resume, Train, Wait, Watch};
 
 /// The commands executed so far.
 #[derive(Debug, Clone, Default)]
@@ -113,7 +113,8 @@ impl Journal {
 struct Writer<'a> {
     journal: &'a Journal,
     lines: Vec<String>,
-    /// The runs of the script in its own numbering: it has no runs that the session failed to open or to start.
+    /// The session's numbers of the script's runs, by their numbers in the script. Runs that the session failed to open
+    /// or to start are not in the script.
     runs: Vec<usize>,
     /// The current run of the script.
     current: Option<usize>,
@@ -129,10 +130,22 @@ impl Writer<'_> {
     fn write(&mut self, index: usize) {
         let entry = &self.journal.entries[index];
         let Entry { command, run, at, .. } = entry;
+        let behaviour = command.behaviour().in_scripts();
+        // The preceding line already paused the run at this episode.
+        if matches!(command, Command::Pause(_)) {
+            return;
+        }
+        // Without the run, only what also applies to the next run is repeated.
+        if let Some(run) = run
+            && behaviour.acts_on_run
+            && !self.act_on(*run)
+            && behaviour.recording != Recording::WhenEffective
+        {
+            return;
+        }
         let until = self.journal.next_stop(index + 1, entry.trained());
         match command {
             Command::Fork(fork) => {
-                run.iter().for_each(|run| self.act_on(*run));
                 self.line(Fork { until, ..fork.clone() });
                 self.begin(entry.trained());
                 return self.wait(entry.trained(), until);
@@ -140,32 +153,24 @@ impl Writer<'_> {
             Command::Train(Train { folder, .. }) => {
                 self.begin(*run);
                 self.line(Train { folder: folder.clone(), until, ..Train::default() });
-                self.wait(*run, until);
-                return;
+                return self.wait(*run, until);
             }
             Command::Continue(continued) => {
-                match continued.folder {
-                    Some(_) => self.begin(*run),
-                    None => run.iter().for_each(|run| self.act_on(*run)),
-                }
+                self.begin(*run);
                 self.line(Continue { until, ..continued.clone() });
                 return self.wait(*run, until);
             }
-            Command::Watch(Watch(number)) => return self.act_on(*number),
-            // The preceding line already paused the run at this episode.
-            Command::Pause(_) => return,
+            Command::Watch(Watch(number)) => {
+                self.act_on(*number);
+                return;
+            }
             Command::Open(_) => self.begin(*run),
             _ => {}
-        }
-        if let Some(run) = run
-            && command.behaviour().in_scripts().acts_on_run
-        {
-            self.act_on(*run);
         }
         self.line(command.clone());
         match command {
             Command::Stop(_) => self.wait(*run, None),
-            _ if command.behaviour().in_scripts().begins_work => self.line(Wait),
+            _ if behaviour.begins_work => self.line(Wait),
             _ if at.is_some() && until != *at && run.is_some_and(|run| self.paused.contains(&run)) => {
                 self.line(Resume { until });
                 self.wait(*run, until);
@@ -180,14 +185,14 @@ impl Writer<'_> {
         self.current = run;
     }
 
-    /// Makes a run the current one, unless it is already or the script does not have it.
-    fn act_on(&mut self, run: usize) {
-        if self.current != Some(run)
-            && let Some(number) = self.runs.iter().position(|known| *known == run)
-        {
+    /// Makes a run the current one; false if the script does not have it.
+    fn act_on(&mut self, run: usize) -> bool {
+        let number = self.runs.iter().position(|known| *known == run);
+        if let Some(number) = number.filter(|_| self.current != Some(run)) {
             self.line(Watch(number));
             self.current = Some(run);
         }
+        number.is_some()
     }
 
     /// Waits until a run has ended, or has paused at `until`.

@@ -1,5 +1,6 @@
 //! A program in a real pseudo-terminal: types, reads the screen, and checks how the program leaves the terminal. Every
 //! wait is for a condition, checked whenever the program writes; the limits allow for a busy machine.
+
 use std::io::{Read, Write};
 use std::num::NonZero;
 use std::process::Command;

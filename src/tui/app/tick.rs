@@ -11,7 +11,7 @@ use crate::tui::view::{Choice, Level, Subject};
 /// How long a message other than an error is shown.
 const MESSAGE: Duration = Duration::from_secs(6);
 /// Interval between requests for curves while nothing else happens; other processes may be training the runs.
-const LOOK: Duration = Duration::from_secs(2);
+const REQUEST_EVERY: Duration = Duration::from_secs(2);
 /// Least time between two pictures that only show changes of the session, such as training progress.
 const NEWS: Duration = Duration::from_millis(240);
 /// Most that one tick adds to the time for which a message has been shown.
@@ -77,7 +77,7 @@ impl App {
     /// takes milliseconds with thousands of runs.
     pub(super) fn are_curves_due(&mut self, elapsed: Duration) -> bool {
         self.since_request += elapsed;
-        let is_due = self.changed || self.since_request >= LOOK;
+        let is_due = self.changed || self.since_request >= REQUEST_EVERY;
         if is_due {
             self.since_request = Duration::ZERO;
         }

@@ -59,7 +59,7 @@ impl Hand {
     }
 }
 
-/// A value that networks or a model, a `P`, give for an action of an episode, cached until its key changes.
+/// A value that `P`, the networks or a model, gives for an action of an episode, cached until its key changes.
 struct Derived<T, P: ?Sized> {
     key: Option<DerivedKey<P>>,
     value: Option<Result<T, String>>,
@@ -81,14 +81,15 @@ impl<T, P: ?Sized> Default for Derived<T, P> {
 }
 
 impl<T, P: ?Sized> Derived<T, P> {
-    /// Derives the value again if its key has changed, or drops it without a key; true if it changed.
+    /// Derives the value again if its key has changed, or drops it without a key; true if it changed. Without networks
+    /// or a model the value is the reason why there is none, which can change with the same key.
     fn renew(&mut self, key: Option<DerivedKey<P>>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
-        if self.key == key {
+        if self.key == key && !matches!(key, Some((.., None))) {
             return false;
         }
-        self.value = key.as_ref().map(|(_, action, _)| derive(*action));
-        self.key = key;
-        true
+        let value = key.as_ref().map(|(_, action, _)| derive(*action));
+        let before = std::mem::replace(self, Self { key, value });
+        before.key != self.key || before.problem() != self.problem()
     }
 
     fn get(&self) -> Option<&T> {

@@ -292,8 +292,10 @@ fn an_unreadable_run_opened_twice_is_not_recorded() {
     }
     assert!(session.wait(|_| {}).is_err());
     try_line(&mut session, &format!("open {}", quoted(&path))).unwrap();
+    apply(&mut session, &["expect episodes = 0", "epsilon 0.3"]);
     let script = session.to_script();
     assert!(!script.lines().any(|line| line.starts_with("open ") || line.starts_with("watch ")), "{script}");
+    assert!(script.ends_with("set ddpg.hidden 8\nepsilon 0.3\n"), "{script}");
     // The script numbers its runs without it.
     let train = |name: &str| format!("train {}", quoted(&folder.path().join(name)));
     apply(&mut session, &["episodes 3", &train("a"), "seed 1", &train("b"), "wait", "watch 2", "expect episodes = 3"]);

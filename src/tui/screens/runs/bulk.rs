@@ -74,7 +74,11 @@ pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
             runs.len()
         ),
     };
-    let title = if stopped.iter().all(|run| run.queued) { "leave the queue?" } else { "stop the training?" };
+    let title = match stopped.as_slice() {
+        [run] if run.queued => "leave the queue?",
+        [_] => "stop the training?",
+        _ => "stop the runs?",
+    };
     let asks = stopped.iter().any(going);
     let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
     if !asks {

@@ -220,8 +220,9 @@ fn the_question_on_stopping_runs_says_what_happens_to_each() {
     asks(1, 0, "guided-0 ends after the current episode, 2000 of 2000.");
     asks(0, 1, "guided-0 is taken out of the queue.");
     asks(1, 1, "2 runs are stopped: those in the queue at once");
-    asks(0, 2, "leave the queue?");
-    asks(2, 2, "stop the training?");
+    asks(0, 1, "leave the queue?");
+    asks(1, 0, "stop the training?");
+    asks(2, 2, "stop the runs?");
 }
 
 #[test]

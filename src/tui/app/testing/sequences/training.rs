@@ -97,6 +97,14 @@ fn several_seeds_are_trained_with_one_key() {
 fn a_part_that_is_missing_says_why() {
     check(typical(), "g", &[], "there is no training episode yet: t trains one");
     check(typical(), "pageup b", &[], "no critic or actor: the checkpoint is being read");
+    let (mut app, _) = app(typical());
+    press(&mut app, "pageup b");
+    app.tick(FRAME);
+    app.workspace.view.watched.as_mut().unwrap().agent = Some(Err("the checkpoint is damaged".to_owned()));
+    app.workspace.changed = true;
+    app.tick(FRAME);
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("no critic or actor: the checkpoint is damaged"), "{screen}");
     let mut view = typical();
     view.watched = None;
     check(view, "pageup", &[], "no run with episodes is being watched");
