@@ -28,6 +28,9 @@ fn a_whole_session_trains_edits_exports_resizes_and_quits() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);
     terminal.wait_for("welcome, 1/4");
+    terminal.wait_until("the mouse to be captured", |screen| {
+        screen.mouse_protocol_mode() != vt100::MouseProtocolMode::None
+    });
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
     terminal.type_text(":model uniform\r");
@@ -188,6 +191,13 @@ fn suspending_and_continuing_restores_the_screen() {
     terminal.wait_until_taken();
     terminal.wait_for("welcome");
     terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    // Ctrl-Z
+    terminal.type_text("\x1a");
+    terminal.wait_until_restored();
+    terminal.wait_until_stopped();
+    terminal.signal("CONT");
+    terminal.wait_until_taken();
     terminal.wait_for("no episodes yet");
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);

@@ -58,9 +58,10 @@ mod tests {
     fn screens_are_drawn_in_sequence() {
         let folder = tempfile::tempdir().unwrap();
         let svg = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
-        run(&arguments(folder.path(), &["DIR/a.svg=", "DIR/b.svg=?", "DIR/b.png="], "80x24")).unwrap();
+        run(&arguments(folder.path(), &["DIR/a.svg=", "DIR/c.svg=7", "DIR/b.svg=1 ?", "DIR/b.png="], "80x24")).unwrap();
         assert!(svg("a.svg").contains("task2") && svg("a.svg").contains("Seed: 7"));
         assert!(svg("b.svg").len() != svg("a.svg").len(), "help lies over the screen");
+        assert!(svg("c.svg").contains("dashboard") && !svg("c.svg").contains("drawing"), "the figure is finished");
         assert_eq!(Provenance::read(&folder.path().join("b.png")).unwrap().seeds, [7]);
     }
 

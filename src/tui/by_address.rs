@@ -11,3 +11,15 @@ impl<T: ?Sized> PartialEq for ByAddress<T> {
         Arc::ptr_eq(&self.0, &other.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_equals_only_itself() {
+        let value = Arc::new(1);
+        assert!(ByAddress(value.clone()) == ByAddress(value.clone()));
+        assert!(ByAddress(value) != ByAddress(Arc::new(1)));
+    }
+}

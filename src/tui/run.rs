@@ -225,3 +225,21 @@ impl Display {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_errors_of_a_closed_terminal_count_as_a_hang_up() {
+        use std::io::ErrorKind::{BrokenPipe, PermissionDenied, UnexpectedEof};
+        for (kind, is_closed) in [(BrokenPipe, true), (UnexpectedEof, true), (PermissionDenied, false)] {
+            assert_eq!(is_hang_up(&kind.into()), is_closed, "{kind:?}");
+        }
+        // EIO
+        assert_eq!(is_hang_up(&io::Error::from_raw_os_error(5)), cfg!(unix));
+        assert!(!false_if_hung_up(Err(BrokenPipe.into())).unwrap());
+        assert!(false_if_hung_up(Err(PermissionDenied.into())).is_err());
+        assert!(false_if_hung_up(Ok(true)).unwrap() && !false_if_hung_up(Ok(false)).unwrap());
+    }
+}

@@ -32,3 +32,20 @@ pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
     };
     Context::ALL.into_iter().filter(|context| *context != Context::Typed).map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_action_with_keys_is_listed_in_its_context() {
+        let listed = keys();
+        let with_keys = entries().iter().filter(|entry| !entry.keys.is_empty());
+        assert_eq!(listed.iter().map(|(_, help)| help.len()).sum::<usize>(), with_keys.count());
+        let (context, help) = &listed[0];
+        assert_eq!(*context, "everywhere");
+        let redo = help.iter().find(|help| help.name == "redo").unwrap();
+        assert_eq!((redo.keys.as_str(), redo.verb), ("U, ctrl-r", Some("redo")));
+        assert!(listed.iter().all(|(context, _)| *context != "typed"));
+    }
+}

@@ -268,7 +268,8 @@ impl App {
         let ui = self.ui();
         let other = training::pair(&self.screens.curves, &self.screens.runs, &ui).map(|[_, other]| other.path.clone());
         let beside = other.zip(self.subject.past_episode()).map(|(run, number)| match self.subject.beside() {
-            Some(known) if known.run == run && known.number == number => known.clone(),
+            // The subject drops one with another number.
+            Some(known) if known.run == run => known.clone(),
             _ => Beside { episode: self.workspace.past_episode(&run, number), run, number },
         });
         self.subject.set_beside(beside);

@@ -69,8 +69,10 @@ pub fn report_recovered_edits(app: &mut App, folder: &Path) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::tui::app::testing::{app, empty, typical};
+    use crate::tui::app::testing::{app, empty, press, typical};
 
     #[test]
     fn unsaved_edits_go_to_a_new_file_and_are_reported() {
@@ -81,9 +83,26 @@ mod tests {
             let kept = task::load(&folder.path().join(file).display().to_string()).unwrap();
             assert_eq!(kept.subgoals, typical().task.subgoals);
         }
+        for other in ["mine.json", "unsaved-notes.txt"] {
+            std::fs::write(folder.path().join(other), "").unwrap();
+        }
         let (mut app, _) = app(empty());
         report_recovered_edits(&mut app, folder.path());
         assert!(app.message.unwrap().0.text.contains("`task unsaved-task1"));
         assert!(keep(&typical(), Path::new("/nowhere")).contains("are lost"));
+    }
+
+    #[test]
+    fn no_file_is_kept_without_unsaved_edits_or_after_leaving() {
+        let named = |mut view: ViewModel| {
+            Arc::make_mut(&mut view.task).name = "never-kept".to_owned();
+            view
+        };
+        drop(Guarded(app(named(empty())).0));
+        let (mut left, _) = app(named(typical()));
+        press(&mut left, "q y");
+        assert!(left.is_leaving());
+        drop(Guarded(left));
+        assert!(std::fs::remove_file(format!("{NAME}never-kept.json")).is_err(), "it was kept");
     }
 }

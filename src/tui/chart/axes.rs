@@ -219,6 +219,7 @@ mod tests {
             (0.0001, "1e-4"),
             (1.5e6, "1.5M"),
             (-320e6, "-320M"),
+            (99_950_000.0, "100M"),
             (3.2e9, "3e9"),
             (-999_600.0, "-1.0M"),
             (-1e-10, "0"),
@@ -234,6 +235,7 @@ mod tests {
     fn ticks_are_round_even_between_two_powers_of_ten() {
         let texts = |ticks: Vec<(f32, String)>| ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
         assert_eq!(texts(ticks([0.0, 1.0], 3)), "0.0 0.5 1.0");
+        assert_eq!(texts(ticks([0.0, 0.1], 3)), "0.00 0.05 0.10");
         assert_eq!(texts(ticks([1.0, 700.0], 4)), "200 400 600");
         assert_eq!(texts(powers([-2.1, 0.1], 6)), "0.010 0.10 1");
         assert_eq!(texts(powers([0.1, 0.9], 4)), "2 4 6");
@@ -256,15 +258,18 @@ mod tests {
     }
 
     #[test]
-    fn labels_wider_than_the_plot_are_left_out() {
+    fn labels_are_apart_and_those_wider_than_the_plot_are_left_out() {
         use crate::tui::widgets::theme::{Depth, Palette};
-        let area = Rect::new(0, 0, GUTTER + 4, 5);
-        let mut buffer = Buffer::empty(area);
-        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-        let x = Window { from: 1.0, to: 10_000.0 };
-        assert!(Axes::draw(area, x, [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
-        let labels: String = (GUTTER..area.right()).map(|column| buffer[(column, 4)].symbol()).collect();
-        assert!(!labels.contains('1'), "{labels}");
+        let labels = |width: u16, to: f32| -> String {
+            let area = Rect::new(0, 0, GUTTER + width, 5);
+            let mut buffer = Buffer::empty(area);
+            let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+            let x = Window { from: 1.0, to };
+            assert!(Axes::draw(area, x, [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
+            (GUTTER..area.right()).map(|column| buffer[(column, 4)].symbol()).collect()
+        };
+        assert!(!labels(4, 10_000.0).contains('1'));
+        assert_eq!(labels(10, 2000.0).trim(), "1000", "2000 would follow without a space");
     }
 
     #[test]
@@ -280,6 +285,16 @@ mod tests {
         assert!(powers.y_at(5) > 50.0 && powers.y_at(24) < 0.02);
         let dot = axes.dot([100.0, 80.0], 1.0, 1.0);
         assert_eq!(dot, [0.5, 0.5]);
+        assert_eq!(axes.dot([100.0, 80.0], 100.0, 0.0), [99.5, 79.5]);
+    }
+
+    #[test]
+    fn cells_beyond_the_plot_have_the_values_at_its_edges() {
+        let plot = Rect::new(10, 5, 50, 20);
+        let axes = Axes { plot, x: Window { from: 1.0, to: 100.0 }, y: [0.0, 1.0], scale: Scale::Linear };
+        assert_eq!([axes.x_at(0), axes.x_at(200)], [axes.x_at(10), axes.x_at(59)]);
+        assert_eq!([axes.y_at(0), axes.y_at(200)], [axes.y_at(5), axes.y_at(24)]);
+        assert!(axes.x_at(10) > 1.0 && axes.x_at(59) < 100.0);
     }
 
     #[test]

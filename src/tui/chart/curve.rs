@@ -380,6 +380,62 @@ mod tests {
         assert!(lines(&plot, Marker::Ascii)[3].contains("epsilon 0.1"));
         plot.crosshair = Some(17.0);
         assert_eq!(lines(&plot, Marker::Ascii).concat().matches("epsilon").count(), 0);
+        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some(3.0));
+        let early = lines(&plot, Marker::Ascii);
+        let column = early[4].find('^').unwrap();
+        assert_eq!(early[3].find("epsilon 0.1"), Some(column + 2), "{early:#?}");
+    }
+
+    /// The characters of a chart of this height.
+    fn of_height(plot: &Plot, height: u16) -> String {
+        let area = Rect::new(0, 0, 26, height);
+        let mut buffer = Buffer::empty(area);
+        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
+        draw(plot, &ChartCache::default(), area, &theme, &mut buffer);
+        buffer.content.iter().map(|cell| cell.symbol()).collect()
+    }
+
+    #[test]
+    fn a_low_chart_leaves_out_the_names_of_marks_then_the_plot_then_everything() {
+        let values: Vec<f32> = (0..20).map(|i| i as f32).collect();
+        let mut plot = plot(&values, &[]);
+        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some(3.0));
+        assert!(of_height(&plot, 5).contains("epsilon 0.1"));
+        let low = of_height(&plot, 4);
+        assert!(low.contains('^') && !low.contains("epsilon"), "{low}");
+        let title = of_height(&plot, 2);
+        assert!(title.contains("loss") && !title.contains('*'), "{title}");
+        assert_eq!(of_height(&plot, 1).trim(), "");
+    }
+
+    #[test]
+    fn a_cached_picture_is_the_same_as_one_that_is_not_cached() {
+        let ramp: Vec<f32> = (0..20).map(|i| i as f32 / 20.0).collect();
+        let drawn = |marker: Marker, is_cached: bool| {
+            let mut plot = plot(&[0.0; 20], &[]);
+            plot.curves.push(Curve { colour: Color::Blue, ..curve("b", &ramp, &[]) });
+            for (index, curve) in plot.curves.iter_mut().enumerate() {
+                curve.version = Some((7, index)).filter(|_| is_cached);
+            }
+            let area = Rect::new(0, 0, 26, 6);
+            let mut buffer = Buffer::empty(area);
+            draw(&plot, &ChartCache::default(), area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
+            buffer
+        };
+        for marker in [Marker::Braille, Marker::HalfBlock, Marker::Ascii] {
+            assert_eq!(drawn(marker, true), drawn(marker, false), "{marker:?}");
+        }
+        let halves = drawn(Marker::HalfBlock, true);
+        assert!(halves.content.iter().any(|cell| cell.bg == Color::Red), "a cell with dots of both curves");
+    }
+
+    #[test]
+    fn the_title_is_shortened_only_if_more_curves_fit() {
+        let values = [1.0; 20];
+        let mut plot = plot(&values, &[]);
+        plot.curves = vec![curve("a curve with a long name", &values, &[])];
+        plot.crosshair = Some(3.0);
+        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  episode 3");
     }
 
     #[test]

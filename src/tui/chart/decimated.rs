@@ -220,6 +220,8 @@ pub(super) mod tests {
         let samples = Look { smoothing: 10, ..look(1.0, 1000.0, 100) }.samples(&all(&low), [&low, &high]);
         assert!((48..=52).contains(&samples.len()) && samples.iter().all(|(_, ends)| *ends == [0.0, 1.0]));
         assert_eq!(mean_up_to(&[2.0, f32::NAN, 4.0], 2, 2), 3.0);
+        let gap = [4.0, 4.0, f32::NAN, f32::NAN, f32::NAN, f32::NAN, 0.0, 0.0];
+        assert_eq!(mean_up_to(&gap, 7, 4), 2.0, "a gap as long as the window is bridged");
     }
 
     #[test]

@@ -79,6 +79,7 @@ mod tests {
         let zoomed = Range::Whole.zoom(0.5, Some(500.5), 1000);
         let Range::Part(window) = zoomed else { panic!("{zoomed:?}") };
         assert!((window.from - 250.75).abs() < 0.1 && (window.to - 750.25).abs() < 0.1, "{window:?}");
+        assert_eq!(zoomed.zoom(2.0, None, 1000), Range::Whole, "it follows the training again");
         assert_eq!(zoomed.zoom(4.0, None, 1000), Range::Whole);
         let narrow = (0..20).fold(Range::Whole, |range, _| range.zoom(0.5, Some(1.0), 1000)).window(1000);
         assert_eq!(narrow, Window { from: 1.0, to: 11.0 });

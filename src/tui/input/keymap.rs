@@ -147,9 +147,8 @@ fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> 
     };
     // `#` alone is a key; before a word, or after the keys, it begins a comment.
     let words: Vec<&str> = keys.split_whitespace().collect();
-    let is_comment =
-        |(index, word): (usize, &&str)| word.starts_with('#') && (index > 0 || words.len() > 1 || word.len() > 1);
-    let keys = &words[..words.iter().enumerate().position(is_comment).unwrap_or(words.len())];
+    let is_comment = |word: &&str| word.starts_with('#') && (words.len() > 1 || word.len() > 1);
+    let keys = &words[..words.iter().position(is_comment).unwrap_or(words.len())];
     let name = name.trim();
     let Some(entry) = named(name) else {
         let nearest = crate::spelling::nearest(entries().iter().map(|entry| entry.name), name);
@@ -188,6 +187,8 @@ mod tests {
         let hash = Keymap::parse("train = #\npause = # none", "keys").unwrap();
         assert_eq!(hash.action("#".parse().unwrap(), &[Context::Everywhere]), Some(UiAction::Train));
         assert_eq!(hash.action("p".parse().unwrap(), &[Context::Everywhere]), None);
+        let comment = Keymap::parse("pause = #none", "keys").unwrap();
+        assert_eq!(comment.action("p".parse().unwrap(), &[Context::Everywhere]), None);
         let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
         assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(UiAction::Train));
     }
@@ -206,10 +207,27 @@ mod tests {
             ("train t", "keys:1: `train t` is not NAME = KEY"),
             ("train = q", "keys:1: key `q` of `train` already belongs to `quit`"),
             ("play = t", "keys:1: key `t` of `play` already belongs to `train`"),
+            ("play = .", "keys:1: key `.` of `play` already belongs to `step-on`"),
         ] {
             let error = Keymap::parse(text, "keys").unwrap_err().to_string();
             assert!(error.starts_with(message), "{error}");
         }
+    }
+
+    #[test]
+    fn a_file_is_loaded_or_named_in_the_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("keys");
+        let error = Keymap::load(&path).unwrap_err().to_string();
+        assert!(error.starts_with(&path.display().to_string()), "{error}");
+        std::fs::write(&path, "train = f9").unwrap();
+        assert_eq!(Keymap::load(&path).unwrap().keys(named("train").unwrap()), ["f9"]);
+    }
+
+    #[test]
+    fn an_action_without_a_key_is_found_in_the_palette() {
+        let map = Keymap::parse("train =", "keys").unwrap();
+        assert_eq!(map.fill("{pause} or {train}, not {nothing}"), "p or :, not {nothing}");
     }
 
     #[test]

@@ -101,10 +101,27 @@ impl Layer for Prompt {
 pub fn line(input: &TextInput, prefix: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Position {
     let start = area.x + prefix.len() as u16;
     let hidden = input.cursor_column().saturating_sub(area.right().saturating_sub(start + 1));
-    let (before, shown) = columns::split(input.text(), usize::from(hidden));
-    // A wide character cannot be half hidden; show all of it.
-    let hidden = columns::width(before) as u16;
+    let (_, shown) = columns::split(input.text(), usize::from(hidden));
     let text = Line::from(vec![Span::styled(prefix, theme.strong()), Span::styled(shown, Style::reset())]);
     text.render(Rect { width: area.width.saturating_sub(1), height: area.height.min(1), ..area }, buffer);
-    Position::new((start + input.cursor_column() - hidden).min(area.right().saturating_sub(1)), area.y)
+    Position::new((start + input.cursor_column()).min(area.right().saturating_sub(1)), area.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::widgets::theme::{Depth, Marker, Palette};
+
+    #[test]
+    fn the_cursor_is_after_the_text_and_stays_on_the_line() {
+        let area = Rect::new(10, 5, 20, 1);
+        let at = |text: &str| {
+            let (theme, mut buffer) = (Theme::new(Palette::Dark, Depth::True, Marker::Braille), Buffer::empty(area));
+            line(&TextInput::new(text), "> ", area, &theme, &mut buffer)
+        };
+        assert_eq!(at(""), Position::new(12, 5));
+        assert_eq!(at("abc"), Position::new(15, 5));
+        assert_eq!(at(&"abc".repeat(20)), Position::new(29, 5));
+        assert_eq!(at(&"日本".repeat(20)), Position::new(29, 5));
+    }
 }

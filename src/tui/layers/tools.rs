@@ -223,4 +223,13 @@ mod tests {
         tools.paste("23");
         assert!(matches!(tools.key(KeyCode::Enter.into()), Response::Do(Effect::Hold(Some(23)))));
     }
+
+    #[test]
+    fn only_a_tool_of_the_catalogue_is_named_with_its_size() {
+        let tool = Tool::new(ToolKind::Box, [0.0; 2]);
+        let name = |number: Option<usize>| Offer::new(tool, number, "").name(30);
+        assert_eq!(name(None), "box");
+        let size = name(Some(3)).strip_prefix("box ").map(str::to_owned);
+        assert!(size.is_some_and(|size| size.parse::<f64>().is_ok()), "{}", name(Some(3)));
+    }
 }

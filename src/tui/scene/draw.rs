@@ -327,7 +327,7 @@ impl Labels<'_> {
 
     /// Brackets around the selected object, and its name.
     fn selection(&mut self, content: &Content) {
-        let Some(object) = content.selected.filter(|object| content.objects.has(*object)) else { return };
+        let Some(object) = content.selected else { return };
         let Some((x, y)) = content.objects.position(object).and_then(|position| self.view.cell(position)) else {
             return;
         };
@@ -343,127 +343,7 @@ impl Labels<'_> {
         }
         let below = y + reach / 2 + 1;
         let row = if below < area.bottom() { below } else { y.saturating_sub(reach / 2 + 1).max(area.y) };
-        let start = (x + 1).saturating_sub(name.len() as u16 / 2).clamp(area.x, area.right().max(1) - 1);
+        let start = (x + 1).saturating_sub(name.len() as u16 / 2).max(area.x);
         self.buffer.set_stringn(start, row, &name, usize::from(area.right() - start), style);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::guidance::{Cluster, GuidanceConfig};
-    use crate::tui::widgets::theme::Palette;
-
-    fn theme() -> Theme {
-        Theme::new(Palette::Dark, Depth::True, Marker::Braille)
-    }
-
-    fn drawn<'a>(change: impl FnOnce(&mut Content<'a>)) -> (Buffer, View) {
-        let task: &crate::task::Task = Box::leak(Box::new(crate::task::load("task1").unwrap()));
-        let frame: &PlaybackFrame =
-            Box::leak(Box::new(PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() }));
-        let mut content = Content {
-            objects: Objects { task, proposed: &[] },
-            frame,
-            overlays: Overlays::default(),
-            prior: None,
-            heat: None,
-            choice: None,
-            predicted: &[],
-            truth: &[],
-            selected: None,
-            ghost: None,
-        };
-        change(&mut content);
-        let area = Rect::new(0, 0, 80, 40);
-        let mut buffer = Buffer::empty(area);
-        let view = draw(&content, area, &theme(), &mut buffer);
-        (buffer, view)
-    }
-
-    fn colour_at(buffer: &Buffer, view: View, position: [f32; 2]) -> Color {
-        buffer[view.cell(position).unwrap()].fg
-    }
-
-    #[test]
-    fn objects_are_drawn_at_their_positions_in_their_colours() {
-        let (buffer, view) = drawn(|_| {});
-        assert_eq!(colour_at(&buffer, view, [0.25, 0.8]), theme().ball);
-        assert_eq!(colour_at(&buffer, view, [0.25, -0.85]), theme().tool);
-        assert_eq!(buffer[view.cell([0.0, 0.2]).unwrap()].symbol(), "1");
-        assert_eq!(buffer[view.cell([-0.6, -0.2]).unwrap()].symbol(), "G");
-        assert_eq!(colour_at(&buffer, view, [-0.9, 0.9]), Color::Reset);
-    }
-
-    #[test]
-    fn clusters_have_the_colour_of_their_stage_and_are_grey_when_stale() {
-        let cluster = Cluster { mean: [-0.5, 0.5], std: [0.1, 0.1], weight: 1.0, count: 3 };
-        let stage = StagePrior { clusters: vec![cluster], ..StagePrior::default() };
-        let config = GuidanceConfig::default();
-        let prior = ActionPrior {
-            version: 1,
-            task: "task1".into(),
-            model: "true".into(),
-            seed: 0,
-            config,
-            stages: vec![stage],
-        };
-        let edge = [-0.4, 0.5];
-        let (buffer, view) = drawn(|content| content.prior = Some((&prior, false)));
-        assert_eq!(colour_at(&buffer, view, edge), theme().stage(0));
-        let goal = ActionPrior { stages: vec![StagePrior::default(), prior.stages[0].clone()], ..prior.clone() };
-        let (buffer, view) = drawn(|content| content.prior = Some((&goal, false)));
-        assert_eq!(colour_at(&buffer, view, edge), theme().goal, "clusters of the goal have the colour of the goal");
-        let (buffer, view) = drawn(|content| content.prior = Some((&prior, true)));
-        assert_eq!(colour_at(&buffer, view, edge), theme().dim);
-        let (buffer, view) = drawn(|content| {
-            content.prior = Some((&prior, false));
-            content.overlays.stage = Some(1);
-        });
-        assert_eq!(colour_at(&buffer, view, edge), Color::Reset);
-    }
-
-    #[test]
-    fn the_heat_map_colours_the_background_from_low_to_high() {
-        let heat = Heat { side: 2, values: vec![0.0, 1.0, 2.0, f32::NAN] };
-        let (buffer, view) = drawn(|content| {
-            content.heat = Some(&heat);
-            content.overlays.critic = true;
-        });
-        let background = |position| buffer[view.cell(position).unwrap()].bg;
-        assert_eq!(background([-0.5, 0.5]), theme().heat(0.0));
-        assert_eq!(background([0.5, 0.5]), theme().heat(0.5));
-        assert_eq!(background([-0.5, -0.5]), theme().heat(1.0));
-    }
-
-    #[test]
-    fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
-        let heat = Heat { side: 1, values: vec![-0.5, 1.5] };
-        let shown = |legend: bool, critic: bool| {
-            let (buffer, _) = drawn(|content| {
-                content.heat = Some(&heat);
-                (content.overlays.legend, content.overlays.critic) = (legend, critic);
-            });
-            buffer.content.iter().map(|cell| cell.symbol()).collect::<String>()
-        };
-        assert!(shown(true, false).contains("G  goal") && !shown(true, false).contains("predicts"));
-        assert!(!shown(false, true).contains("goal") && shown(false, true).contains("critic -0.50"));
-    }
-
-    #[test]
-    fn the_selected_object_is_named() {
-        let (buffer, _) = drawn(|content| content.selected = Some(Object::Subgoal(0)));
-        let text: String = buffer.content.iter().map(|cell| cell.symbol()).collect();
-        assert!(text.contains("subgoal 1"));
-    }
-
-    #[test]
-    fn the_colour_of_a_tool_in_hand_shows_whether_it_fits() {
-        for (refusal, colour) in [(None, theme().good), (Some("in the way".to_owned()), theme().bad)] {
-            let tool = crate::env::held_tool(&crate::task::load("task1").unwrap(), None).at([67.2, 42.0]);
-            let ghost = Ghost { action: [0.6, 0.0], tool, refusal, predicted: vec![] };
-            let (buffer, view) = drawn(|content| content.ghost = Some(&ghost));
-            assert_eq!(colour_at(&buffer, view, [0.6 - 4.0 / 42.0 + 0.01, 0.0]), colour);
-        }
     }
 }

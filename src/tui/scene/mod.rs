@@ -4,6 +4,8 @@ mod draw;
 mod legend;
 mod object;
 mod picture;
+#[cfg(test)]
+mod tests;
 mod view;
 
 pub use draw::{Content, Ghost, Heat, Overlays, draw};

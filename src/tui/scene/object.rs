@@ -74,11 +74,6 @@ impl Objects<'_> {
         subgoals.chain(proposals).chain([Object::Goal, Object::Ball]).chain(parts).chain(tools).collect()
     }
 
-    /// Whether the object is one of them.
-    pub fn has(self, object: Object) -> bool {
-        self.position(object).is_some()
-    }
-
     /// Position, and radius or half side, of a part that has no other variant of [`Object`].
     fn part(self, part: Part) -> Option<([f32; 2], f32)> {
         let ball = |ball: &BallSpec| (ball.position, ball.radius);
@@ -171,5 +166,15 @@ mod tests {
         task.subgoals = vec![Region { position: left, radius: 1.0 }, Region { position: right, radius: 1.0 }];
         let objects = Objects { task: &task, proposed: &[] };
         assert_eq!(objects.at(right, 100.0), Some(Object::Subgoal(1)));
+    }
+
+    #[test]
+    fn an_object_is_found_up_to_a_distance_from_its_edge() {
+        let task = crate::task::load("task1").unwrap();
+        let objects = Objects { task: &task, proposed: &[] };
+        let goal = task.goal;
+        let beside = |units: f32| [goal.position[0] - (goal.radius + units) / 42.0, goal.position[1]];
+        assert_eq!(objects.at(beside(1.5), 2.0), Some(Object::Goal));
+        assert_eq!(objects.at(beside(3.0), 2.0), None);
     }
 }

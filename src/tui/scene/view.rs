@@ -77,4 +77,13 @@ mod tests {
         assert_eq!(view.nearest(0, 0), view.nearest(5, 7));
         assert!(view.nearest(5, 7)[1] > 0.9, "the first row is at the top");
     }
+
+    #[test]
+    fn positions_outside_have_no_cell_and_cells_outside_have_the_nearest_position() {
+        let view = View::fit(Rect::new(5, 7, 60, 30));
+        for outside in [[-1.1, 0.0], [1.1, 0.0], [0.0, 1.1], [0.0, -1.1], [1.0, 0.0], [0.0, -1.0]] {
+            assert_eq!(view.cell(outside), None, "{outside:?}");
+        }
+        assert_eq!(view.nearest(100, 100), view.nearest(64, 36));
+    }
 }

@@ -83,7 +83,7 @@ impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
         let labels: Vec<String> = shown.iter().map(Shown::label).collect();
-        let names = if shown.len() > 1 { names(&shown, &labels) } else { vec![String::new(); shown.len()] };
+        let names = names(&shown, &labels);
         let colours = ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
         let shortenings = shortenings(&names.iter().map(String::as_str).collect::<Vec<_>>());
         Self { state, shown, names, shortenings, colours, ui }

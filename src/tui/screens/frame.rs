@@ -140,7 +140,7 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
             format!(" {number} ")
         };
         let style = if tab == shown { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
-        let (end, _) = buffer.set_stringn(x, area.y, &text, usize::from(area.right() - x), style);
+        let (end, _) = buffer.set_stringn(x, area.y, &text, text.len(), style);
         regions.add(Rect { x, width: end - x, ..area }, HitRegion::Tab(tab));
         x = end;
     }
@@ -159,7 +159,7 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
 fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let theme = ui.theme;
     let mut put = |x: u16, key: &str, word: &str, action: UiAction| {
-        let (after, _) = buffer.set_stringn(x, area.y, key, usize::from(area.right() - x), theme.strong());
+        let (after, _) = buffer.set_stringn(x, area.y, key, key.len(), theme.strong());
         buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
         regions.add(Rect { x, width: hint_width(key, word) - 2, ..area }, HitRegion::Hint(action));
     };

@@ -137,8 +137,9 @@ pub fn kind(schedule: &EpsilonSchedule) -> &'static str {
     }
 }
 
+/// 1 for the factors 0 and 1, which have none.
 fn half_life(factor: f32) -> u32 {
-    if factor <= 0.0 || factor >= 1.0 { 1 } else { (0.5f32.ln() / factor.ln()).round().clamp(1.0, 1e6) as u32 }
+    (0.5f32.ln() / factor.ln()).round().clamp(1.0, 1e6) as u32
 }
 
 fn factor_of_half_life(episodes: u32) -> f32 {
@@ -196,6 +197,11 @@ mod tests {
         assert_eq!((full.to_string().as_str(), index), ("points:0=0.8,1=0.2", 0), "there is no room between them");
         assert_eq!(delete_point(&added, 1).to_string(), "points:0=0.8,1000=0");
         assert_eq!(delete_point(&schedule("points:0=0.8"), 0).to_string(), "points:0=0.8");
+        assert_eq!(delete_point(&full, 2), full, "there is no such point");
+        let (between, index) = add_point(&schedule("points:0=0.8,1000=0.4,1500=0"), 2000, 1);
+        assert_eq!((between.to_string().as_str(), index), ("points:0=0.8,1000=0.4,1250=0.2,1500=0", 2));
+        let (_, index) = add_point(&schedule("exp:0.8:0.1:0.99"), 1, 2);
+        assert_eq!(index, 2, "only two points are drawn over one episode");
     }
 
     #[test]
@@ -213,12 +219,17 @@ mod tests {
     #[test]
     fn every_kind_follows_another_and_can_be_parsed_again() {
         let mut now = schedule("0.8");
-        let mut kinds = Vec::new();
+        let (mut kinds, mut specs) = (Vec::new(), Vec::new());
         for _ in 0..5 {
             kinds.push(kind(&now));
+            specs.push(now.to_string());
             now = next_kind(&now, 2000);
             assert!(now.to_string().parse::<EpsilonSchedule>().is_ok(), "{now}");
         }
         assert_eq!(kinds, ["constant", "linear", "exponential", "step", "hand-drawn"]);
+        assert_eq!(specs[..4], ["0.8", "linear:0.8:0:1000", "exp:0.8:0:0.99723", "step:0.8:0.5:500"]);
+        for limit in ["exp:0.8:0.1:0", "exp:0.8:0.1:1"] {
+            assert_eq!(points(&schedule(limit))[1].0, 1, "{limit}");
+        }
     }
 }

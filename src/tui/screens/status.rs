@@ -18,9 +18,6 @@ use crate::workbench::PriorState;
 
 /// Draws the pane.
 pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
-    if area.height < 3 {
-        return;
-    }
     let inside = pane("status", area, ui.theme, buffer);
     let settings = &ui.view.settings;
     let run = ui.subject.run();

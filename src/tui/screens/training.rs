@@ -187,7 +187,7 @@ pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
     charts::episodes(&shown(curves, runs, ui))
 }
 
-/// Draws charts below one another, as many as fit.
+/// Draws charts below one another.
 pub fn stack(
     curves: &CurvesState,
     runs: &Runs,
@@ -198,7 +198,7 @@ pub fn stack(
     regions: &mut HitRegions,
 ) {
     let charts = Charts::new(curves, shown(curves, runs, ui), ui);
-    let count = (metrics.len() as u16).min(area.height / 5).max(1);
+    let count = metrics.len() as u16;
     let height = area.height / count;
     for (index, metric) in (0..count).zip(metrics) {
         let last = index + 1 == count;

@@ -6,6 +6,8 @@
 
 use std::io::{self, Write};
 
+use crossterm::terminal::WindowSize;
+
 /// How pictures are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
@@ -56,7 +58,11 @@ impl Graphics {
 
 /// The size of a cell, if the system reports the size of the window in pixels.
 fn cell_of_window() -> Option<[u16; 2]> {
-    let size = crossterm::terminal::window_size().ok()?;
+    cell_of(&crossterm::terminal::window_size().ok()?)
+}
+
+/// The size of a cell, if the size of the window in pixels is known.
+fn cell_of(size: &WindowSize) -> Option<[u16; 2]> {
     let known = size.width > 0 && size.height > 0 && size.columns > 0 && size.rows > 0;
     known.then(|| [size.width / size.columns, size.height / size.rows])
 }
@@ -97,6 +103,20 @@ mod tests {
         assert_eq!(env(&[("TERM", "tmux-256color"), ("KITTY_WINDOW_ID", "1")]), None);
         assert_eq!(env(&[("TERM", "linux")]), Some(Protocol::HalfBlock));
         assert_eq!(env(&[("TERM", "xterm-kitty"), ("MGE_GRAPHICS", "half-block")]), Some(Protocol::HalfBlock));
+        assert_eq!(env(&[("TERM", "linux"), ("MGE_GRAPHICS", "kitty")]), Some(Protocol::Kitty));
+        assert_eq!(env(&[("TERM", "linux"), ("MGE_GRAPHICS", "sixel")]), Some(Protocol::Sixel));
         assert_eq!(env(&[("TERM", "xterm-256color")]), None);
+    }
+
+    #[test]
+    fn the_size_of_a_cell_needs_the_size_of_the_window_in_cells_and_pixels() {
+        let cell = |[columns, rows, width, height]: [u16; 4]| cell_of(&WindowSize { rows, columns, width, height });
+        let window = [120, 40, 1200, 800];
+        assert_eq!(cell(window), Some([10, 20]));
+        for missing in 0..4 {
+            let mut window = window;
+            window[missing] = 0;
+            assert_eq!(cell(window), None, "{window:?}");
+        }
     }
 }

@@ -105,7 +105,6 @@ fn key(code: KeyCode, modifiers: KeyModifiers) -> Received {
 
 fn find(bytes: &[u8]) -> Found {
     match bytes {
-        [0x1b] => Found::Partial,
         [0x1b, b'[', rest @ ..] => control_sequence(rest),
         [0x1b, b'O'] => Found::Partial,
         [0x1b, b'O', last, ..] => Found::Whole(3, letter_key(*last).map(|code| key(code, KeyModifiers::NONE))),
@@ -305,7 +304,15 @@ mod tests {
     fn keys_reports_and_pastes_are_parsed_however_they_are_split() {
         for (bytes, expected) in [
             (&b"aZ:"[..], &["a", "Z", ":"][..]),
-            ("ä日".as_bytes(), &["ä", "日"]),
+            ("ä日😀".as_bytes(), &["ä", "日", "😀"]),
+            (b"\x00\x1bOM\x1b[9u", &["ctrl-space", "enter", "tab"]),
+            (b"\x1b[1~\x1b[7~\x1b[4~\x1b[8~", &["home", "home", "end", "end"]),
+            (b"\x1b[2~\x1b[6~", &["Insert", "pagedown"]),
+            (b"\x1b[[A\x1b[[E", &["f1", "f5"]),
+            (b"\x1b[32;10;5M\x1b[<1;1;1M\x1b[<67;1;1M", &["Down(Left) 9 4", "Down(Middle) 0 0", "ScrollRight 0 0"]),
+            (b"\x1b[I\x1b[O", &["Event(FocusGained)", "Event(FocusLost)"]),
+            (b"\x1b[6;0;10t\x1b[6;20;0tx", &["x"]),
+            (b"\x1b\xffa\x1b\xc3(\x1b\xc3", &["a", "(", "esc"]),
             (b"\r\t\x7f\x03\x1a", &["enter", "tab", "backspace", "ctrl-c", "ctrl-z"]),
             (b"\x1b[A\x1b[1;2D\x1b[1;5C\x1bOB", &["up", "shift-left", "ctrl-right", "down"]),
             (b"\x1b[Z\x1b[3~\x1b[5~\x1b[H\x1b[F", &["backtab", "delete", "pageup", "home", "end"]),
@@ -345,10 +352,21 @@ mod tests {
         parser.flush(&mut received);
         assert_eq!(received.iter().map(shown).collect::<Vec<_>>(), ["esc", "alt-O"]);
         parser.advance(b"\x1b[", &mut received);
-        parser.advance(&[b'1'; SEQUENCE + 1], &mut received);
+        parser.advance(&[b'1'; SEQUENCE], &mut received);
         assert!(!parser.is_partial(), "an endless sequence is discarded");
         parser.advance(b"\x1b[200~half", &mut received);
         assert!(!parser.is_partial(), "a paste may be slow");
+    }
+
+    #[test]
+    fn mouse_reports_name_the_modifiers_that_are_held() {
+        let held = |report: &[u8]| match &received(report, 1024)[..] {
+            [Received::Event(Event::Mouse(mouse))] => mouse.modifiers,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(held(b"\x1b[<0;1;1M"), KeyModifiers::NONE);
+        assert_eq!(held(b"\x1b[<4;1;1M"), KeyModifiers::SHIFT);
+        assert_eq!(held(b"\x1b[<88;1;1M"), KeyModifiers::ALT | KeyModifiers::CONTROL);
     }
 
     #[test]

@@ -13,14 +13,8 @@ pub struct Curves {
     version: u64,
 }
 
-/// The highest version number in use.
-static LATEST: AtomicU64 = AtomicU64::new(0);
-
-impl PartialEq for Curves {
-    fn eq(&self, other: &Self) -> bool {
-        self.episodes == other.episodes && self.values == other.values
-    }
-}
+/// The next version number; empty curves have 0.
+static NEXT: AtomicU64 = AtomicU64::new(1);
 
 impl Curves {
     /// The values of a metric, one for each of [`Curves::episodes`]; empty for a metric without a curve.
@@ -40,7 +34,7 @@ impl Curves {
     }
 
     fn renew(&mut self) {
-        self.version = LATEST.fetch_add(1, Ordering::Relaxed) + 1;
+        self.version = NEXT.fetch_add(1, Ordering::Relaxed);
     }
 
     /// The numbers of the episodes, in order.
@@ -109,6 +103,13 @@ mod tests {
             assert_eq!((curves.episodes(), curves.get(Metric::Return)), (&episodes[..], &returns[..]));
             assert_eq!(curves.last_episode() as u64, episodes.last().copied().unwrap_or(0));
             assert_eq!(curves.at(Metric::Return, 1), returns.first().copied(), "or the value of the next one");
+            assert!(curves.is_of(records));
+            if let [_, later @ ..] = records {
+                assert!(!curves.is_of(later), "episodes are missing");
+            }
+            let version = curves.version();
+            curves.follow(records);
+            assert_eq!(curves.version(), version, "nothing has changed");
         };
         for episode in 1..=100 {
             records.push(EpisodeRecord { episode, return_: episode as f32, ..EpisodeRecord::default() });

@@ -85,5 +85,10 @@ mod tests {
             assert!(details.collect(), "{run} is new");
             assert!(details.known().unwrap().path.ends_with(run) && !details.known().unwrap().log.is_empty());
         }
+        for (looked, is_read) in [(Some(Instant::now()), false), (None, true)] {
+            details.looked = looked;
+            details.want(Path::new("nowhere/b"));
+            assert_eq!(details.reading.is_some(), is_read, "the same run is read after a pause");
+        }
     }
 }

@@ -59,7 +59,7 @@ impl RunGroup {
 }
 
 /// Aggregated curves of several runs, as far as at least half of them have got.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct GroupCurves {
     /// Interquartile means.
     pub middle: Curves,
@@ -332,6 +332,7 @@ mod tests {
         runs[0] = Arc::new(RunSummary { config: Arc::new(longer), ..(*runs[0]).clone() });
         let after = Grouping::new(&runs, &before, None);
         assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
+        assert!(after.of(&runs[0].path).unwrap().curves.is_none(), "its own curves are enough");
     }
 
     #[test]
@@ -380,8 +381,42 @@ mod tests {
             episodes.iter().for_each(|episode| curves.push(*episode, Metric::CURVES.map(|_| 1.0)));
             curves
         };
-        let group = GroupCurves::new(&[&of(&[1, 2, 3]), &of(&[1, 3])]);
-        assert_eq!(group.middle.episodes(), [1, 3]);
+        let [fine, coarse] = [of(&[1, 2, 3]), of(&[1, 3])];
+        for runs in [[&fine, &coarse], [&coarse, &fine]] {
+            assert_eq!(GroupCurves::new(&runs).middle.episodes(), [1, 3]);
+        }
+    }
+
+    #[test]
+    fn runs_that_have_changed_are_grouped_again_after_a_pause() {
+        fn finish(grouper: &mut Grouper) -> bool {
+            while grouper.grouping.as_ref().is_some_and(|(.., job)| !job.is_finished()) {
+                std::thread::yield_now();
+            }
+            grouper.collect()
+        }
+        let mut grouper = Grouper::default();
+        let mut runs = runs();
+        grouper.update(&runs);
+        assert!(grouper.grouping.is_none(), "nothing is known to have changed");
+        grouper.note_change();
+        grouper.update(&runs);
+        let (_, begun, _) = grouper.grouping.as_mut().unwrap();
+        *begun -= Duration::from_secs(10);
+        assert!(finish(&mut grouper) && !finish(&mut grouper), "once");
+        assert!(grouper.known().of(Path::new("runs/a")).is_some());
+        assert!(grouper.next.unwrap() > Instant::now() + Duration::from_secs(100), "a slow grouping is rare");
+        Arc::make_mut(&mut runs[4]).done += 1;
+        grouper.note_change();
+        grouper.update(&runs);
+        assert!(grouper.grouping.is_none(), "during the pause");
+        grouper.next = None;
+        grouper.update(&runs);
+        assert!(finish(&mut grouper));
+        grouper.next = None;
+        grouper.note_change();
+        grouper.update(&runs);
+        assert!(grouper.grouping.is_none(), "the runs are the same");
     }
 
     #[test]

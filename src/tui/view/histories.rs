@@ -191,6 +191,19 @@ mod tests {
     }
 
     #[test]
+    fn the_same_runs_are_requested_again_after_a_pause() {
+        let (requests, requested) = channel();
+        let (_sender, reports) = channel();
+        let mut histories = Histories { requests, reports, ..Histories::new() };
+        let mut count = |looked: Option<Instant>| {
+            histories.looked = looked;
+            histories.want(vec![PathBuf::from("a")]);
+            requested.try_iter().count()
+        };
+        assert_eq!([None, Some(Instant::now()), None].map(&mut count), [1, 0, 1]);
+    }
+
+    #[test]
     fn runs_in_view_have_their_curves_however_many_were_in_view_before() {
         fn wait(histories: &mut Histories, is_done: impl Fn(&Histories) -> bool) {
             let since = Instant::now();

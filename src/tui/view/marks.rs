@@ -58,7 +58,24 @@ mod tests {
             marks(config, &events).into_iter().map(|mark| format!("{} {}", mark.episode, mark.text)).collect::<Vec<_>>()
         };
         assert_eq!(texts(&config), ["20 epsilon 0.1", "60 paused", "70 other clusters"]);
+        let started = |episode| Event::Started {
+            mge_version: String::new(),
+            task: "task1".into(),
+            method: "ddpg".into(),
+            seed: 0,
+            episodes: 100,
+            episode,
+        };
+        let continued = |config: &RunConfig| {
+            let found = marks(config, &[started(0), started(30), started(55)]).into_iter();
+            found.filter(|mark| mark.text == "continued").map(|mark| mark.episode).collect::<Vec<_>>()
+        };
+        assert_eq!(continued(&config), [30, 55]);
+        let mut unscheduled = config.clone();
+        unscheduled.refinement.every = 0;
+        assert_eq!(marks(&unscheduled, &[clusters(0)])[0].text, "other clusters");
         config.fork = Some(Fork { run: "a".into(), episode: 55, changes: vec!["seed=1".into()], tasks: Vec::new() });
         assert_eq!(texts(&config)[1], "55 forked from a at episode 55 with seed=1");
+        assert_eq!(continued(&config), [0, 30], "the fork begins at episode 55");
     }
 }

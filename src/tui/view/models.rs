@@ -86,6 +86,13 @@ mod tests {
         models.read(folder.path());
         assert!(models.files.values().all(|(_, model)| model.is_err()));
         assert_eq!(models.files.keys().collect::<Vec<_>>(), [&path]);
+        let known = |models: &Models| models.files[&path].1.as_ref().err().is_some_and(|error| error == "known");
+        models.files.get_mut(&path).unwrap().1 = Err("known".to_owned());
+        models.read(folder.path());
+        assert!(known(&models), "an unchanged file is not read again");
+        std::fs::File::options().write(true).open(&path).unwrap().set_modified(SystemTime::UNIX_EPOCH).unwrap();
+        models.read(folder.path());
+        assert!(!known(&models), "a changed file is");
         std::fs::remove_file(&path).unwrap();
         models.read(folder.path());
         assert!(models.files.is_empty());

@@ -101,3 +101,42 @@ impl AgentReader {
         !is_same
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workbench::{Command, Session};
+
+    #[test]
+    fn the_last_episode_and_the_nearest_agent_are_read_once() {
+        fn finish(agents: &mut AgentReader) -> bool {
+            while agents.reading.as_ref().is_some_and(|(_, job)| !job.is_finished()) {
+                std::thread::yield_now();
+            }
+            agents.collect()
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = Session::on_task("task1", folder.path().to_owned()).unwrap();
+        for line in ["method ddpg", "episodes 3", "set ddpg.hidden 8", "train"] {
+            session.apply(Command::parse(line).unwrap().unwrap()).unwrap();
+        }
+        session.wait(|_| {}).unwrap();
+        let run = session.run().unwrap();
+        assert!(!run.is_active());
+        let mut last = LastEpisode::default();
+        assert!(last.of(run).is_none());
+        while last.reading.as_ref().is_some_and(|job| !job.is_finished()) {
+            std::thread::yield_now();
+        }
+        assert!(last.collect());
+        assert_eq!(last.of(run).map(|episode| episode.trace.episode), Some(3));
+        assert!(last.reading.is_none());
+        let mut agents = AgentReader::default();
+        agents.want(run, u64::MAX);
+        assert!(finish(&mut agents) && agents.of(run.directory().path()).unwrap().is_ok());
+        agents.want(run, u64::MAX);
+        assert!(agents.reading.is_none());
+        agents.want(run, u64::MAX - 1);
+        assert!(agents.reading.is_some() && !finish(&mut agents), "the same agent is not news");
+    }
+}

@@ -317,6 +317,7 @@ mod tests {
         assert_eq!(player.step(), 1000);
         player.play_from(1000);
         assert!(!player.advance(Duration::from_millis(100), 1000), "it rests there");
+        assert!(player.advance(Duration::from_secs(1), 1000), "for a second");
         player.hold(true);
         player.play_from(7);
         assert!(player.is_moving() && player.step() == 7);

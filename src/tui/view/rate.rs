@@ -73,6 +73,20 @@ mod tests {
     }
 
     #[test]
+    fn a_rate_needs_progress_and_covers_only_the_counts_of_one_process() {
+        let start = Instant::now();
+        let rate = |counts: &[(u64, u64)]| {
+            let mut rate = Rate::default();
+            counts.iter().for_each(|(second, count)| rate.note(start + Duration::from_secs(*second), *count));
+            rate.per_second()
+        };
+        assert_eq!(rate(&[(0, 7), (5, 7)]), None);
+        assert_eq!(rate(&[(0, 0), (2, 10), (3, 10), (4, 40)]), Some(10.0), "a pause between two episodes counts");
+        assert_eq!(rate(&[(0, 100), (5, 0), (10, 150)]), Some(30.0), "it began again");
+        assert_eq!(rate(&[(0, 0), (30, 1000), (33, 1030)]), Some(10.0), "long ago");
+    }
+
+    #[test]
     fn spans_are_written_for_people() {
         assert_eq!((span(12.3), span(185.0), span(3750.0)), ("12 s".into(), "3:05".into(), "1:02:30".into()));
     }

@@ -255,9 +255,17 @@ mod tests {
         let mut reader = Reader::new(sender, REPORT);
         let first = make(folder.path(), "a");
         std::fs::create_dir(folder.path().join("no run")).unwrap();
+        let broken = folder.path().join("broken");
+        std::fs::create_dir(&broken).unwrap();
+        std::fs::write(broken.join("config.json"), "{").unwrap();
         let named = |name: &str, done| (name.to_owned(), done);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 0)]));
         assert_eq!(look(&mut reader, &reports, folder.path()), None, "nothing has changed");
+        for path in [first.path(), broken.as_path()] {
+            let file = std::fs::File::options().write(true).open(path.join("config.json")).unwrap();
+            file.set_modified(SystemTime::UNIX_EPOCH).unwrap();
+            assert_eq!(look(&mut reader, &reports, folder.path()), None, "nothing that is shown has changed");
+        }
         finish(&first, 7);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7)]));
         let mut notes = first.notes().unwrap();
@@ -288,17 +296,39 @@ mod tests {
             seen.extend(due);
         }
         assert_eq!(seen.len(), 1200);
+        reader.known.extend((0..600).map(|name| (PathBuf::from(format!("new {name}")), Known::default())));
+        assert_eq!(reader.due().len(), CHECKED_PER_LOOK + 600, "folders that were never read come first");
+    }
+
+    #[test]
+    fn a_run_created_without_a_change_of_the_folders_time_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let (sender, reports) = channel();
+        let mut reader = Reader::new(sender, REPORT);
+        let now = SystemTime::now();
+        for (name, count) in [("a", 1), ("b", 2)] {
+            make(folder.path(), name);
+            std::fs::File::open(folder.path()).unwrap().set_modified(now).unwrap();
+            assert_eq!(look(&mut reader, &reports, folder.path()).map(|runs| runs.len()), Some(count));
+        }
     }
 
     #[test]
     fn a_partial_report_is_followed_by_a_final_one() {
         let folder = tempfile::tempdir().unwrap();
         make(folder.path(), "a");
-        std::fs::create_dir(folder.path().join("b")).unwrap();
-        let (sender, reports) = channel();
-        let mut reader = Reader::new(sender, Duration::ZERO);
-        let found = look(&mut reader, &reports, folder.path());
-        assert_eq!(found, Some(vec![("a".to_owned(), 0)]));
+        for name in ["b", "c"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        for (interval, unread) in [(Duration::ZERO, vec![2, 1, 0]), (Duration::MAX, vec![0])] {
+            let (sender, reports) = channel();
+            let mut reader = Reader::new(sender, interval);
+            reader.enter(folder.path().to_owned());
+            assert!(reader.look());
+            let reports: Vec<Report> = reports.try_iter().collect();
+            assert!(reports.iter().all(|report| report.runs.len() == 1 && report.runs[0].name == "a"));
+            assert_eq!(reports.iter().map(|report| report.unread).collect::<Vec<_>>(), unread);
+        }
     }
 
     #[test]
@@ -317,14 +347,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         make(folder.path(), "a");
         let mut index = RunIndex::new();
-        index.look(folder.path());
-        assert_eq!(index.unread(), 1);
-        while index.unread() > 0 {
-            index.collect();
-            std::thread::yield_now();
+        let elsewhere = folder.path().join("elsewhere");
+        for (looked, count) in [(folder.path(), 1), (elsewhere.as_path(), 0), (folder.path(), 1)] {
+            index.look(looked);
+            assert!(index.runs().is_empty() && index.unread() == 1);
+            let since = Instant::now();
+            while index.unread() > 0 {
+                assert!(since.elapsed() < Duration::from_secs(20));
+                index.collect();
+                std::thread::yield_now();
+            }
+            assert_eq!(index.runs().len(), count);
         }
-        assert_eq!(index.runs().len(), 1);
-        index.look(&folder.path().join("elsewhere"));
-        assert!(index.runs().is_empty() && index.unread() > 0);
     }
 }

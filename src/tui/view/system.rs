@@ -103,5 +103,10 @@ mod tests {
         let mut meter = Meter::default();
         assert!(meter.look() && !meter.look(), "not twice in quick succession");
         assert!(meter.known().memory.unwrap() > 1_000_000 && meter.known().cores.is_none());
+        let time = processor_time(&std::fs::read_to_string("/proc/self/stat").unwrap()).unwrap();
+        meter.before = Some((Instant::now() - Duration::from_secs(100), Some(time - 1000.0)));
+        assert!(meter.look());
+        let cores = meter.known().cores.unwrap();
+        assert!((cores - 10.0).abs() < 0.5, "{cores}");
     }
 }

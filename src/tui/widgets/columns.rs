@@ -73,6 +73,7 @@ mod tests {
         let parts = ["training", "", "a run", "12.5/s"].map(str::to_owned);
         assert_eq!(fitting(&parts, 30), "training · a run · 12.5/s");
         assert_eq!(fitting(&parts, 24), "training · a run");
+        assert_eq!(fitting(&parts, 16), "training · a run", "a part that just fits");
         assert_eq!(shortened("task1-ddpg-seed0", 16, true), "task1-ddpg-seed0");
         assert_eq!(shortened("task1-ddpg-seed0", 10, true), "..pg-seed0");
         assert_eq!(shortened("linear:0.8:0:10", 10, false), "linear:0..");

@@ -216,6 +216,8 @@ fn darkness(colour: Color) -> f32 {
 mod tests {
     use std::sync::Arc;
 
+    use ratatui::style::Style;
+
     use super::*;
     use crate::figures::TaskGrid;
     use crate::tui::widgets::theme::Palette;
@@ -269,6 +271,59 @@ mod tests {
         let buffer = drawn(&preview, false, &theme(Depth::None));
         assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii() && cell.bg == Color::Reset));
         assert!(buffer.content.iter().any(|cell| cell.symbol() != " "));
+    }
+
+    #[test]
+    fn changed_contents_are_drawn_after_a_pause_and_another_figure_at_once() {
+        let mut preview = shown(Protocol::HalfBlock);
+        let same = preview.shown.as_ref().unwrap().0.clone();
+        let changed = PreviewRequest { progress: 1, ..same.clone() };
+        let is_drawn = |preview: &mut Preview, wanted: &PreviewRequest| {
+            let mut is_asked = false;
+            preview.update(wanted, || {
+                is_asked = true;
+                Err(String::new())
+            });
+            is_asked
+        };
+        // A picture that takes a minute is not drawn again after ten seconds.
+        (preview.begun, preview.took) = (Some(Instant::now() - Duration::from_secs(10)), Duration::from_secs(60));
+        assert!(!is_drawn(&mut preview, &changed));
+        preview.begun = None;
+        assert!(!is_drawn(&mut preview, &same));
+        assert!(is_drawn(&mut preview, &changed));
+        assert!(is_drawn(&mut preview, &PreviewRequest { kind: "clusters", ..changed }));
+    }
+
+    #[test]
+    fn a_picture_is_centred_and_neither_cut_off_nor_kept_for_another_terminal() {
+        let mut preview = shown(Protocol::HalfBlock);
+        let theme = theme(Depth::True);
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 40));
+        let drawing = Err("drawing ...".to_owned());
+        for small in [Rect::new(0, 0, 3, 40), Rect::new(0, 0, 40, 3)] {
+            assert_eq!(preview.draw("scene", false, small, &theme, &mut buffer), drawing);
+        }
+        let area = buffer.area;
+        assert_eq!(preview.draw("scene", false, area, &theme, &mut buffer), Ok(()));
+        let is_drawn = |y: u16| (0..40u16).any(|x| buffer[(x, y)].bg != Color::Reset);
+        assert_eq!([0, 5, 20, 34, 39].map(is_drawn), [false, false, true, false, false]);
+        preview.forget();
+        assert_eq!(preview.draw("scene", false, area, &theme, &mut buffer), drawing);
+        assert_eq!(preview.graphics().protocol, Protocol::HalfBlock);
+    }
+
+    #[test]
+    fn characters_are_as_dense_as_colours_are_dark() {
+        let of = |r, g, b| darkness(Color::Rgb(r, g, b));
+        let near = |found: f32, expected: f32| (found - expected).abs() < 1e-4;
+        assert!(near(of(0, 0, 0), 1.0) && near(of(255, 255, 255), 0.0));
+        assert!(near(of(255, 0, 0), 0.7874) && near(of(0, 255, 0), 0.2848) && near(of(0, 0, 255), 0.9278));
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 2, 1));
+        let style = Style::new().fg(Color::Rgb(0, 0, 0)).bg(Color::Rgb(255, 255, 255));
+        buffer.set_string(0, 0, "▀ ", style);
+        fit_colours(buffer.area, &theme(Depth::None), &mut buffer);
+        assert_eq!([0, 1].map(|x: u16| buffer[(x, 0)].symbol()), ["#", " "]);
     }
 
     #[test]

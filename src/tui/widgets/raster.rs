@@ -293,6 +293,31 @@ mod tests {
     }
 
     #[test]
+    fn a_disc_reaches_as_far_up_as_down() {
+        let area = Rect::new(0, 0, 8, 8);
+        let rows = |centre: f32| {
+            let mut buffer = Buffer::empty(area);
+            draw(area, Marker::Ascii, &mut buffer, |raster| raster.disc([4.0, centre], [4.0; 2], Color::Red));
+            let count = |y: u16| (0..8u16).filter(|x| buffer[(*x, y)].symbol() == "*").count();
+            (0..8u16).map(count).collect::<Vec<_>>()
+        };
+        let whole = rows(4.0);
+        assert!(whole[0] > 0 && whole[..4].iter().eq(whole[4..].iter().rev()), "{whole:?}");
+        assert_eq!(rows(0.0), [&whole[4..], &[0; 4]].concat(), "the lower half");
+    }
+
+    #[test]
+    fn lines_beside_the_area_are_not_drawn() {
+        let lines = drawn(Marker::Braille, |raster| {
+            for at in [-5.0, 20.0] {
+                raster.line([at, -9.0], [at, 30.0], Color::Red);
+                raster.line([-9.0, at], [30.0, at], Color::Red);
+            }
+        });
+        assert_eq!(lines, ["    ", "    "]);
+    }
+
+    #[test]
     fn half_blocks_keep_two_colours() {
         let area = Rect::new(0, 0, 1, 1);
         let mut buffer = Buffer::empty(area);

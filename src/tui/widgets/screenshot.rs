@@ -94,10 +94,10 @@ fn draw_block(canvas: &Canvas<'_>, symbol: &str, n: usize, top: f64, ink: figure
             // By bit: three rows of the left column, three of the right, then the lowest row.
             const DOTS: [[f64; 2]; 8] =
                 [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [1.0, 0.0], [1.0, 1.0], [1.0, 2.0], [0.0, 3.0], [1.0, 3.0]];
-            let area = cells(n..n + 1, top, [0.0, 1.0]);
-            let bits = u32::from(braille) - 0x2800;
+            // The lowest byte of a braille character.
+            let bits = u32::from(braille);
             for [x, y] in DOTS.into_iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1).map(|(_, dot)| dot) {
-                let at = [area.left + (x + 0.5) / 2.0 * CELL[0], area.top + (y + 0.5) / 4.0 * CELL[1]];
+                let at = [(n as f64 + (x + 0.5) / 2.0) * CELL[0], top + (y + 0.5) / 4.0 * CELL[1]];
                 canvas.dot(at, 1.0, ink);
             }
         }
@@ -128,11 +128,11 @@ mod tests {
 
     use super::*;
 
-    /// The colour of a picture at a cell and a fractional position in it.
+    /// The colour of a picture of two rows at a cell of the first row and a fractional position from its corner.
     fn drawn(paint: impl Fn(&mut Buffer)) -> impl Fn(u16, f64, f64) -> [u8; 3] {
-        let mut buffer = Buffer::empty(Rect::new(0, 0, 3, 1));
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 3, 2));
         paint(&mut buffer);
-        let (width, height) = (3 * 40, 80);
+        let (width, height) = (3 * 40, 2 * 80);
         let pixels = figures::rgb(&svg(&buffer, ""), width, height).unwrap();
         move |cell, x, y| {
             let (x, y) = ((f64::from(cell) + x) * 40.0, y * 80.0);
@@ -152,6 +152,32 @@ mod tests {
         assert_eq!([pixel(0, 0.5, 0.25), pixel(0, 0.5, 0.75)], [[255, 0, 0], PAPER]);
         assert_eq!([pixel(1, 0.25, 0.125), pixel(1, 0.75, 0.875)], [[255, 0, 0], PAPER]);
         assert_eq!([pixel(2, 0.25, 0.125), pixel(2, 0.75, 0.875)], [PAPER, [255, 0, 0]]);
+    }
+
+    #[test]
+    fn the_second_row_is_below_the_first() {
+        let pixel = drawn(|buffer| {
+            buffer.set_string(0, 1, "▄█░", Style::new().fg(RED));
+        });
+        for (cell, [upper, lower]) in [(0, [false, true]), (1, [true; 2]), (2, [true; 2])] {
+            let is_inked = |y: f64| pixel(cell, 0.5, y) != PAPER;
+            assert_eq!([0.25, 0.75, 1.25, 1.75].map(is_inked), [false, false, upper, lower], "cell {cell}");
+        }
+        assert_eq!((pixel(0, 0.5, 1.75), pixel(1, 0.5, 1.25)), ([255, 0, 0], [255, 0, 0]));
+        assert_ne!(pixel(2, 0.5, 1.25), [255, 0, 0], "a light shade");
+    }
+
+    #[test]
+    fn text_stays_within_its_cells() {
+        let pixel = drawn(|buffer| {
+            buffer.set_string(2, 1, "M", Style::new().fg(RED));
+        });
+        let is_inked = |cell: u16, row: f64| {
+            let mut places = (0..400).map(|place| [f64::from(place % 20) / 20.0, row + f64::from(place / 20) / 20.0]);
+            places.any(|[x, y]| pixel(cell, x, y) != PAPER)
+        };
+        assert_eq!([0, 1, 2].map(|cell| is_inked(cell, 0.0)), [false; 3]);
+        assert_eq!([0, 1, 2].map(|cell| is_inked(cell, 1.0)), [false, false, true]);
     }
 
     #[test]

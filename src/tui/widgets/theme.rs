@@ -324,19 +324,99 @@ mod tests {
     #[test]
     fn the_environment_determines_depth_palette_and_marker() {
         type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
-        let cases: [Case; 7] = [
+        let cases: [Case; 11] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::HalfBlock),
             (&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")], Depth::None, Palette::Dark, Marker::Braille),
             (&[("COLORFGBG", "0;15")], Depth::Ansi16, Palette::Light, Marker::Braille),
             (&[("LC_ALL", "C")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "en_GB.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
             (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, Marker::Ascii),
+            (&[("MGE_THEME", "true")], Depth::True, Palette::Dark, Marker::Braille),
+            (&[("MGE_THEME", "16"), ("COLORTERM", "24bit")], Depth::Ansi16, Palette::Dark, Marker::Braille),
+            (&[("MGE_THEME", "none"), ("COLORTERM", "24bit")], Depth::None, Palette::Dark, Marker::Braille),
         ];
         for (variables, depth, palette, marker) in cases {
             let theme = from(variables);
             assert_eq!((theme.depth, theme.palette, theme.marker), (depth, palette, marker), "{variables:?}");
         }
+    }
+
+    #[test]
+    fn palettes_markers_and_colours_of_stages_repeat() {
+        let mut theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+        let stages = theme.stages;
+        assert_eq!((0..7).map(|stage| theme.stage(stage)).collect::<Vec<_>>(), [&stages[..], &stages[..1]].concat());
+        for (palette, marker) in [
+            (Palette::Light, Marker::HalfBlock),
+            (Palette::ColourBlind, Marker::Ascii),
+            (Palette::Dark, Marker::Braille),
+        ] {
+            theme = theme.next_palette().next_marker();
+            assert_eq!((theme.palette, theme.marker, theme.depth), (palette, marker, Depth::True));
+        }
+    }
+
+    #[test]
+    fn titles_selections_and_the_focused_pane_stand_out() {
+        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+        assert!(theme.strong().fg == Some(theme.accent) && theme.strong().add_modifier.contains(Modifier::BOLD));
+        assert!(theme.selected().add_modifier.contains(Modifier::REVERSED));
+        assert_eq!([true, false].map(|focused| theme.frame(focused).fg), [Some(theme.accent), Some(theme.border)]);
+    }
+
+    #[test]
+    fn runs_have_the_colours_of_the_figures_unless_these_are_too_dark() {
+        let shown =
+            |palette| Theme::new(palette, Depth::True, Marker::Braille).runs(&["planning", "DDPG", "adaptive DDPG"]);
+        let blue = Color::Rgb(0, 114, 178);
+        assert_eq!(shown(Palette::Light), [Color::Rgb(0, 0, 0), blue, Color::Rgb(0, 63, 99)]);
+        assert_eq!(shown(Palette::Dark), [Color::Rgb(127, 127, 127), blue, Color::Rgb(127, 158, 176)]);
+    }
+
+    #[test]
+    fn the_heat_map_goes_from_the_background_to_a_warm_colour() {
+        let heat = |palette| {
+            let theme = Theme::new(palette, Depth::True, Marker::Braille);
+            [0.0, 0.5, 1.0].map(|share| theme.heat(share))
+        };
+        let dark = [Color::Rgb(18, 20, 48), Color::Rgb(94, 40, 44), Color::Rgb(170, 60, 40)];
+        let light = [Color::Rgb(245, 245, 255), Color::Rgb(248, 205, 172), Color::Rgb(252, 165, 90)];
+        assert_eq!([heat(Palette::Dark), heat(Palette::Light), heat(Palette::ColourBlind)], [dark, light, dark]);
+    }
+
+    #[test]
+    fn colours_become_the_nearest_that_the_terminal_has() {
+        let fitted = |depth| {
+            let theme = Theme::new(Palette::Dark, depth, Marker::Braille);
+            move |[r, g, b]: [u8; 3]| theme.fit(Color::Rgb(r, g, b))
+        };
+        let indexed = fitted(Depth::Ansi256);
+        for (rgb, index) in [
+            ([255, 0, 0], 196),
+            ([95, 135, 175], 67),
+            ([0, 0, 0], 16),
+            ([4, 4, 4], 16),
+            ([8, 8, 8], 232),
+            ([118, 118, 118], 243),
+            ([208, 208, 208], 252),
+            ([255, 255, 255], 231),
+        ] {
+            assert_eq!(indexed(rgb), Color::Indexed(index), "{rgb:?}");
+        }
+        let named = fitted(Depth::Ansi16);
+        for (rgb, colour) in [
+            ([255, 255, 255], Color::White),
+            ([240, 240, 210], Color::Gray),
+            ([160, 160, 140], Color::Gray),
+            ([66, 80, 60], Color::DarkGray),
+            ([245, 115, 135], Color::LightRed),
+            ([125, 215, 235], Color::LightCyan),
+        ] {
+            assert_eq!(named(rgb), colour, "{rgb:?}");
+        }
+        assert_eq!(fitted(Depth::True)([1, 2, 3]), Color::Rgb(1, 2, 3));
     }
 
     #[test]

@@ -24,6 +24,8 @@ fn with_live(episode: Arc<Episode>) -> ViewModel {
 fn the_runs_screen_requests_what_it_shows() {
     let (mut app, _) = app(typical());
     wanted();
+    app.look_for_runs();
+    assert_eq!(wanted(), ["runs"], "at the start");
     press(&mut app, "5");
     let first = "task1-ddpg-mge-seed0";
     assert_eq!(wanted(), ["runs", &format!("curves of {first} old"), &format!("files of {first}")]);
@@ -134,4 +136,32 @@ fn one_key_switches_between_training_episode_and_untouched_scene() {
         app.subject.is_of_run()
     };
     assert_eq!(["", "s", "s"].map(&mut is_of_run), [true, false, true]);
+}
+
+#[test]
+fn an_episode_is_requested_only_of_a_run_that_is_being_trained() {
+    let requests = |view: ViewModel| {
+        let (mut app, _) = app(view);
+        wanted();
+        app.tick(Duration::ZERO);
+        wanted().iter().filter(|what| *what == "an episode").count()
+    };
+    assert_eq!(requests(typical()), 1);
+    let mut over = typical();
+    watch(&mut over, 0);
+    assert_eq!(requests(over), 0);
+}
+
+#[test]
+fn playback_stands_still_while_no_scene_is_shown() {
+    let is_played = |keys: &str| {
+        let (mut app, _) = app(typical());
+        press(&mut app, keys);
+        app.screens.scene.player.playing = true;
+        let before = app.screens.scene.player.step();
+        app.tick(Duration::from_millis(400));
+        app.screens.scene.player.step() != before
+    };
+    assert!(is_played("1") && is_played("home 4"), "an episode is shown beside the curves, too");
+    assert!(!is_played("4") && !is_played("home 5"));
 }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{app, change_run, forked, press, shot, text, watch};
+use super::{app, bring, change_run, forked, press, run, shot, text, watch};
+use crate::run::RunState;
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 
@@ -82,6 +83,20 @@ fn two_marked_runs_are_shown_with_their_differences_and_the_same_episode_of_both
 }
 
 #[test]
+fn the_interventions_of_compared_runs_have_the_colours_of_their_runs() {
+    let marks = |keys: &str| {
+        let (mut app, _) = app(forked());
+        press(&mut app, keys);
+        let screen = shot(&mut app, 200, 60);
+        let marks = screen.content.iter().filter(|cell| cell.symbol() == "▲");
+        marks.map(|cell| cell.fg == app.theme.warn).collect::<Vec<_>>()
+    };
+    let (alone, together) = (marks("4"), marks("5 down space down space V"));
+    assert!(!alone.is_empty() && alone.iter().all(|is_warning| *is_warning), "a run alone");
+    assert!(!together.is_empty() && !together.contains(&true), "two runs");
+}
+
+#[test]
 fn an_episode_missing_from_the_other_run_is_reported() {
     let mut view = forked();
     watch(&mut view, 1);
@@ -107,4 +122,48 @@ fn comparing_two_runs_watches_the_first_if_neither_is_watched() {
     let (mut app, asked) = app(forked());
     press(&mut app, "5 space down space V");
     assert_eq!(*asked.borrow(), ["open runs/first"]);
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(!screen.contains("no setting differs"), "two runs that are not watched are no pair\n{screen}");
+    let (mut with_watched, asked) = super::app(forked());
+    press(&mut with_watched, "5 down space down space V");
+    assert!(asked.borrow().is_empty(), "one of them is watched already: {:?}", asked.borrow());
+}
+
+#[test]
+fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
+    let mut view = forked();
+    change_run(&mut view, 3, |run| {
+        let config = Arc::make_mut(&mut run.config);
+        (config.episodes, config.seed) = (1500, 7);
+        config.fork.as_mut().unwrap().changes.push("ddpg.tau=0.01".to_owned());
+    });
+    let (mut app, _) = app(view);
+    press(&mut app, "5 down space down space V");
+    // Six settings differ, and there are five rows with the names of the runs and the count of the others.
+    let screen = text(&shot(&mut app, 60, 20));
+    assert!(screen.contains("fork.changes") && screen.contains("+3 more"), "{screen}");
+    assert!(!screen.contains("fork.episode") && screen.contains("0.01\"]"), "{screen}");
+}
+
+#[test]
+fn the_episode_beside_is_read_once_and_follows_crosshair_and_run() {
+    let two = |other: &str| {
+        let mut view = forked();
+        view.runs = ["first", other].map(|name| Arc::new(run(name, RunState::Finished, 2000))).into();
+        watch(&mut view, 0);
+        view
+    };
+    let beside = |app: &App| app.subject.beside().cloned().unwrap();
+    let (mut app, _) = app(two("second"));
+    press(&mut app, "4 v left");
+    let first = beside(&app);
+    assert!(first.run.ends_with("second") && Some(first.number) == app.subject.past_episode());
+    press(&mut app, "z");
+    assert!(Arc::ptr_eq(&first.episode.unwrap(), &beside(&app).episode.unwrap()), "it is not read again");
+    press(&mut app, "left");
+    let second = beside(&app);
+    assert!(second.number < first.number && Some(second.number) == app.subject.past_episode());
+    bring(&mut app, two("third"));
+    let third = beside(&app);
+    assert!(third.run.ends_with("third") && third.number == second.number, "another run of the task replaced it");
 }

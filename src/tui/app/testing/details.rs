@@ -13,10 +13,12 @@ use crate::run::{Metric, RunState};
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Axes;
+use crate::tui::effect::Effect;
 use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
 use crate::tui::terminal::Received;
-use crate::tui::view::{Curves, RunSummary};
+use crate::tui::view::{Curves, Level, RunSummary};
+use crate::workbench::Command;
 
 /// A cell of a row of the list, if the row is shown.
 fn row(app: &App, wanted: usize) -> Option<(u16, u16)> {
@@ -127,6 +129,35 @@ fn background_work_is_reported() {
     let mut view = empty();
     view.runs_unread = 3;
     assert!(super::app(view).0.is_reading_runs());
+}
+
+#[test]
+fn a_picture_is_drawn_once_it_is_finished_unless_it_would_show_through_a_layer() {
+    let (mut app, _) = app(empty());
+    app.receive(Received::Attributes { sixel: true });
+    press(&mut app, "7");
+    // The picture needs the regions of a first drawing.
+    screen(&mut app);
+    app.tick(Duration::ZERO);
+    assert!(app.is_drawing_figure());
+    while app.is_drawing_figure() {
+        take_changed(&mut app);
+        std::thread::yield_now();
+        app.tick(Duration::ZERO);
+    }
+    assert!(take_changed(&mut app));
+    let has_picture = |app: &mut App| shot(app, 120, 40).content.iter().any(|cell| cell.symbol().contains("\x1bP"));
+    assert!(has_picture(&mut app));
+    press(&mut app, "?");
+    assert!(!has_picture(&mut app));
+}
+
+#[test]
+fn a_tool_that_could_be_placed_is_no_error() {
+    let (mut app, asked) = app(empty());
+    app.carry_out(vec![Effect::Apply(Command::parse("place 0 0.9").unwrap().unwrap())]);
+    assert_eq!(*asked.borrow(), ["place 0 0.9"]);
+    assert_eq!(app.message.map(|(message, _)| message.level), Some(Level::Good));
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! Columns of the list of runs, the queue in groups, the workbench's use of processor and memory, and the palette.
 
-use super::{app, change_run, grouped, press, shot, text, typical};
+use std::sync::Arc;
+
+use super::{app, change_run, grouped, press, run_summary, shot, text, typical};
 use crate::run::RunState;
-use crate::tui::view::System;
+use crate::tui::view::{RunSummary, System};
 
 #[test]
 fn columns_can_be_chosen_including_settings_and_reset() {
@@ -40,6 +42,9 @@ fn queued_runs_are_counted_in_their_group_and_in_the_border_of_the_list() {
         });
     }
     view.system = System { cores: Some(1.0), memory: Some(50_000_000) };
+    let mut more = view.clone();
+    more.runs.push(Arc::new(RunSummary { active: true, state: RunState::Running, ..run_summary("alone") }));
+    assert!(more.queue().contains(&"in 2 groups".to_owned()), "{:?}", more.queue());
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));

@@ -4,6 +4,7 @@ mod background;
 mod compared;
 mod composer;
 mod details;
+mod frame;
 mod golden;
 mod lists;
 #[cfg(unix)]

@@ -127,7 +127,10 @@ fn a_command_shows_at_once_and_a_refused_placement_is_an_error() {
     assert!(seen(&mut app).contains("error: not placed"));
     press(&mut app, "esc : t a s k space t a s k 4 enter");
     assert!(text(&shot(&mut app, 200, 50)).contains("task4 · no tool placed"));
-    press(&mut app, "7 down enter");
+    press(&mut app, ": t a s k space n o w h e r e enter");
+    let screen = text(&shot(&mut app, 200, 50));
+    assert!(screen.contains(": task nowhere") && screen.contains("there is no task `nowhere`"), "{screen}");
+    press(&mut app, "esc 7 down enter");
     assert!(app.message().starts_with("clusters: "), "{}", app.message());
 }
 

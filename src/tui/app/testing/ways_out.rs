@@ -10,10 +10,19 @@ use portable_pty::CommandBuilder;
 use ratatui::widgets::Paragraph;
 
 use super::pseudo_terminal::Terminal;
-use crate::tui::terminal::{Input, Received, Screen, take_panics};
+use crate::tui::run::Notify;
+use crate::tui::terminal::signals::Listener;
+use crate::tui::terminal::{Input, Received, Screen, TerminalError, take_panics};
 
 fn start(test: &str) -> Terminal {
-    let mut command = CommandBuilder::new(std::env::current_exe().unwrap());
+    start_by(r#"exec "$@""#, test)
+}
+
+/// Starts a program by a line of the shell, whose arguments are the program and its arguments.
+fn start_by(line: &str, test: &str) -> Terminal {
+    let mut command = CommandBuilder::new("sh");
+    command.args(["-c", line, "sh"]);
+    command.arg(std::env::current_exe().unwrap());
     command.args([&format!("{}::{test}", module_path!().trim_start_matches("mge::")), "--exact", "--ignored"]);
     command.args(["--nocapture", "--test-threads=1"]);
     Terminal::start(command, "\x1b[?62c")
@@ -57,6 +66,8 @@ fn program_with_a_thread_that_panics() {
     assert!(worker.spawn(|| panic!("on purpose")).unwrap().join().is_err());
     show(&mut screen, &format!("alive: {}", take_panics().join("; ")));
     wait_for_a_key();
+    drop(screen);
+    assert!(std::thread::spawn(|| panic!("after the screen")).join().is_err());
 }
 
 #[test]
@@ -69,6 +80,108 @@ fn a_panic_of_another_thread_leaves_the_screen_alive() {
     terminal.type_text(" ");
     assert_eq!(terminal.wait_for_exit(), 0);
     terminal.wait_until_restored();
+    terminal.wait_for("after the screen");
+}
+
+#[test]
+#[ignore = "run as a program by the test below"]
+fn program_that_needs_a_terminal() {
+    assert!(matches!(Screen::open(true), Err(TerminalError::NotATerminal)));
+}
+
+#[test]
+fn a_screen_needs_input_and_output_of_a_terminal_that_is_not_dumb() {
+    for line in [r#"exec env TERM=dumb "$@""#, r#"exec "$@" < /dev/null"#, r#"exec "$@" > /dev/null"#] {
+        assert_eq!(start_by(line, "program_that_needs_a_terminal").wait_for_exit(), 0, "{line}");
+    }
+}
+
+#[test]
+#[ignore = "run as a program by the test below"]
+fn program_that_makes_requests_of_the_terminal() {
+    let mut screen = Screen::open(true).unwrap();
+    show(&mut screen, "page 1");
+    wait_for_a_key();
+    screen.set_mouse(false).unwrap();
+    screen.copy("some text").unwrap();
+    screen.notify(Notify::Desktop, "it is done").unwrap();
+    show(&mut screen, "page 2");
+    wait_for_a_key();
+    screen.set_mouse(true).unwrap();
+    show(&mut screen, "page 3");
+    wait_for_a_key();
+}
+
+#[test]
+fn the_mouse_the_clipboard_and_notifications_are_requested_of_the_terminal() {
+    let mut terminal = start("program_that_makes_requests_of_the_terminal");
+    for (page, is_captured) in [("page 1", true), ("page 2", false), ("page 3", true)] {
+        terminal.wait_for(page);
+        terminal.wait_until("the mouse", |screen| {
+            (screen.mouse_protocol_mode() != vt100::MouseProtocolMode::None) == is_captured
+        });
+        terminal.type_text(" ");
+    }
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+    terminal.wait_until_written("\x1b]52;c;c29tZSB0ZXh0");
+    terminal.wait_until_written("\x1b]9;mge: it is done\x07");
+}
+
+#[test]
+#[ignore = "run as a program by the test below"]
+fn program_that_does_not_quit() {
+    let mut screen = Screen::open(true).unwrap();
+    let (listener, _wake) = Listener::start().unwrap();
+    show(&mut screen, "listening");
+    while listener.next().is_none() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    show(&mut screen, "asked to quit");
+    std::thread::sleep(Duration::from_secs(600));
+}
+
+#[test]
+fn a_second_signal_restores_the_terminal_and_ends_the_program() {
+    let mut terminal = start("program_that_does_not_quit");
+    terminal.wait_for("listening");
+    terminal.signal("INT");
+    terminal.wait_for("asked to quit");
+    terminal.signal("TERM");
+    assert_eq!(terminal.wait_for_exit(), 143);
+    terminal.wait_until_restored();
+}
+
+#[test]
+#[ignore = "run as a program by the test below"]
+fn program_that_does_not_notice_a_hang_up() {
+    let mut screen = Screen::open(true).unwrap();
+    let _listening = Listener::start().unwrap();
+    show(&mut screen, "listening");
+    std::thread::sleep(Duration::from_secs(600));
+}
+
+#[test]
+#[ignore = "run as a program by the test below"]
+fn program_that_leaves_slowly() {
+    let mut screen = Screen::open(true).unwrap();
+    let (listener, _wake) = Listener::start().unwrap();
+    show(&mut screen, "listening");
+    while listener.next().is_none() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_secs(7));
+}
+
+#[test]
+fn a_hang_up_ends_a_program_that_is_stuck_but_not_one_that_is_leaving() {
+    let mut stuck = start("program_that_does_not_notice_a_hang_up");
+    let mut leaving = start("program_that_leaves_slowly");
+    for terminal in [&stuck, &leaving] {
+        terminal.wait_for("listening");
+        terminal.signal("HUP");
+    }
+    assert_eq!([stuck.wait_for_exit(), leaving.wait_for_exit()], [129, 0]);
 }
 
 #[test]
@@ -99,7 +212,10 @@ fn bursts_of_keys_mouse_reports_and_pastes_all_arrive() {
     const BURST: usize = 1 << 16;
     let mut terminal = start("program_that_counts_what_arrives");
     terminal.wait_for("keys 0, reports 0, pasted 0.");
-    terminal.type_text(&"a".repeat(BURST));
+    // Escape, which could also be the beginning of a sequence.
+    terminal.type_text("\x1b");
+    terminal.wait_for("keys 1, reports 0, pasted 0.");
+    terminal.type_text(&"a".repeat(BURST - 1));
     terminal.wait_for("keys 65536, reports 0, pasted 0.");
     let report = "\x1b[<35;10;5M";
     let count = BURST.div_ceil(report.len());

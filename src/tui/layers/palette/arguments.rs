@@ -175,7 +175,9 @@ mod tests {
         assert_eq!(offered(&["12", "seed"], "fork"), Vec::<String>::new(), "a fork keeps its seed");
         assert_eq!(offered(&["old"], "open"), ["runs/old"]);
         assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is complete");
-        assert!(offered(&["ddpg-u"], "method").iter().all(|name| name.starts_with("ddpg-uniform")));
+        assert!(offered(&["task"], "task").contains(&"task4".to_owned()));
+        assert_eq!(offered(&["ddpg-u"], "method"), ["ddpg-uniform", "ddpg-uniform-adaptive"]);
+        assert_eq!(offered(&["learning", "a.png", "ax"], "figure"), ["axis="]);
         assert_eq!(offered(&["dash"], "figure"), ["dashboard"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
@@ -196,5 +198,10 @@ mod tests {
         let at = |name: &str| folder.path().join(name).display().to_string();
         assert_eq!(names, [at("mine.json"), format!("{}/", at("more"))]);
         assert!(files("/no/such/folder/x", "json").is_empty());
+        let deep = folder.path().join("deep".repeat(30));
+        std::fs::create_dir(&deep).unwrap();
+        std::fs::write(deep.join("mine.json"), "").unwrap();
+        let path = deep.join("mine.json").display().to_string();
+        assert_eq!(offered(&[path.trim_end_matches("ine.json")], "task"), [path.as_str()]);
     }
 }

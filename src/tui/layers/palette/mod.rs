@@ -331,6 +331,15 @@ mod tests {
     }
 
     #[test]
+    fn the_verb_of_a_typed_command_is_listed() {
+        for (typed, verb) in [("epsilon 0.3", "epsilon"), ("undo", "undo")] {
+            let mut written = palette(&[Context::Everywhere], &[]);
+            written.paste(typed);
+            assert!(written.found.iter().any(|item| item.entry.name == verb), "{typed}");
+        }
+    }
+
+    #[test]
     fn tab_completes_a_command() {
         let mut palette = palette(&[Context::Everywhere], &[]);
         palette.paste("subgoal mo");

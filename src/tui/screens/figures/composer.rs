@@ -163,7 +163,7 @@ impl Composer {
     }
 
     fn change_curve(&mut self, action: UiAction) -> Vec<Effect> {
-        let Some(place) = self.row.checked_sub(OPTIONS).filter(|place| *place < self.curves.len()) else {
+        let Some(place) = self.row.checked_sub(OPTIONS) else {
             return vec![Effect::info("select a curve below the options first")];
         };
         match action {

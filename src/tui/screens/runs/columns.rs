@@ -164,6 +164,18 @@ fn sparkline(curves: Option<&Curves>, width: usize, theme: &Theme) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tui::widgets::theme::{Depth, Palette};
+
+    #[test]
+    fn a_sparkline_has_as_many_steps_as_the_terminal_has_characters() {
+        let mut curves = Curves::default();
+        for episode in 1..=4_u8 {
+            curves.push(u64::from(episode), Metric::CURVES.map(|_| f32::from(episode) / 4.0));
+        }
+        for (marker, shown) in [(Marker::Braille, "▃▅▇█"), (Marker::Ascii, ".-=#")] {
+            assert_eq!(sparkline(Some(&curves), 4, &Theme::new(Palette::Dark, Depth::True, marker)), shown);
+        }
+    }
 
     #[test]
     fn columns_are_read_by_name_and_mistakes_explained() {

@@ -175,6 +175,7 @@ mod tests {
             assert!(error.contains(problem), "{text}: {error}");
         }
         assert!(Comparison::Equal.holds(f64::from(0.1f32), 0.1) && !Comparison::Less.holds(0.2, 0.2));
+        assert!(Comparison::Equal.holds(f64::from(1234.567f32), 1234.567) && !Comparison::Equal.holds(0.5, 0.6));
     }
 
     #[test]

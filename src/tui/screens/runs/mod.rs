@@ -408,3 +408,34 @@ fn edit_tags(runs: &[&RunSummary]) -> Vec<Effect> {
     let now = runs.first().map_or_else(String::new, |run| run.tags.join(" "));
     vec![Effect::open(Prompt::new(title, "words with spaces between them; the filter finds tag:WORD", now, read))]
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::tui::testing::grouped;
+    use crate::tui::view::Grouping;
+
+    /// The description of three runs in a row, one of the groups of the view.
+    fn about_three(view: &mut ViewModel, first: usize) -> String {
+        view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
+        let runs: Vec<&RunSummary> = view.runs[first..first + 3].iter().map(|run| &**run).collect();
+        about_group(view.groups.of(&runs[0].path).unwrap(), &runs)
+    }
+
+    #[test]
+    fn a_group_is_described_with_its_probability_to_be_above_the_baseline() {
+        let mut view = grouped();
+        Arc::make_mut(&mut view.runs[0]).success = Some(0.0);
+        let about = about_three(&mut view, 0);
+        assert!(about.contains("above the baseline with probability 67 %"), "{about}");
+        let about = about_three(&mut view, 3);
+        assert!(about.ends_with("the baseline of the others"), "{about}");
+        for run in &mut view.runs[..3] {
+            Arc::make_mut(run).done = 0;
+        }
+        let about = about_three(&mut view, 0);
+        assert!(about.ends_with("on task1, seeds 0, 1, 2"), "none of its runs has begun: {about}");
+    }
+}

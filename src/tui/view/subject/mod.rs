@@ -403,7 +403,7 @@ mod tests {
         let edge = 1.0 - 1.0 / heat.side as f32;
         let corners = networks.q_values(&seen(&env, env.observation()), &[-edge, edge, edge, -edge]);
         let [first, last] = [heat.values[0], heat.values[heat.values.len() - 1]];
-        let near = (corners[0] - corners[1]).abs() / 10.0;
+        let near = (corners[0] - corners[1]).abs() / 1000.0;
         assert!((first - corners[0]).abs() < near && (last - corners[1]).abs() < near, "{first} {last} {corners:?}");
     }
 
@@ -427,9 +427,52 @@ mod tests {
         by_hand.set_model(Ok(model(&view.task)));
         let predicted = |number| by_hand.ghost([0.9, -0.9], number).unwrap().predicted;
         assert!(!predicted(None).is_empty() && predicted(Some(371)).is_empty());
+        let blocked = by_hand.ghost(view.task.ball.position, None).unwrap();
+        assert!(blocked.refusal.is_some() && blocked.predicted.is_empty());
+        let same = choose(&view, Choice::Hand, Some(&by_hand));
+        assert!(Arc::ptr_eq(same.episode(), by_hand.episode()), "nothing has been placed since");
         view.hand.trace = Arc::new(Trace::clone(&past.trace));
         let next = choose(&view, Choice::Hand, Some(&by_hand));
         assert!(Arc::ptr_eq(&next.episode().trace, &view.hand.trace), "the episode has changed");
+    }
+
+    #[test]
+    fn only_the_episodes_of_a_run_have_its_networks() {
+        let mut view = empty();
+        view.watched = Some(watched("a", &view.task.clone(), true));
+        let latest = choose(&view, Choice::Latest, None);
+        assert!(latest.networks().is_some() && latest.needed_agent().is_none());
+        let untouched = choose(&view, Choice::Untouched, None);
+        assert_eq!(untouched.agent_view(0), Err("no agent acts in this episode".to_owned()));
+        assert!(untouched.networks().is_none() && untouched.needed_agent().is_none());
+        let past = choose(&view, Choice::Past(episode("a", &view.task)), None);
+        assert!(past.networks().is_none(), "those of the training are later ones");
+        assert_eq!(past.needed_agent(), Some(7));
+    }
+
+    #[test]
+    fn a_past_episode_has_the_clusters_of_the_run_and_keeps_the_one_beside_it() {
+        let mut view = typical();
+        let watched = view.watched.as_mut().unwrap();
+        watched.prior = view.prior.clone();
+        let past = Choice::Past(episode("task1-ddpg-mge-seed0", &view.task));
+        let mut first = choose(&view, past.clone(), None);
+        assert!(first.clusters().unwrap().of_run);
+        let beside = Beside { run: "runs/old".into(), number: 7, episode: Err("none".to_owned()) };
+        first.set_beside(Some(beside));
+        let again = choose(&view, past, Some(&first));
+        assert!(again.beside().is_some());
+        let latest = choose(&view, Choice::Latest, Some(&again));
+        assert!(latest.beside().is_none() && !latest.clusters().unwrap().of_run);
+    }
+
+    #[test]
+    fn a_model_is_that_of_the_subjects_task() {
+        let view = empty();
+        let mut subject = choose(&view, Choice::Latest, None);
+        assert!(subject.model().is_none());
+        subject.set_model(Ok(model(&view.task)));
+        assert!(choose(&view, Choice::Latest, Some(&subject)).model().is_some());
     }
 
     #[test]

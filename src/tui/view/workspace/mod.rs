@@ -1,6 +1,8 @@
 //! The session behind the screens: view models out, commands in.
 
 mod refresh;
+#[cfg(test)]
+mod tests;
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -255,18 +257,23 @@ impl Workspace for SessionWorkspace {
             self.note(notice);
         }
         let preparing = self.session.run().is_some_and(|run| preparing(run).is_some());
-        let news = self.index.collect() | self.last.collect() | self.agents.collect();
-        let news = news | self.histories.collect() | self.details.collect();
+        let news = [
+            self.index.collect(),
+            self.last.collect(),
+            self.agents.collect(),
+            self.histories.collect(),
+            self.details.collect(),
+        ];
         self.grouper.update(&self.view.runs);
-        let news = news | self.grouper.collect();
+        let news = self.grouper.collect() || news.contains(&true);
         if news {
             self.report_others();
         }
         // Measured only while training: redrawing would keep an idle screen busy.
         let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());
-        let news = news | (is_training && self.meter.look());
+        let is_measured = is_training && self.meter.look();
         // Frequent notices wait for the next refresh.
-        let is_urgent = news || notices.iter().any(|notice| !is_frequent(notice));
+        let is_urgent = news || is_measured || notices.iter().any(|notice| !is_frequent(notice));
         self.is_stale |= preparing || !notices.is_empty() || building != self.session.prior_state();
         let changed = is_urgent || (self.is_stale && self.refreshed.elapsed() >= REFRESH);
         if changed {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::run::Metric;
+use crate::tui::view::RunSummary;
 
 #[test]
 fn curves_are_read_zoomed_and_compared() {
@@ -19,6 +20,25 @@ fn curves_are_read_zoomed_and_compared() {
     assert!(window.to - window.from < 200.0, "{window:?}");
     press(&mut app, "0");
     assert_eq!(app.screens.curves.range.window(700).from, 1.0);
+}
+
+#[test]
+fn a_run_without_curves_says_why() {
+    let shown = |change: fn(&mut RunSummary), why: &str| {
+        let mut view = typical();
+        change_run(&mut view, 1, |run| {
+            (run.done, run.curves, run.evaluations) = (0, Arc::default(), Vec::new());
+            change(run);
+        });
+        check(view, "4 enter", &[], why);
+    };
+    shown(|run| run.queued = true, "waiting for a free core");
+    shown(|run| run.done = 700, "its log is being read");
+    shown(|_| {}, "the first episode is in progress");
+    shown(|run| run.active = false, "the first episode, or the practice before it, is in progress");
+    shown(|run| run.state = RunState::Paused, "paused before its first episode");
+    shown(|run| run.state = RunState::NotStarted, "not started yet");
+    shown(|run| run.state = RunState::Finished, "it ended before its first episode");
 }
 
 #[test]
@@ -168,6 +188,7 @@ fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
     let crosshair = app.screens.curves.crosshair;
     bring(&mut app, unwatched());
     assert!(crosshair.is_some() && app.screens.curves.crosshair == crosshair);
+    assert_eq!(app.message(), "", "there is no episode to show");
     super::super::wanted();
     press(&mut app, "5 tab 4");
     let curves = super::super::wanted().pop().unwrap();
@@ -179,4 +200,16 @@ fn only_runs_on_the_same_task_are_compared() {
     let mut view = typical();
     view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     check(view, "4 v", &[], "training · 2 runs");
+}
+
+#[test]
+fn the_crosshair_moves_by_a_hundredth_of_the_window() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 9 left left");
+    assert_eq!(app.screens.curves.crosshair, Some(698.0), "the window has 200 episodes");
+}
+
+#[test]
+fn compared_groups_are_unfolded_into_single_runs() {
+    check(grouped(), "4 v tab", &[], "training · 6 runs");
 }

@@ -6,6 +6,7 @@ use super::*;
 fn a_subgoal_is_moved_with_keys() {
     check(empty(), "tab right", &["subgoal move 1 0.01 0.2"], "subgoal 1");
     check(empty(), "tab K", &["subgoal move 1 0 0.3"], "subgoal 1");
+    check(empty(), "tab H", &["subgoal move 1 -0.1 0.2"], "subgoal 1");
     check(empty(), "tab tab L", &["goal move -0.5 -0.2"], "goal");
     check(empty(), "tab enter ctrl-u 0 . 1 space 0 . 2 enter", &["subgoal move 1 0.1 0.2"], "");
     check(empty(), "tab enter ctrl-u x enter", &[], "not a coordinate");
@@ -177,6 +178,11 @@ fn playback_redraws_only_the_scene() {
     // Another size needs a whole picture.
     app.tick(std::time::Duration::from_millis(40));
     assert!(text(&shot(&mut app, 80, 24)).contains("? help"));
+    // So does another screen.
+    shot(&mut app, 120, 40);
+    app.tick(std::time::Duration::from_millis(40));
+    press(&mut app, "2");
+    assert!(app.moved && text(&shot(&mut app, 120, 40)).contains("objects"));
 }
 
 #[test]

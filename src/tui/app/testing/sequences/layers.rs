@@ -141,11 +141,41 @@ fn the_help_is_searched_by_typing() {
     assert!(text(&shot(&mut app, 120, 40)).contains("SCENE"));
     press(&mut app, "?");
     assert!(app.layers.is_empty());
+    check(empty(), "? z ?", &[], "keys with `z?`");
+    press(&mut app, "?");
+    app.event(Event::Paste("zoom".to_owned()));
+    assert!(text(&shot(&mut app, 120, 40)).contains("keys with `zoom`"));
+}
+
+#[test]
+fn escape_closes_every_layer() {
+    for keys in ["f5", "?", "? z", ":", ": e", "e", "m", "x", "2 T", "2 T b"] {
+        let (mut app, asked) = app(typical());
+        press(&mut app, keys);
+        assert_eq!(app.layers.len(), 1, "{keys}");
+        press(&mut app, "esc");
+        assert!(app.layers.is_empty() && asked.borrow().is_empty(), "{keys}");
+    }
+}
+
+#[test]
+fn the_palette_is_navigated_and_leaves_the_screen_below_it_as_it_is() {
+    check(empty(), ": enter", &["train"], "");
+    check(empty(), ": down enter", &["pause"], "");
+    check(empty(), ": down down up enter", &["pause"], "");
+    let (mut app, _) = app(typical());
+    let before = shot(&mut app, 80, 24);
+    press(&mut app, ": e p s i");
+    let after = shot(&mut app, 80, 24);
+    assert!(text(&after).lines().nth(19).unwrap().starts_with('╰'), "the lower border");
+    assert_eq!(before.content[20 * 80..], after.content[20 * 80..]);
 }
 
 #[test]
 fn the_tour_goes_back_and_another_key_closes_it() {
     check(empty(), "f5 right right left", &[], "welcome, 2/4");
+    check(empty(), "f5 right right", &[], "enter: next");
+    check(empty(), "f5 right right right", &[], "enter: begin");
     check(empty(), "f5 t", &["train"], "status");
     check(empty(), "f5 x", &[], "status");
     check(empty(), "f5 q", &[], "status");
@@ -210,6 +240,7 @@ fn lists_and_questions_accept_letters_too() {
         press(&mut app, &format!("x {no}"));
         assert!(app.layers.is_empty() && asked.borrow().is_empty(), "{no}");
     }
+    check(typical(), "x w", &[], "stop the training?");
 }
 
 #[test]
@@ -228,6 +259,12 @@ fn a_click_accepts_a_completion_and_an_error_covers_completions() {
     press(&mut app, "m");
     let at = place(&mut app, "  ddpg.gamma");
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    place(&mut app, ": set ddpg.gamma ");
+    // A click on a row that was drawn before the text was typed.
+    press(&mut app, "ctrl-u s e t space d");
+    shot(&mut app, 120, 40);
+    press(&mut app, "d p g . g a");
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (60, 20));
     place(&mut app, ": set ddpg.gamma ");
     check(empty(), ": down down t r a i n enter", &["train"], "");
 }

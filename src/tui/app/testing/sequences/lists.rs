@@ -1,7 +1,7 @@
 //! The Log, Models and Figures screens, by keys and mouse.
 
 use super::*;
-use crate::tui::testing::at_noon;
+use crate::tui::testing::{at_noon, evaluation};
 use crate::tui::view::ModelSummary;
 
 fn with_log(lines: usize) -> ViewModel {
@@ -43,4 +43,63 @@ fn an_option_of_the_composed_figure_is_selected_with_a_click() {
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), axis);
     press(&mut app, "right enter");
     assert_eq!(*asked.borrow(), ["figure learning figures/task1-learning.png axis=log"]);
+}
+
+#[test]
+fn a_log_that_has_become_shorter_is_shown_from_its_first_line() {
+    let (mut app, _) = app(with_log(60));
+    press(&mut app, "8 home");
+    bring(&mut app, with_log(5));
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("line 1.") && !screen.contains("line 2."), "{screen}");
+}
+
+#[test]
+fn a_click_on_a_row_that_has_just_disappeared_selects_the_last_figure() {
+    let (mut app, _) = app(grouped());
+    press(&mut app, "7 tab");
+    shot(&mut app, 120, 40);
+    let curve = region(&app, |area, region| matches!(region, HitRegion::Row(7)).then_some((area.x, area.y)));
+    press(&mut app, "tab");
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), curve);
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("╭ episode ─"), "{screen}");
+}
+
+#[test]
+fn a_long_name_of_a_model_leaves_room_for_its_description() {
+    let name = format!("models/{}.safetensors", "x".repeat(60));
+    let mut view = empty();
+    view.models.push(ModelSummary { name: name.clone(), about: "another".into(), evaluation: None });
+    let (mut app, _) = app(view);
+    press(&mut app, "6");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("xx.safetensors another") && !screen.contains(&name), "{screen}");
+}
+
+#[test]
+fn the_errors_of_a_model_have_as_many_columns_as_fit() {
+    let mut view = empty();
+    view.models[0].evaluation = Some(Arc::new(evaluation()));
+    let (mut app, _) = app(view);
+    press(&mut app, "6");
+    for (width, is_complete) in [(89, false), (90, true)] {
+        let screen = text(&shot(&mut app, width, 40));
+        let heads = screen.lines().find(|line| line.contains("after contact")).unwrap();
+        assert!(heads.contains("constant velocity") && heads.contains("rapier") == is_complete, "{screen}");
+    }
+}
+
+#[test]
+fn the_losses_of_a_model_are_drawn_from_four_rows_on() {
+    let mut view = empty();
+    let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), evaluation: None };
+    view.models.extend((0..8).map(model));
+    view.model_losses = Arc::new(vec![1.0, 0.5, 0.25]);
+    let (mut app, _) = app(view);
+    press(&mut app, "6");
+    let mut screens = (20..30).map(|height| text(&shot(&mut app, 120, height)));
+    let screen = screens.find(|screen| screen.contains("loss by epoch")).unwrap();
+    let rows = screen.lines().skip_while(|line| !line.contains("loss by epoch")).count();
+    assert_eq!(rows, 4 + 2, "with the border and the keys below it\n{screen}");
 }

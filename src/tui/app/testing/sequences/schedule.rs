@@ -94,6 +94,12 @@ fn a_press_selects_a_near_point_and_adds_one_elsewhere() {
     let deleted = pressed(2000.0, 5, "delete enter");
     assert_eq!(deleted, format!("epsilon {points}"), "the added point is selected");
     assert_eq!(pressed(2000.0, 5, "u enter"), format!("epsilon {points}"), "it is undone");
+    let (mut app, asked, axes) = drawn(points);
+    let beside = (axes.column(1000.0).unwrap() + 2, axes.row(0.4).unwrap());
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), beside);
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), beside);
+    press(&mut app, "K enter");
+    assert_eq!(asked.borrow().concat(), "epsilon points:0=0.8,1000=0.5,3000=0.1", "two columns beside it");
 }
 
 #[test]
@@ -103,4 +109,49 @@ fn an_unchanged_schedule_is_no_draft_and_values_stay_in_range() {
     let mut view = empty();
     view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
     check(view, "3 K K K K enter", &["epsilon need:0.75:0.25:20"], "");
+}
+
+#[test]
+fn a_point_is_moved_by_a_hundredth_or_a_tenth_of_the_episodes() {
+    check(empty(), "3 tab right enter", &["epsilon linear:0.8:0.05:1520"], "");
+    check(empty(), "3 tab H enter", &["epsilon linear:0.8:0.05:1300"], "");
+}
+
+#[test]
+fn a_point_is_selected_after_points_were_removed() {
+    let mut three = empty();
+    three.settings.epsilon = "points:0=0.8,1000=0.4,1500=0".parse().unwrap();
+    check(three, "3 backtab delete", &[], " 1000: 0.40 ");
+    check(empty(), "3 tab a backspace K enter", &["epsilon linear:0.8:0.15:1500"], "");
+}
+
+#[test]
+fn the_label_of_a_point_at_the_right_edge_is_inside_the_plot() {
+    let mut view = empty();
+    view.settings.epsilon = "linear:0.8:0.05:2000".parse().unwrap();
+    check(view, "3 tab", &[], " 2000: 0.05 ");
+}
+
+#[test]
+fn a_step_is_drawn_as_a_vertical_line_and_the_plot_starts_at_its_left_edge() {
+    let (mut app, _, axes) = drawn("step:0.9:0.1:1000");
+    let screen = shot(&mut app, 120, 40);
+    let column = axes.column(1000.0).unwrap();
+    for row in axes.row(0.8).unwrap()..axes.row(0.2).unwrap() {
+        let is_drawn = |column: u16| screen[(column, row)].symbol() != " ";
+        assert!((column - 1..=column + 1).any(is_drawn), "{}", text(&screen));
+    }
+    let (mut app, _, axes) = drawn("points:500=0.8,1000=0.4");
+    app.theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
+    let screen = shot(&mut app, 120, 40);
+    assert_ne!(screen[(axes.plot.x, axes.row(0.8).unwrap())].symbol(), " ", "{}", text(&screen));
+}
+
+#[test]
+fn the_help_leaves_two_thirds_of_a_small_screen_to_the_plot() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "3 up");
+    shot(&mut app, 60, 20);
+    let height = region(&app, |area, region| matches!(region, HitRegion::Schedule(_)).then_some(area.height));
+    assert!(height >= 8, "{height}");
 }

@@ -1,5 +1,7 @@
 //! Tools: chosen from palettes, changed with keys and the wheel, placed by hand.
 
+use ratatui::style::Modifier;
+
 use super::*;
 use crate::task::Property;
 
@@ -25,7 +27,9 @@ fn a_tool_is_found_and_added_clear_of_the_ball() {
     let (mut app, asked) = app(view);
     press(&mut app, "2 T b o x enter");
     assert_ne!(asked.borrow()[0], "tool add box 0 0");
-    assert!(asked.borrow()[0].starts_with("tool add box "), "{:?}", asked.borrow());
+    let line = asked.borrow()[0].clone();
+    let place = line.strip_prefix("tool add box ").unwrap();
+    assert!(place.split(' ').all(|value| value.parse::<f32>().unwrap().abs() < 0.8), "near the middle: {line}");
 }
 
 #[test]
@@ -108,7 +112,9 @@ fn other_parts_of_a_level_are_selected_and_moved() {
     let at = cell(&mut app, [x, y]);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
     mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
-    press(&mut app, ") delete right");
+    press(&mut app, ") delete");
+    assert!(app.message().contains("can only be removed in its file"), "{}", app.message());
+    press(&mut app, "right");
     assert_eq!(*asked.borrow(), [format!("part move marker {} {y}", ((x + 0.01) * 1000.0).round() / 1000.0)]);
 }
 
@@ -130,8 +136,12 @@ fn the_wheel_turns_no_tool_while_another_is_in_hand() {
 fn the_tool_palette_has_pages_and_typing_resets_its_selection() {
     // A page has five rows of six tools.
     check(empty(), "2 T", &[], "1 of ");
-    for (keys, place) in [("pagedown", "31 of "), ("pagedown pagedown pageup", "31 of "), ("right right left", "2 of ")]
-    {
+    for (keys, place) in [
+        ("pagedown", "31 of "),
+        ("pagedown pagedown pageup", "31 of "),
+        ("right right left", "2 of "),
+        ("down down up", "7 of "),
+    ] {
         let (mut app, _) = app(empty());
         press(&mut app, "2 T");
         shot(&mut app, 120, 40);
@@ -161,4 +171,38 @@ fn a_tool_is_shown_where_it_is_dragged() {
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), from);
     mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
     assert_eq!(shot(&mut app, 120, 40)[to].fg, app.theme.tool);
+}
+
+#[test]
+fn home_leaves_the_cursor_of_the_tool_palette_at_the_end() {
+    check(empty(), "2 T b o home x enter", &["tool add box 0 0"], "");
+}
+
+#[test]
+fn only_the_selected_tool_is_highlighted() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "2 T right");
+    let screen = shot(&mut app, 120, 40);
+    // The inside of the palette.
+    let cells = (4..31u16).flat_map(|row| (6..114u16).map(move |column| (column, row)));
+    let reversed = cells.filter(|at| screen[*at].modifier.contains(Modifier::REVERSED));
+    let rows: Vec<u16> = reversed.map(|(_, row)| row).collect();
+    assert!(rows.len() == 18 && rows.iter().all(|row| *row == rows[0]), "{rows:?}");
+}
+
+#[test]
+fn the_property_that_keys_change_is_highlighted() {
+    let highlighted = |keys: &str| {
+        let (mut app, _) = app(with_ramp());
+        press(&mut app, keys);
+        let screen = shot(&mut app, 120, 40);
+        let chosen = app.regions.all().iter().filter_map(|(area, region)| match region {
+            HitRegion::Property(property) => Some((*area, *property)),
+            _ => None,
+        });
+        let is_highlighted = |area: Rect| screen[(area.x, area.y)].modifier.contains(Modifier::REVERSED);
+        chosen.filter(|(area, _)| is_highlighted(*area)).map(|(_, property)| property).collect::<Vec<_>>()
+    };
+    assert_eq!(highlighted("2 backtab"), [Property::Size]);
+    assert_eq!(highlighted("2 backtab }"), [Property::Angle]);
 }

@@ -99,10 +99,9 @@ fn a_part_that_is_missing_says_why() {
     check(typical(), "pageup b", &[], "no critic or actor: the checkpoint is being read");
     let (mut app, _) = app(typical());
     press(&mut app, "pageup b");
-    app.tick(FRAME);
-    app.workspace.view.watched.as_mut().unwrap().agent = Some(Err("the checkpoint is damaged".to_owned()));
-    app.workspace.changed = true;
-    app.tick(FRAME);
+    let mut damaged = typical();
+    damaged.watched.as_mut().unwrap().agent = Some(Err("the checkpoint is damaged".to_owned()));
+    bring(&mut app, damaged);
     let screen = text(&shot(&mut app, 120, 40));
     assert!(screen.contains("no critic or actor: the checkpoint is damaged"), "{screen}");
     let mut view = typical();
@@ -169,6 +168,8 @@ fn the_copied_command_names_folder_and_model_and_no_outdated_file() {
     };
     assert!(copied(|view| view.folder = "else where".into()).starts_with("env 'MGE_RUNS=else where' mge train task1"));
     assert!(copied(|view| view.settings.prior = crate::trainer::PriorSource::TruePhysics).contains("--model true"));
+    let method = copied(|view| view.settings.method = crate::trainer::Method::Ddpg);
+    assert!(method.contains("--method ddpg ") && !method.contains("method="), "{method}");
     let edited = |view: &mut ViewModel| {
         Arc::make_mut(&mut view.task).goal.position = [0.1, 0.1];
         view.file = Some("mine.json".into());

@@ -1,0 +1,97 @@
+//! What surrounds the screens: tabs, messages, keys, and terminals too small for a screen.
+
+use std::sync::Arc;
+
+use ratatui::style::Modifier;
+
+use super::{app, change_run, empty, press, shot, text, typical};
+use crate::tui::actions::Tab;
+use crate::tui::screens::HitRegion;
+use crate::tui::view::Level;
+
+/// The smallest screen, less one column or one row.
+const TOO_SMALL: [(u16, u16); 2] = [(59, 20), (60, 19)];
+
+#[test]
+fn a_terminal_too_small_in_one_direction_shows_a_curve_and_the_status() {
+    let (mut app, _) = app(typical());
+    assert!(text(&shot(&mut app, 60, 20)).contains("? help"));
+    for (width, height) in TOO_SMALL {
+        let screen = text(&shot(&mut app, width, height));
+        assert!(screen.contains("running, 700/2000") && !screen.contains("? help"), "{screen}");
+    }
+}
+
+#[test]
+fn the_tour_uses_the_whole_width_of_a_small_terminal() {
+    for (width, height) in TOO_SMALL {
+        let (mut app, _) = app(typical());
+        app.show_tour();
+        let screen = text(&shot(&mut app, width, height));
+        let title = screen.lines().find_map(|line| line.find("welcome, 1/4"));
+        assert!(title.is_some_and(|bytes| bytes < 10), "{screen}");
+    }
+}
+
+#[test]
+fn the_status_leaves_half_of_a_small_terminal_to_the_curve() {
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.name = "n".repeat(200));
+    let (mut app, _) = app(view);
+    let screen = text(&shot(&mut app, 30, 8));
+    assert!(screen.contains("success rate"), "{screen}");
+}
+
+#[test]
+fn a_message_covers_at_most_a_third_of_the_screen() {
+    let (mut app, _) = app(typical());
+    let before = text(&shot(&mut app, 80, 24));
+    app.show_message(Level::Error, "a long reason ".repeat(75));
+    let after = text(&shot(&mut app, 80, 24));
+    let covered = before.lines().zip(after.lines()).filter(|(before, after)| before != after).count();
+    assert!((1..=8).contains(&covered), "{after}");
+}
+
+#[test]
+fn only_the_tab_of_the_screen_is_highlighted() {
+    let (mut app, _) = app(typical());
+    for (key, tab) in (1..).zip(Tab::ALL) {
+        press(&mut app, &key.to_string());
+        let screen = shot(&mut app, 120, 40);
+        let highlighted = app.regions.all().iter().filter_map(|(area, region)| match region {
+            HitRegion::Tab(tab) if screen[(area.x, area.y)].modifier.contains(Modifier::REVERSED) => Some(*tab),
+            _ => None,
+        });
+        assert_eq!(highlighted.collect::<Vec<_>>(), [tab]);
+    }
+}
+
+#[test]
+fn the_name_of_the_task_is_shown_at_a_distance_from_the_tabs() {
+    let first_line = |name: &str| {
+        let mut view = empty();
+        Arc::make_mut(&mut view.task).name = name.to_owned();
+        let (mut app, _) = app(view);
+        let screen = shot(&mut app, 120, 40);
+        let is_tab = |region: &HitRegion| matches!(region, HitRegion::Tab(_));
+        let tabs = app.regions.all().iter().filter(|(_, region)| is_tab(region)).map(|(area, _)| area.right()).max();
+        (text(&screen).lines().next().unwrap().to_owned(), 120 - usize::from(tabs.unwrap()))
+    };
+    let (_, room) = first_line("task1");
+    // A space follows the name.
+    assert!(!first_line(&"n".repeat(room - 1)).0.contains("nn"), "no column is left between them");
+    assert!(first_line(&"n".repeat(room - 2)).0.ends_with(&"n".repeat(room - 2)));
+}
+
+#[test]
+fn a_key_and_its_word_in_the_last_line_can_be_clicked() {
+    let (mut app, _) = app(typical());
+    let screen = shot(&mut app, 120, 40);
+    let hints = app.regions.all().iter().filter(|(_, region)| matches!(region, HitRegion::Hint(_)));
+    let hints: Vec<_> = hints.map(|(area, _)| *area).collect();
+    assert!(hints.len() > 3);
+    for area in hints {
+        let is_blank = |x: u16| x >= 120 || screen[(x, area.y)].symbol() == " ";
+        assert!(!is_blank(area.x) && !is_blank(area.right() - 1) && is_blank(area.right()), "{area:?}");
+    }
+}

@@ -1,0 +1,156 @@
+//! The list of runs: columns, order, states, and the room it gets.
+
+use ratatui::style::Color;
+
+use super::super::wanted;
+use super::*;
+use crate::tui::testing::run_summary;
+use crate::tui::view::RunSummary;
+
+/// Finished runs, the latest last.
+fn numbered(count: usize) -> ViewModel {
+    let runs = (0..count).map(|number| Arc::new(run_summary(&format!("run-{number:03}"))));
+    ViewModel { runs: runs.collect(), ..empty() }
+}
+
+/// The colour of the first place on the screen with these words.
+pub(super) fn colour_of(app: &mut App, size: (u16, u16), words: &str) -> Color {
+    let screen = shot(app, size.0, size.1);
+    let shown = text(&screen);
+    let found = shown.lines().enumerate().find(|(_, line)| line.contains(words));
+    let (row, line) = found.unwrap_or_else(|| panic!("`{words}` is not on\n{shown}"));
+    let column = line.split(words).next().unwrap_or_default().chars().count();
+    screen[(column as u16, row as u16)].fg
+}
+
+#[test]
+fn a_single_run_is_named_in_questions_and_reports() {
+    check(typical(), "5 down X", &[], "delete the run?");
+    check(typical(), "5 down space up space X", &[], "delete the runs?");
+    let drawn = ["open runs/old", "figure dashboard figures/old-dashboard.png", "open runs/task1-ddpg-mge-seed0"];
+    check(typical(), "5 down f", &drawn, "drawing the dashboards of old into figures/");
+}
+
+#[test]
+fn a_run_from_elsewhere_is_opened_by_its_path() {
+    check(typical(), "5 O", &[], "path of its folder");
+    check(typical(), "5 O x enter", &["open x"], "");
+}
+
+#[test]
+fn an_empty_list_says_that_the_folder_is_being_read() {
+    check(ViewModel { runs_unread: 3, ..empty() }, "5", &[], "The runs in this folder are being read.");
+}
+
+#[test]
+fn the_prompt_for_columns_names_all_of_them() {
+    check(empty(), "5 |", &[], "curve seed task method");
+}
+
+#[test]
+fn columns_of_groups_show_the_range_of_seeds_and_epsilon_only_where_it_is_used() {
+    let (mut app, _) = app(grouped());
+    press(&mut app, "5 | ctrl-u s e e d space m e t h o d enter");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert_eq!(screen.matches(" 0-2 ddpg").count(), 2, "{screen}");
+    press(&mut app, "| ctrl-u e p s i l o n enter");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert_eq!(screen.matches(" 0.8 to 0.05 over 1..").count(), 1, "plain DDPG uses no epsilon\n{screen}");
+}
+
+#[test]
+fn columns_that_would_leave_too_little_room_for_names_are_left_out() {
+    let name = "sixteen-wide-run";
+    let (mut app, _) = app(ViewModel { runs: vec![Arc::new(run_summary(name))], ..empty() });
+    press(&mut app, "5 | ctrl-u n o t e space t a g s enter");
+    let mut screen = |width: u16| text(&shot(&mut app, width, 24));
+    let heading = |screen: &str| screen.lines().nth(2).unwrap_or_default().to_owned();
+    let wide = screen(74);
+    assert!(wide.contains(&format!("{name} finished")) && heading(&wide).contains("tags"), "{wide}");
+    let narrow = screen(73);
+    assert!(heading(&narrow).contains("note") && !heading(&narrow).contains("tags"), "{narrow}");
+}
+
+#[test]
+fn queued_runs_come_before_paused_ones_when_sorted_by_state() {
+    let run = |name: &str, state: RunState, queued: bool| Arc::new(RunSummary { state, queued, ..run_summary(name) });
+    let runs = vec![
+        run("queued", RunState::NotStarted, true),
+        run("paused", RunState::Paused, false),
+        run("finished", RunState::Finished, false),
+    ];
+    let view = ViewModel { runs, ..empty() };
+    check(view.clone(), "5 s s enter", &["open runs/queued"], "");
+    check(view, "5 s s down enter", &["open runs/paused"], "");
+}
+
+#[test]
+fn a_group_whose_runs_all_wait_is_queued() {
+    let mut view = grouped();
+    for place in 3..6 {
+        change_run(&mut view, place, |run| (run.state, run.queued) = (RunState::NotStarted, true));
+    }
+    let (mut app, _) = app(view);
+    press(&mut app, "5");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert_eq!(screen.matches("3 queued").count(), 2, "in its line and in the border of the list\n{screen}");
+}
+
+#[test]
+fn states_have_their_colours() {
+    let run = |name: &str, state: RunState| Arc::new(RunSummary { state, ..run_summary(name) });
+    let runs = vec![
+        run("a", RunState::Finished),
+        run("b", RunState::Running),
+        run("c", RunState::Paused),
+        run("d", RunState::Failed("no reason".into())),
+        // The selected row has no colours.
+        run("e", RunState::Interrupted),
+    ];
+    let (mut app, _) = app(ViewModel { runs, ..empty() });
+    press(&mut app, "5");
+    let states = [
+        ("finished", app.theme.good),
+        ("running", app.theme.accent),
+        ("paused", app.theme.warn),
+        ("failed", app.theme.bad),
+    ];
+    for (word, colour) in states {
+        assert_eq!(colour_of(&mut app, (100, 40), word), colour, "{word}");
+    }
+}
+
+#[test]
+fn a_long_reason_for_a_failure_leaves_room_for_the_list() {
+    let mut view = numbered(8);
+    change_run(&mut view, 7, |run| run.state = RunState::Failed("no reason ".repeat(60)));
+    let (mut app, _) = app(view);
+    press(&mut app, "5");
+    let screen = text(&shot(&mut app, 60, 20));
+    assert!(screen.contains("failed: no reason") && screen.contains("run-000 "), "{screen}");
+}
+
+#[test]
+fn the_curve_below_the_list_takes_no_rows_from_it() {
+    let (mut app, _) = app(numbered(24));
+    press(&mut app, "5");
+    let screen = text(&shot(&mut app, 100, 40));
+    assert!(screen.contains("success rate") && screen.contains("run-000 "), "{screen}");
+}
+
+#[test]
+fn only_the_curves_of_runs_near_the_selected_one_are_requested() {
+    let (mut app, _) = app(numbered(200));
+    wanted();
+    press(&mut app, "5");
+    let curves = wanted().into_iter().find(|what| what.starts_with("curves of")).unwrap();
+    assert!(curves.contains("run-199 run-198 ") && curves.contains("run-150"), "{curves}");
+    assert!(!curves.contains("run-100"), "{curves}");
+}
+
+#[test]
+fn more_than_a_number_excludes_the_number() {
+    let run = |name: &str, done: u64| Arc::new(RunSummary { done, ..run_summary(name) });
+    let view = ViewModel { runs: vec![run("a", 100), run("b", 50), run("c", 10)], ..empty() };
+    check(view, "5 / d o n e > 5 0 enter s end enter", &["open runs/a"], "with `done>50`");
+}

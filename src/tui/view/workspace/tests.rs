@@ -1,0 +1,198 @@
+//! The workspace of a real session: what it reports, and when its view changes.
+
+use std::thread;
+
+use super::*;
+use crate::run::{EpisodeRecord, RunDirectory, RunWriter};
+use crate::trainer::RunConfig;
+use crate::workbench::PriorState;
+
+/// Commands that start a training which does not end by itself.
+const LONG: [&str; 4] = ["method ddpg", "episodes 1000000", "set ddpg.hidden 8", "train"];
+
+/// The workspace of a session on task 1 after these commands.
+fn workspace(folder: &Path, lines: &[&str]) -> SessionWorkspace {
+    let mut workspace = SessionWorkspace::new(Session::on_task("task1", folder.to_owned()).unwrap());
+    lines.iter().for_each(|line| apply(&mut workspace, line));
+    workspace
+}
+
+fn apply(workspace: &mut SessionWorkspace, line: &str) {
+    workspace.apply(parsed(line)).unwrap();
+}
+
+fn parsed(line: &str) -> Command {
+    Command::parse(line).unwrap().unwrap()
+}
+
+fn poll_until(workspace: &mut SessionWorkspace, condition: impl Fn(&SessionWorkspace) -> bool) {
+    let since = Instant::now();
+    while !condition(workspace) {
+        assert!(since.elapsed() < Duration::from_secs(60), "{:?}", workspace.view.log);
+        workspace.poll();
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Makes the folder of a run that has not begun.
+fn make(folder: &Path, name: &str) -> RunDirectory {
+    let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+    RunDirectory::create(folder.join(name), &config).unwrap()
+}
+
+fn names(workspace: &SessionWorkspace) -> Vec<&str> {
+    workspace.view.runs.iter().map(|run| &*run.name).collect()
+}
+
+fn latest(workspace: &SessionWorkspace) -> &LogLine {
+    workspace.view.log.last().unwrap()
+}
+
+#[test]
+fn notices_are_logged_with_their_severity() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut workspace = workspace(folder.path(), &[]);
+    for (event, level) in [
+        (Event::Paused { episode: 3 }, Level::Info),
+        (Event::Finished { episode: 3 }, Level::Good),
+        (Event::Stopped { episode: 3, reason: "on request".to_owned() }, Level::Warning),
+        (Event::Failed { episode: 3, reason: "the disk is full".to_owned() }, Level::Error),
+    ] {
+        let text = event.to_string();
+        workspace.note(&Notice::Run { run: 0, event });
+        assert!(latest(&workspace).level == level && latest(&workspace).text.ends_with(&text), "{text}");
+    }
+    assert!(is_frequent(&Notice::Changed));
+}
+
+#[test]
+fn the_outcomes_of_background_commands_are_logged_and_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut workspace = workspace(folder.path(), &[]);
+    let note = |workspace: &mut SessionWorkspace, line: &str, outcome: Result<&str, &str>| {
+        let outcome = outcome.map(str::to_owned).map_err(str::to_owned);
+        workspace.note(&Notice::Finished { command: parsed(line), outcome });
+    };
+    note(&mut workspace, "clusters", Ok("the clusters are there"));
+    assert_eq!(latest(&workspace).text, "the clusters are there", "no training could take them over");
+    note(&mut workspace, "model evaluate bucket-box", Err("no launches"));
+    assert_eq!(workspace.view.model_outcome, Some(Err("no launches".to_owned())));
+    note(&mut workspace, "figure scene scene.png", Err("the disk is full"));
+    assert!(workspace.view.figures.is_empty());
+    assert_eq!(workspace.view.runs_unread, 0);
+    note(&mut workspace, "delete runs/a", Ok("deleted"));
+    assert!(workspace.view.runs_unread > 0, "the folder is read again");
+}
+
+#[test]
+fn runs_that_other_processes_train_are_reported_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let _lock = make(folder.path(), "other").lock().unwrap();
+    make(folder.path(), "idle");
+    let mut workspace = workspace(folder.path(), &LONG);
+    workspace.look_for_runs();
+    let reports = |workspace: &SessionWorkspace| {
+        let texts = workspace.view.log.iter().map(|line| line.text.clone());
+        texts.filter(|text| text.starts_with("trained by other processes")).collect::<Vec<_>>()
+    };
+    poll_until(&mut workspace, |workspace| !reports(workspace).is_empty());
+    make(folder.path(), "late");
+    workspace.look_for_runs();
+    poll_until(&mut workspace, |workspace| names(workspace).contains(&"late"));
+    assert_eq!(reports(&workspace), ["trained by other processes: other; the Runs screen (5) controls them"]);
+}
+
+#[test]
+fn a_training_shows_its_speed_its_latest_episode_and_the_use_of_the_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut workspace = workspace(folder.path(), &LONG);
+    workspace.request_live();
+    poll_until(&mut workspace, |workspace| {
+        let view = workspace.view();
+        view.watched.as_ref().is_some_and(|watched| watched.live.is_some() && watched.run.rate.is_some())
+            && (view.system.memory.is_some() || !cfg!(target_os = "linux"))
+    });
+    assert!(workspace.view.runs[0].preparing.is_none() && workspace.view.runs[0].done > 0);
+    assert!(workspace.view.log.iter().all(|line| !line.text.is_empty()));
+    workspace.note(&Notice::Finished { command: parsed("clusters"), outcome: Ok("there".to_owned()) });
+    assert_eq!(latest(&workspace).text, "there; `guide` gives them to the running training");
+}
+
+#[test]
+fn a_session_at_rest_has_no_news_and_is_not_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut workspace = workspace(folder.path(), &[]);
+    let (since, mut changed) = (Instant::now(), Instant::now());
+    while changed.elapsed() < Duration::from_millis(700) {
+        assert!(since.elapsed() < Duration::from_secs(20));
+        if workspace.poll() {
+            changed = Instant::now();
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(workspace.view.system, System::default());
+    let hand = workspace.view.hand.clone();
+    workspace.refresh();
+    assert!(Arc::ptr_eq(&hand.trace, &workspace.view.hand.trace), "it is the same episode");
+    assert!(Arc::ptr_eq(&workspace.view.hand.task, &workspace.view.task));
+}
+
+#[test]
+fn a_model_is_loaded_once_for_each_source_and_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut workspace = workspace(folder.path(), &["model true"]);
+    let [task, other] = ["task1", "task4"].map(|name| Arc::new(crate::task::load(name).unwrap()));
+    let first = workspace.model_for(&task).unwrap();
+    assert!(Arc::ptr_eq(&first.model, &workspace.model_for(&task).unwrap().model));
+    assert!(Arc::ptr_eq(&workspace.model_for(&other).unwrap().task, &other));
+    apply(&mut workspace, "model uniform");
+    assert!(workspace.model_for(&other).is_err(), "uniform exploration predicts nothing");
+}
+
+#[test]
+fn runs_that_are_not_open_are_read_when_they_are_viewed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [open, other] = ["a", "b"].map(|name| make(folder.path(), name));
+    let mut writer = RunWriter::open(&other, 0).unwrap();
+    writer.record(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..EpisodeRecord::default() })).unwrap();
+    drop(writer);
+    let mut workspace = workspace(folder.path(), &[]);
+    workspace.look_for_runs();
+    poll_until(&mut workspace, |workspace| names(workspace) == ["a", "b"]);
+    apply(&mut workspace, &format!("open {}", open.path().display()));
+    workspace.request_curves(vec![open.path().to_owned(), other.path().to_owned()]);
+    poll_until(&mut workspace, |workspace| workspace.view.runs[1].curves.last_episode() == 1);
+    workspace.request_details(other.path());
+    poll_until(&mut workspace, |workspace| {
+        workspace.view.details.as_ref().is_some_and(|details| details.path == other.path())
+    });
+    assert!(workspace.pin_baseline("DDPG").contains("compared with DDPG"));
+    assert!(workspace.pin_baseline("DDPG").contains("the first method"), "it is unpinned");
+}
+
+#[test]
+fn a_new_run_is_listed_at_once_and_stays_last() {
+    let folder = tempfile::tempdir().unwrap();
+    make(folder.path(), "z");
+    let mut workspace = workspace(folder.path(), &[]);
+    workspace.look_for_runs();
+    poll_until(&mut workspace, |workspace| names(workspace) == ["z"]);
+    LONG.iter().for_each(|line| apply(&mut workspace, line));
+    assert_eq!(names(&workspace), ["z", "task1-ddpg-seed0"]);
+    workspace.look_for_runs();
+    poll_until(&mut workspace, |workspace| workspace.index.runs().len() == 2);
+    assert_eq!(names(&workspace), ["z", "task1-ddpg-seed0"]);
+}
+
+#[test]
+fn outdated_clusters_are_computed_again_a_moment_after_the_latest_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = ["model true", "set guidance.model_rollouts 50", "set guidance.environment_rollouts 5", "clusters"];
+    let mut workspace = workspace(folder.path(), &lines);
+    let is_fresh = |workspace: &SessionWorkspace| workspace.view.prior_state == PriorState::Fresh;
+    poll_until(&mut workspace, is_fresh);
+    apply(&mut workspace, "set guidance.model_rollouts 60");
+    workspace.poll();
+    assert_eq!(workspace.view.prior_state, PriorState::Stale);
+    poll_until(&mut workspace, is_fresh);
+}
