@@ -255,6 +255,18 @@ fn the_selected_object_is_in_brackets_with_its_name_below() {
 }
 
 #[test]
+fn the_name_of_an_object_at_the_bottom_is_above_it() {
+    let last = PART.bottom() - 1;
+    let proposed = [Region { position: View { area: PART }.nearest(50, last), radius: 4.0 }];
+    let (buffer, _) = drawn_in(PART, &theme(), |content| {
+        content.objects.proposed = &proposed;
+        content.selected = Some(Object::Proposal(0));
+    });
+    let row = |y: u16| -> String { (0..WHOLE.width).map(|x| buffer[(x, y)].symbol()).collect() };
+    assert!(row(last).contains('[') && row(last - 2).contains("propos"), "{} {}", row(last), row(last - 2));
+}
+
+#[test]
 fn nothing_is_drawn_beside_the_scene() {
     let view = View { area: PART };
     let columns = [30, 31, 50, 67, 68, 69];

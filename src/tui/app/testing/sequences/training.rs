@@ -99,6 +99,11 @@ fn a_part_that_is_missing_says_why() {
     check(typical(), "pageup b", &[], "no critic or actor: the checkpoint is being read");
     let (mut app, _) = app(typical());
     press(&mut app, "pageup b");
+    shot(&mut app, 120, 40);
+    bring(&mut app, typical());
+    shot(&mut app, 120, 40);
+    app.tick(std::time::Duration::ZERO);
+    assert!(!app.is_changed(), "the same reason is not drawn again");
     let mut damaged = typical();
     damaged.watched.as_mut().unwrap().agent = Some(Err("the checkpoint is damaged".to_owned()));
     bring(&mut app, damaged);
