@@ -33,8 +33,8 @@ pub fn points(seeds: &[&[[f64; 2]]]) -> usize {
     seeds.iter().map(|seed| seed.len()).min().unwrap_or(0)
 }
 
-/// Maximum number of cached curves.
-const KEPT: usize = 100;
+/// Maximum number of cached points of curves.
+const KEPT: usize = 10_000;
 
 /// A cache of estimates by curve: a figure is redrawn often while it is composed, and resampling takes most of its
 /// time.
@@ -62,7 +62,7 @@ impl CurveEstimates for KnownEstimates {
         // Computed without holding the lock.
         let estimates = self.bootstrap.of(seeds)?;
         let mut known = known();
-        if known.len() >= KEPT {
+        if known.values().map(Vec::len).sum::<usize>() + estimates.len() > KEPT {
             known.clear();
         }
         known.insert(key, estimates.clone());
@@ -95,7 +95,15 @@ mod tests {
         assert_eq!((known.of(&seeds).unwrap(), known.count()), (first, 1));
         known.of(&seeds[..1]).unwrap();
         assert_eq!(known.count(), 2);
-        assert!((0..2 * KEPT).all(|seed| known.of(&[&[[1.0, seed as f64]]]).is_ok()));
-        assert!(known.count() <= KEPT);
+    }
+
+    #[test]
+    fn a_limited_number_of_points_is_kept() {
+        let known = KnownEstimates::default();
+        let counts = [0.1, 0.2, 0.3].map(|value| {
+            known.of(&[&vec![[1.0, value]; KEPT / 2]]).unwrap();
+            known.count()
+        });
+        assert_eq!(counts, [1, 2, 1]);
     }
 }

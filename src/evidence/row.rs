@@ -57,6 +57,8 @@ pub struct TrainedRun {
 
 /// Maximum number of points of a learning curve.
 const CURVE_POINTS: usize = 100;
+/// Maximum number of points of the curve of greedy evaluations.
+const GREEDY_POINTS: usize = 1000;
 /// Number of greedy evaluations averaged in a point, as a single one is often 0 or 1.
 pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 
@@ -67,7 +69,10 @@ impl TrainedRun {
         let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
         let records = || history.records.iter().skip(every - 1).step_by(every);
         let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
+        let planned = config.episodes.checked_div(config.evaluation.every).unwrap_or(0) as usize;
+        let greedy_every = successes.len().max(planned).div_ceil(GREEDY_POINTS).max(1);
         let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
+        let greedy = greedy.skip(greedy_every - 1).step_by(greedy_every);
         Self {
             row: LearningRow::new(config, history),
             training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
@@ -136,6 +141,29 @@ impl LearningRow {
                 .epsilon
                 .parse()
                 .map_or_else(|_| self.epsilon.clone(), |schedule: EpsilonSchedule| schedule.describe()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::run::EvaluationRecord;
+
+    #[test]
+    fn the_curve_of_many_evaluations_is_thinned_evenly() {
+        let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        config.evaluation.every = 1;
+        for (evaluations, [first, last, points]) in [(1000, [1.0, 1000.0, 1000.0]), (2500, [3.0, 2499.0, 833.0])] {
+            config.episodes = evaluations;
+            let mut history = RunHistory::default();
+            for episode in 1..=u64::from(evaluations) {
+                history.evaluations.push(EvaluationRecord { episode, success: 1.0, mean_return: 0.0 });
+            }
+            let greedy = TrainedRun::new(&config, &history).greedy;
+            assert_eq!([greedy[0][0], greedy[greedy.len() - 1][0], greedy.len() as f64], [first, last, points]);
         }
     }
 }
