@@ -120,8 +120,7 @@ impl<'a> Charts<'a> {
         });
         let empty = match self.shown.first() {
             Some(Shown::Run(run, _)) => without_episodes(run),
-            Some(Shown::Group(..)) => "none of its runs has an episode yet".to_owned(),
-            None => self.ui.text("no episodes yet: {train} trains"),
+            _ => self.ui.text("no episodes yet: {train} trains"),
         };
         let smoothing = self.state.smoothing(metric);
         let title = match (smoothing, self.state.scale(metric)) {

@@ -208,8 +208,10 @@ impl RunGroup {
         let known = self.runs.first().and_then(|run| before.of(run));
         if let Some(known) = known.filter(|known| known.runs == self.runs && known.versions == self.versions) {
             self.curves.clone_from(&known.curves);
-        } else if self.is_many() && curves.iter().any(|curves| !curves.episodes().is_empty()) {
-            self.curves = Some(Arc::new(GroupCurves::new(&curves)));
+        } else if self.is_many() {
+            // They have no episodes before half of its runs have been read.
+            let curves = GroupCurves::new(&curves);
+            self.curves = (!curves.middle.episodes().is_empty()).then(|| Arc::new(curves));
         }
         self
     }
@@ -333,6 +335,19 @@ mod tests {
         let after = Grouping::new(&runs, &before, None);
         assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
         assert!(after.of(&runs[0].path).unwrap().curves.is_none(), "its own curves are enough");
+    }
+
+    #[test]
+    fn a_group_has_no_curves_before_half_of_its_runs_are_read() {
+        let mut runs = runs();
+        let is_read = |run: &RunSummary| "cde".contains(&*run.name) && !run.curves.episodes().is_empty();
+        let read: Vec<usize> = (0..runs.len()).filter(|place| is_read(&runs[*place])).collect();
+        let has_curves = |runs: &[Arc<RunSummary>]| {
+            Grouping::new(runs, &Grouping::default(), None).of(Path::new("runs/c")).unwrap().curves.is_some()
+        };
+        assert!(read.len() == 2 && has_curves(&runs));
+        Arc::make_mut(&mut runs[read[0]]).curves = Arc::default();
+        assert!(!has_curves(&runs));
     }
 
     #[test]
