@@ -175,7 +175,7 @@ fn act(terminal: &Terminal, rng: &mut ChaCha8Rng) {
 
 /// A training in another process, in the folder that the workbench shows.
 fn another(folder: &Path) -> Child {
-    let arguments = "train task1 --method ddpg --seed 7 --episodes 1000000 --quiet --out runs/another";
+    let arguments = "train task1 --method ddpg --seed 7 --episodes 10000000 --quiet --out runs/another";
     let settings = "--set ddpg.hidden=16 --set ddpg.replay_capacity=2000";
     Command::new(mge())
         .args(arguments.split(' ').chain(settings.split(' ')))
@@ -216,7 +216,7 @@ fn resources_do_not_grow_over_an_hour() {
         "set ddpg.hidden 16",
         "set ddpg.replay_capacity 2000",
         "set guidance.model_rollouts 100",
-        "episodes 1000000",
+        "episodes 10000000",
         "model true",
         "method ddpg",
         "train runs/first",
@@ -273,6 +273,12 @@ fn resources_do_not_grow_over_an_hour() {
             samples.push(held);
             minute = None;
         }
+    }
+    // The memory of an ended training would make room for growth.
+    for run in ["first", "second", "third", "another"] {
+        let log = std::fs::read_to_string(folder.path().join("runs").join(run).join("log.txt")).unwrap();
+        let has_ended = ["finished after", "stopped after", "failed after"].iter().any(|end| log.contains(end));
+        assert!(!has_ended, "{run} has ended: {log}");
     }
     other.kill().unwrap();
     other.wait().unwrap();

@@ -205,6 +205,34 @@ fn suspending_and_continuing_restores_the_screen() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_workbench_at_rest_draws_nothing_and_leaves_the_processor_alone() {
+    use std::time::Duration;
+
+    /// Processor time in hundredths of a second.
+    fn used(process: u32) -> u64 {
+        let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+        let after_name: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+        after_name[11].parse::<u64>().unwrap() + after_name[12].parse::<u64>().unwrap()
+    }
+
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &[]);
+    terminal.wait_for("welcome");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    // Right after the start there may be something to do.
+    let is_at_rest = (0..20).any(|_| {
+        let before = (used(terminal.process()), terminal.written());
+        std::thread::sleep(Duration::from_millis(500));
+        used(terminal.process()) - before.0 < 10 && terminal.written() == before.1
+    });
+    assert!(is_at_rest);
+    terminal.type_text("q");
+    assert_eq!(terminal.wait_for_exit(), 0);
+}
+
+#[test]
 fn bursts_of_input_do_not_block_the_keyboard() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);

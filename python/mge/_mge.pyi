@@ -82,6 +82,7 @@ class VectorCore:
         tools: str | None = None,
         images: bool = False,
         pictures: _Path | None = None,
+        rays: bool = False,
     ) -> VectorCore: ...
     @property
     def tool_count(self) -> int | None:

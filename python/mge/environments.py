@@ -155,7 +155,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         tools: None: the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
             it chooses among 40 of CREATE's tools, which every reset draws from that split.
         observation: `"vector"`, `"image"` (84 x 84 x 3, as in CREATE), or the name of a part of the vector;
-            or a list of these, such as `["objects", "image"]`, for a dictionary.
+            or a list of these, such as `["objects", "image"]`, for a dictionary. `"rays"` in place of the vector
+            has the same length for every task; not with tools.
         pictures: CREATE's folder `create_game/assets`, to draw its pictures of tools in images; plain
             shapes if None.
         render_mode: None or `"rgb_array"`.
@@ -185,7 +186,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         self.task = _task(task)
         self.render_mode = render_mode
         self.render_size = render_size
-        core = _mge.VectorCore(self.task, 1, "Disabled", 1, tools, "image" in _names(observation), pictures)
+        names = _names(observation)
+        core = _mge.VectorCore(self.task, 1, "Disabled", 1, tools, "image" in names, pictures, "rays" in names)
         self._core: _mge.VectorCore | None = core
         self._parts = _Parts(core, observation)
         self._tools = core.tool_count
@@ -305,9 +307,10 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         self.render_mode = render_mode
         self.render_size = render_size
         self.copy = copy
-        has_images = "image" in _names(observation)
+        names = _names(observation)
+        has_images, has_rays = "image" in names, "rays" in names
         core = _mge.VectorCore(
-            self.task, num_envs, self.autoreset_mode.value, num_threads, tools, has_images, pictures
+            self.task, num_envs, self.autoreset_mode.value, num_threads, tools, has_images, pictures, has_rays
         )
         self._core: _mge.VectorCore | None = core
         self._parts = _Parts(core, observation)

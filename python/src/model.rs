@@ -253,7 +253,7 @@ impl PythonModel {
         if !object.hasattr("advance")? || !object.hasattr("interval")? {
             let kind = object.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "{kind} is no model: use mge.Model, \"physics\", \"rapier\", the name or path of a model, or an object with `interval` and `advance(balls, tools)`"
+                "{kind} is not a model: use mge.Model, \"physics\", \"rapier\", the name or path of a model, or an object with `interval` and `advance(balls, tools)`"
             )));
         }
         let interval: u32 = object.getattr("interval")?.extract()?;

@@ -184,7 +184,7 @@ impl Actor {
         if observations.shape()[1] != agent.observation_len() || actions.shape() != [count, agent.action_len()] {
             let (s, a) = (observations.shape(), actions.shape());
             return Err(PyValueError::new_err(format!(
-                "observations of the shape {s:?} and actions of {a:?} are no pairs of this agent"
+                "observations of the shape {s:?} and actions of {a:?} do not fit this agent"
             )));
         }
         let observations: Vec<f32> = observations.as_array().iter().copied().collect();

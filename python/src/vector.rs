@@ -44,7 +44,7 @@ pub struct VectorCore {
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, count, autoreset, threads = None, tools = None, images = false, pictures = None))]
+    #[pyo3(signature = (task, count, autoreset, threads = None, tools = None, images = false, pictures = None, rays = false))]
     #[expect(clippy::too_many_arguments)] // Keyword arguments in Python.
     fn new(
         py: Python<'_>,
@@ -55,6 +55,7 @@ impl VectorCore {
         tools: Option<&str>,
         images: bool,
         pictures: Option<PathBuf>,
+        rays: bool,
     ) -> PyResult<Self> {
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
@@ -73,6 +74,13 @@ impl VectorCore {
             None => VectorEnvironment::new(task.0.clone(), count, autoreset),
             Some(tools) => VectorEnvironment::with_tools(task.0.clone(), tools, count, autoreset),
         };
+        if rays && tools.is_some() {
+            let reason = "an agent that chooses among tools observes their properties: leave out 'rays' or `tools`";
+            return Err(PyValueError::new_err(reason));
+        }
+        if rays {
+            env = env.with_rays();
+        }
         if images {
             env = env.with_images();
         }

@@ -2,19 +2,23 @@
 
 use std::path::Path;
 
-use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate};
+use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions};
 use super::progress::in_batch;
 use super::runs::split_definition;
 use super::{Outcome, output, sweeps};
 use crate::batch::default_threads;
 use crate::evidence;
-use crate::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, PuzzleError};
+use crate::puzzles::{
+    self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch, TransferPlan, TransferResults,
+};
 use crate::sweep::Sweep;
+use crate::workbench::RunView;
 
 pub fn run(command: &Puzzles) -> Outcome {
     match command {
         Puzzles::Generate(arguments) => generate(arguments),
         Puzzles::Bench(arguments) => bench(arguments),
+        Puzzles::Transfer(arguments) => transfer(arguments),
     }
 }
 
@@ -33,17 +37,13 @@ fn generate(arguments: &PuzzlesGenerate) -> Outcome {
 fn bench(arguments: &PuzzlesBench) -> Outcome {
     let definitions = arguments.settings.iter().map(|setting| split_definition(setting, "--set"));
     let plan = BenchPlan {
-        puzzles: arguments.puzzles.clone(),
-        model: arguments.model.clone().into(),
-        subgoals: arguments.subgoals,
+        search: search(&arguments.search),
         methods: arguments.methods.clone(),
         episodes: arguments.episodes,
         seeds: arguments.seeds,
         settings: definitions.collect::<Result<_, _>>()?,
     };
-    let folder = &arguments.puzzles;
-    let index = Index::load(folder)?
-        .ok_or_else(|| format!("{}: has no index.json: make puzzles with `mge puzzles generate`", folder.display()))?;
+    let index = index_of(&arguments.search)?;
     let file = in_batch(
         arguments.threads,
         arguments.quiet,
@@ -62,21 +62,79 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     }
 }
 
+fn search(arguments: &SubgoalOptions) -> SubgoalSearch {
+    let (puzzles, model) = (arguments.puzzles.clone(), arguments.model.clone().into());
+    SubgoalSearch { puzzles, model, subgoals: arguments.subgoals }
+}
+
+fn index_of(arguments: &SubgoalOptions) -> Result<Index, Box<dyn std::error::Error>> {
+    let folder = arguments.puzzles.display();
+    let missing = || format!("{folder}: has no index.json: make puzzles with `mge puzzles generate`");
+    Ok(Index::load(&arguments.puzzles)?.ok_or_else(missing)?)
+}
+
+/// The arguments as words of a command.
+fn words(arguments: &SubgoalOptions) -> [String; 5] {
+    let SubgoalOptions { puzzles, model, subgoals } = arguments;
+    [puzzles.display().to_string(), "--model".into(), model.clone(), "--subgoals".into(), subgoals.to_string()]
+}
+
+fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
+    let run = RunView::open(&arguments.run)?;
+    let (config, saved) = (run.config(), run.saved());
+    let trained_episodes = saved.agent_near(u64::MAX, None)?.episode;
+    let plan = TransferPlan {
+        search: search(&arguments.search),
+        config: run.shared_config().clone(),
+        agent: saved.agent()?,
+        episodes: arguments.episodes,
+        evaluations: arguments.evaluations,
+        seed: arguments.seed,
+    };
+    let index = index_of(&arguments.search)?;
+    let out = &arguments.out;
+    let rows = in_batch(
+        arguments.threads,
+        arguments.quiet,
+        |batch, on_progress| puzzles::transfer(&plan, &index, out, batch, on_progress),
+        PuzzleError::is_interruption,
+    )?;
+    let options = [
+        ("--episodes", arguments.episodes.to_string()),
+        ("--evaluations", arguments.evaluations.to_string()),
+        ("--seed", arguments.seed.to_string()),
+        ("--out", out.display().to_string()),
+    ];
+    let command = ["mge", "puzzles", "transfer"].map(str::to_owned).into_iter();
+    let command = command.chain([arguments.run.display().to_string()]).chain(words(&arguments.search));
+    let options = options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]);
+    let results = TransferResults {
+        command: shell_words::join(command.chain(options)),
+        mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+        trained_on: config.tasks().count(),
+        trained_episodes,
+        episodes: arguments.episodes,
+        evaluations: arguments.evaluations,
+        index,
+        rows,
+    };
+    results.write(out)?;
+    Ok(output::line(out.join("report.md").display())?)
+}
+
 fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
     let runs = evidence::read_runs(&evidence::find_runs(&[out.to_owned()])?)?;
-    let words = ["mge", "puzzles", "bench"].map(str::to_owned).into_iter();
+    let command = ["mge", "puzzles", "bench"].map(str::to_owned).into_iter();
     let methods = arguments.methods.iter().flat_map(|method| ["--method".to_owned(), method.name().to_owned()]);
     let options = [
         ("--seeds", arguments.seeds.to_string()),
         ("--episodes", arguments.episodes.to_string()),
-        ("--model", arguments.model.clone()),
-        ("--subgoals", arguments.subgoals.to_string()),
         ("--out", out.display().to_string()),
     ];
     let settings = arguments.settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()]);
     let command = shell_words::join(
-        words
-            .chain([arguments.puzzles.display().to_string()])
+        command
+            .chain(words(&arguments.search))
             .chain(methods)
             .chain(options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]))
             .chain(settings),

@@ -16,11 +16,11 @@ use super::{Outcome, control, output};
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
-use crate::task::{self, Task};
+use crate::task;
 use crate::text::printable;
-use crate::trainer::{Method, Trace, TracedStep, seen};
+use crate::trainer::{Method, Trace, TracedStep, observed};
 use crate::tui;
-use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
+use crate::workbench::{self, Command, FigureKind, Notice, Output, Player, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
@@ -211,9 +211,10 @@ impl Viewer {
 
 pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
-    let saved = run.saved();
+    let task = arguments.task.as_deref().map(task::load).transpose()?.map(Arc::new);
+    let player = run.saved().player(task, arguments.tools)?;
     for episode in 0..arguments.episodes {
-        let trace = saved.greedy_episode_with_tools(arguments.tools, arguments.seed + u64::from(episode))?;
+        let trace = player.episode(arguments.seed + u64::from(episode));
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
         let mut line = json!({
             "episode": episode + 1,
@@ -231,7 +232,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
             line["types"] = json!(trace.steps.iter().map(kind).collect::<Vec<_>>());
         }
         if arguments.observations {
-            line["observations"] = json!(observations(&run.config().task, &trace));
+            line["observations"] = json!(observations(&player, &trace));
         }
         output::line(line)?;
     }
@@ -239,13 +240,13 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 }
 
 /// The agent's observation before each action of an episode.
-fn observations(task: &Arc<Task>, trace: &Trace) -> Vec<Vec<f32>> {
-    let mut env = trace.environment(task);
-    let seen = trace.steps.iter().map_while(|step| {
-        let before = seen(&env, env.observation());
+fn observations(player: &Player, trace: &Trace) -> Vec<Vec<f32>> {
+    let mut env = trace.environment(player.task());
+    let before = trace.steps.iter().map_while(|step| {
+        let before = observed(player.agent(), &env);
         env.step(step.choice()).ok().map(|_| before)
     });
-    seen.collect()
+    before.collect()
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {

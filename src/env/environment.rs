@@ -10,6 +10,7 @@ use super::description::{ObservationPart, SCENE_SLOTS, describe, description_bou
 use super::episode::Snapshot;
 use super::image::{self, IMAGE_LEN, Pictures};
 use super::observation::{observation_bounds, observation_len, observation_parts, observe};
+use super::rays::{RAYS_LEN, observe_rays, rays_bounds};
 use crate::physics::{BallState, ToolSplit, World};
 use crate::task::Task;
 
@@ -38,6 +39,8 @@ pub struct Environment {
     set: Option<ActionSet>,
     /// Object slots in the observation of an agent with an action set.
     slots: usize,
+    /// Whether observations are by rays.
+    pub(super) by_rays: bool,
     /// The start of every episode, if all start alike.
     first: Option<Arc<Snapshot>>,
     now: Snapshot,
@@ -63,6 +66,7 @@ impl Environment {
             split: None,
             set: None,
             slots: SCENE_SLOTS,
+            by_rays: false,
             first,
             now,
             pictures: None,
@@ -88,6 +92,12 @@ impl Environment {
     #[must_use]
     pub fn with_slots(self, slots: usize) -> Self {
         Self { slots, ..self }
+    }
+
+    /// Makes [`rays`](Self::rays) the observation.
+    #[must_use]
+    pub fn with_rays(self) -> Self {
+        Self { by_rays: true, ..self }
     }
 
     /// Draws tools with CREATE's own pictures, so that images equal CREATE's.
@@ -163,9 +173,12 @@ impl Environment {
     }
 
     /// The current observation: object vectors and the next stage or, for an agent with an action set, a description
-    /// of the objects' properties, the progress and the tools. [`observation_parts`](Self::observation_parts) lists
-    /// its parts.
+    /// of the objects' properties, the progress and the tools; [`rays`](Self::rays) if they are
+    /// [set](Self::with_rays). [`observation_parts`](Self::observation_parts) lists its parts.
     pub fn observation(&self) -> Vec<f32> {
+        if self.by_rays {
+            return self.rays();
+        }
         if let Some(set) = &self.set {
             return describe(&self.task, &self.now, set, self.slots);
         }
@@ -174,9 +187,16 @@ impl Environment {
         observation
     }
 
+    /// The current observation by rays: the ball, its next target, and the tools around both. [`RAYS_LEN`] numbers for
+    /// every task, so that an agent can play others than it has learned on.
+    pub fn rays(&self) -> Vec<f32> {
+        observe_rays(&self.task, &self.now)
+    }
+
     /// Writes the current [`observation`](Self::observation) to `row`, which has exactly its length.
     pub fn write_observation(&self, row: &mut [f32]) {
         match &self.set {
+            _ if self.by_rays => row.copy_from_slice(&self.rays()),
             Some(set) => row.copy_from_slice(&describe(&self.task, &self.now, set, self.slots)),
             None => observe(self.now.world(), self.task.tools.len(), self.now.stage(), row),
         }
@@ -191,6 +211,7 @@ impl Environment {
     /// The parts of an observation, in order.
     pub fn observation_parts(&self) -> Vec<ObservationPart> {
         match self.set {
+            _ if self.by_rays => vec![ObservationPart { name: "rays", shape: vec![RAYS_LEN] }],
             None => observation_parts(&self.task),
             Some(_) => description_parts(&self.task, self.slots),
         }
@@ -204,6 +225,7 @@ impl Environment {
     /// Lower and upper bounds of observations; unbounded values are infinite.
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
         match self.set {
+            _ if self.by_rays => rays_bounds(),
             None => observation_bounds(&self.task),
             Some(_) => description_bounds(&self.task, self.slots),
         }
@@ -215,15 +237,7 @@ impl Environment {
     /// # Errors
     /// When the episode is over.
     pub fn step(&mut self, action: impl Into<Choice>) -> Result<Step, EpisodeOver> {
-        self.step_watched(action, |_| {})
-    }
-
-    /// Like [`Environment::step`], calling `watch` with the world after every physics step.
-    ///
-    /// # Errors
-    /// When the episode is over.
-    pub fn step_watched(&mut self, action: impl Into<Choice>, watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
-        let mut step = self.act(action.into(), watch)?;
+        let mut step = self.step_without_observation(action)?;
         step.observation = self.observation();
         Ok(step)
     }
@@ -234,11 +248,20 @@ impl Environment {
     /// # Errors
     /// When the episode is over.
     pub fn step_without_observation(&mut self, action: impl Into<Choice>) -> Result<Step, EpisodeOver> {
-        self.act(action.into(), |_| {})
+        self.step_watched(action, |_| {})
     }
 
-    fn act(&mut self, action: Choice, mut watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
-        let mut step = self.begin_step(action)?;
+    /// Like [`step_without_observation`](Self::step_without_observation), calling `watch` with the world after every
+    /// physics step.
+    ///
+    /// # Errors
+    /// When the episode is over.
+    pub fn step_watched(
+        &mut self,
+        action: impl Into<Choice>,
+        mut watch: impl FnMut(&World),
+    ) -> Result<Step, EpisodeOver> {
+        let mut step = self.begin_step(action.into())?;
         for _ in 0..self.task.rules.steps_per_action {
             self.now.advance(&self.task, &mut step);
             watch(self.now.world());

@@ -14,6 +14,7 @@ mod environment;
 mod episode;
 mod image;
 mod observation;
+mod rays;
 mod refusal;
 #[cfg(test)]
 mod tests;
@@ -29,4 +30,5 @@ pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
 pub use observation::{
     BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_bounds, observation_len,
 };
+pub use rays::RAYS_LEN;
 pub use vector::{Autoreset, Ended, Info, Outcome, State, VectorEnvironment, VectorError};

@@ -12,6 +12,7 @@ use super::description::ObservationPart;
 use super::environment::{Environment, Start};
 use super::episode::Snapshot;
 use super::image::{IMAGE_LEN, Pictures};
+use super::rays::RAYS_LEN;
 use crate::physics::{ACTION_SET, ToolSplit};
 use crate::streams::Stream;
 use crate::task::Task;
@@ -278,6 +279,14 @@ impl VectorEnvironment {
         Self { has_images: true, ..self }
     }
 
+    /// Makes [`Environment::rays`] the observation.
+    #[must_use]
+    pub fn with_rays(mut self) -> Self {
+        self.players.iter_mut().for_each(|player| player.env.by_rays = true);
+        self.observation_len = RAYS_LEN;
+        self
+    }
+
     /// Draws tools with CREATE's own pictures.
     #[must_use]
     pub fn with_pictures(mut self, pictures: &Arc<Pictures>) -> Self {
@@ -436,10 +445,10 @@ impl VectorEnvironment {
         }
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
-        // A state read from text has no pictures.
-        let pictures = player.env.pictures.take();
+        // A state read from text has no pictures, and its observation may be another.
+        let (pictures, by_rays) = (player.env.pictures.take(), player.env.by_rays);
         player.clone_from(&state.0);
-        player.env.pictures = pictures;
+        (player.env.pictures, player.env.by_rays) = (pictures, by_rays);
         player.outcome = Outcome { info: player.info(None), ..Outcome::default() };
         observation.copy_from_slice(&player.env.observation());
         Ok(())

@@ -1,15 +1,18 @@
 //! The actions in the real environment that a run takes outside its own episodes.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use crate::dynamics::{self, Model};
 use crate::physics::ToolKind;
+use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig};
 
 /// Counts the actions that runs take outside their episodes; reads each dynamics model once.
 #[derive(Debug, Default)]
 pub(super) struct Charges {
-    launches: HashMap<(String, Vec<ToolKind>), u64>,
+    /// Name and launches of the model for a source and the tools of a task.
+    launches: HashMap<(String, Vec<ToolKind>), (String, u64)>,
 }
 
 impl Charges {
@@ -19,26 +22,33 @@ impl Charges {
     /// every run that uses the model. A model that cannot be read has no launches.
     pub fn of(&mut self, config: &RunConfig) -> u64 {
         let source = config.rollout_source();
-        let uses_model = config.is_guided() || config.method.consults_model();
-        let rollouts = if config.is_guided() { rollout_actions(config, &source) } else { 0 };
-        rollouts + if uses_model { self.launches(config, source) } else { 0 }
+        let rollouts = |task: &Arc<Task>| rollout_actions(config, task, &source);
+        let rollouts = if config.is_guided() { config.tasks().map(rollouts).sum() } else { 0 };
+        if !config.is_guided() && !config.method.consults_model() {
+            return rollouts;
+        }
+        // Several tasks may share a model.
+        let models: BTreeMap<String, u64> =
+            config.tasks().map(|task| self.launches(task.tool_set(), &source)).collect();
+        rollouts + models.values().sum::<u64>()
     }
 
-    fn launches(&mut self, config: &RunConfig, source: PriorSource) -> u64 {
-        let tools = config.task.tool_set();
-        *self.launches.entry((String::from(source.clone()), tools)).or_insert_with_key(|(_, tools)| {
-            let model = match &source {
+    /// Name and launches of the model for tasks with these tools.
+    fn launches(&mut self, tools: Vec<ToolKind>, source: &PriorSource) -> (String, u64) {
+        let launches = self.launches.entry((String::from(source.clone()), tools)).or_insert_with_key(|(_, tools)| {
+            let model = match source {
                 PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => None,
                 PriorSource::Learned => dynamics::shipped_for(tools),
                 PriorSource::ModelFile(name) => dynamics::named(name).ok(),
             };
-            model.map_or(0, |model| launches_of(&model))
-        })
+            model.map_or_else(Default::default, |model| (model.name(), launches_of(&model)))
+        });
+        launches.clone()
     }
 }
 
-fn rollout_actions(config: &RunConfig, source: &PriorSource) -> u64 {
-    let (stages, guidance) = (config.task.stage_count(), &config.guidance);
+fn rollout_actions(config: &RunConfig, task: &Task, source: &PriorSource) -> u64 {
+    let (stages, guidance) = (task.stage_count(), &config.guidance);
     let explored = stages - 1;
     let real = match source {
         PriorSource::Uniform => 0,
@@ -55,8 +65,6 @@ fn launches_of(model: &Model) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::guidance::EpsilonSchedule;
     use crate::task;
@@ -83,5 +91,19 @@ mod tests {
         check(Method::DdpgMge, 0.5, rollouts + launches);
         check(Method::DdpgMgeTrue, 0.5, rollouts + stages * 100 * 4);
         check(Method::ModelReplay, 0.0, launches);
+    }
+
+    #[test]
+    fn a_model_shared_by_several_tasks_is_charged_once_and_rollouts_for_each() {
+        let config = RunConfig::default_for(Arc::new(task::load("task1").unwrap()), Method::DdpgMge);
+        let mut charges = Charges::default();
+        let mut of = |tasks: &str| charges.of(&config.with_setting("more_tasks", tasks).unwrap());
+        let of_one = |name: &str| Charges::default().of(&config.on(&Arc::new(task::load(name).unwrap())));
+        let model = |name: &str| dynamics::shipped_for(&task::load(name).unwrap().tool_set()).unwrap();
+        let same = task::shipped_names().find(|name| *name != "task1" && model(name).name() == model("task1").name());
+        let other = task::shipped_names().find(|name| model(name).name() != model("task1").name()).unwrap();
+        let same = same.expect("tool sets have two tasks each");
+        assert_eq!(of(same), of("") + of_one(same) - launches_of(&model("task1")));
+        assert_eq!(of(other), of("") + of_one(other));
     }
 }

@@ -59,7 +59,7 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
 /// The differences of two runs: JSON paths of `config.json` with both values; a missing value is empty.
 pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [String; 2])> {
     let of = |config: &RunConfig| -> Settings {
-        json::leaves(&json::as_written(config)).into_iter().map(|(path, value)| (path, json::text(value))).collect()
+        json::leaves(&json::as_written(config)).into_iter().map(|(path, value)| in_short(path, value)).collect()
     };
     let all = [of(first), of(second)];
     let paths: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
@@ -106,11 +106,17 @@ fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
     let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
     let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
     let fork = ("fork".to_owned(), fork);
-    leaves
-        .map(|(path, value)| (path, json::text(value)))
-        .chain(task_changes(&config.task, shipped))
-        .chain([fork])
-        .collect()
+    leaves.map(|(path, value)| in_short(path, value)).chain(task_changes(&config.task, shipped)).chain([fork]).collect()
+}
+
+/// A setting as text, whole tasks by their names.
+fn in_short(path: String, value: &serde_json::Value) -> (String, String) {
+    let name = |task: &serde_json::Value| task["name"].as_str().unwrap_or_default().to_owned();
+    let text = match value.as_array().filter(|_| path == "further_tasks") {
+        Some(tasks) => tasks.iter().map(name).collect::<Vec<String>>().join(", "),
+        None => json::text(value),
+    };
+    (path, text)
 }
 
 /// For a task with the name of a shipped one: whether its subgoals, and the rest of it, are changed.

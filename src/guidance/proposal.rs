@@ -198,7 +198,8 @@ fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::dynamics::RolloutAction;
-    use crate::guidance::TruePhysics;
+    use crate::guidance::{InterruptibleModel, TruePhysics};
+    use crate::stop::Stop;
 
     /// task1 without subgoals, with its goal at the bottom right.
     fn task() -> Task {
@@ -274,6 +275,28 @@ mod tests {
             let others = found[..index].iter();
             assert!(others.clone().all(|other| distance(region.position, other.position) > APART), "{found:?}");
         }
+    }
+
+    #[test]
+    fn only_histories_that_really_reach_the_subgoal_are_kept_and_are_cut_there() {
+        let mut task = task();
+        let [x, y] = task.ball.position;
+        // The ball falls into it during the second action.
+        task.subgoals = vec![Region { position: [x, y - 0.3], radius: 4.0 }];
+        let history: Vec<Action> = vec![[-0.9, 0.9]; 4];
+        let played = |model: &dyn RolloutModel, task: &Task| {
+            really_reached(model, &Arc::new(task.clone()), [history.clone(), Vec::new()].into_iter())
+        };
+        let found = played(&TruePhysics, &task);
+        let [(actions, state)] = &found[..] else { panic!("{} of 1", found.len()) };
+        assert_eq!((state.stage(), state.actions() as usize, state.end()), (1, actions.len(), None));
+        assert!(!actions.is_empty() && actions.len() < history.len() && history.starts_with(actions));
+        let stop = Stop::default();
+        stop.request();
+        assert!(played(&InterruptibleModel::new(&TruePhysics, &stop), &task).is_empty());
+        // The goal is reached at the same time, so nothing can follow.
+        (task.goal.position, task.goal.radius) = (task.subgoals[0].position, 4.0);
+        assert!(played(&TruePhysics, &task).is_empty());
     }
 
     #[test]

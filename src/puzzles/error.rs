@@ -6,7 +6,7 @@ use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
 use crate::json::SyntaxError;
 use crate::task::TaskError;
-use crate::trainer::PriorError;
+use crate::trainer::{PriorError, TrainingError};
 
 /// Why puzzles cannot be generated or used.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +32,15 @@ pub enum PuzzleError {
     /// The model cannot be used.
     #[error(transparent)]
     Prior(#[from] PriorError),
+    /// The agent's observations depend on the task.
+    #[error("the agent observes objects, whose number depends on the task: train it with `observation=rays`")]
+    NotByRays,
+    /// A transfer was interrupted.
+    #[error("interrupted after {done} of {jobs} puzzles: their subgoals are kept, the trainings begin again")]
+    TransferInterrupted { done: usize, jobs: usize },
+    /// A training failed.
+    #[error(transparent)]
+    Training(#[from] TrainingError),
     /// The threads of the batch cannot be started.
     #[error(transparent)]
     Batch(#[from] BatchError),
@@ -46,7 +55,7 @@ pub enum PuzzleError {
 impl PuzzleError {
     /// Whether an interruption was requested.
     pub fn is_interruption(&self) -> bool {
-        matches!(self, Self::Interrupted { .. })
+        matches!(self, Self::Interrupted { .. } | Self::TransferInterrupted { .. })
     }
 
     /// An error of the file at `path`.

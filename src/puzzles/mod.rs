@@ -4,14 +4,17 @@
 //! Play decides whether a layout is a puzzle: random actions hardly ever reach the goal, and actions
 //! guided by the true physics often do. The bench proposes subgoals for each puzzle with a dynamics
 //! model, which was not trained on puzzles, and trains agents on the result as a [sweep](crate::sweep).
+//! A [transfer](mod@transfer) plays puzzles with an agent that was trained on others.
 
 mod bench;
 mod error;
 mod generate;
 mod index;
+mod proposals;
 mod results;
 #[cfg(test)]
 mod tests;
+mod transfer;
 
 pub use bench::{BenchPlan, prepare};
 pub use error::PuzzleError;
@@ -19,4 +22,8 @@ pub use generate::{Criteria, generate};
 #[cfg(test)]
 use index::Puzzle;
 pub use index::{Index, Split};
+pub use proposals::SubgoalSearch;
 pub use results::BenchResults;
+#[cfg(test)]
+use transfer::TransferRow;
+pub use transfer::{TransferPlan, TransferResults, transfer};

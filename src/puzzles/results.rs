@@ -13,10 +13,10 @@ use crate::markdown;
 use crate::stats::rolling::WINDOW;
 
 /// Minimum success rate of a solved puzzle.
-const SOLVED: f64 = 0.8;
+pub(super) const SOLVED: f64 = 0.8;
 
 /// Groups of puzzles by the actions needed: the minimum number of each, and its name.
-const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
+pub(super) const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
 
 /// Trainings on generated puzzles.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,4 +1,5 @@
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::*;
@@ -7,7 +8,7 @@ use crate::evidence::LearningRow;
 use crate::stats::efficiency::Efficiency;
 use crate::sweep::Sweep;
 use crate::task;
-use crate::trainer::{Method, PriorSource};
+use crate::trainer::{Method, Observation, PriorSource, RunConfig, Training};
 
 /// Criteria that are cheap to check but still reject most layouts.
 const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
@@ -54,9 +55,7 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
 
     let out = folder.path().join("bench");
     let plan = BenchPlan {
-        puzzles: folder.path().to_owned(),
-        model: PriorSource::TruePhysics,
-        subgoals: 2,
+        search: SubgoalSearch { puzzles: folder.path().to_owned(), model: PriorSource::TruePhysics, subgoals: 2 },
         methods: vec![Method::default()],
         episodes: 30,
         seeds: 2,
@@ -68,6 +67,84 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
     assert_eq!(sweep.jobs.len(), 2);
     let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();
     assert_eq!(staged.subgoals.len(), puzzle.subgoals);
+}
+
+#[test]
+fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
+    let mut config = RunConfig::default_for(Arc::new(task::load("task1").unwrap()), Method::DdpgMgeAdaptive);
+    (config.hold_tolerance, config.observation) = (None, Observation::Rays);
+    config.ddpg.hidden = 8;
+    let plan = |config: RunConfig| TransferPlan {
+        search: SubgoalSearch { puzzles: folder.path().to_owned(), model: PriorSource::TruePhysics, subgoals: 2 },
+        agent: Training::new(config.clone(), None).unwrap().ddpg().clone(),
+        config: Arc::new(config),
+        episodes: 5,
+        evaluations: 4,
+        seed: 0,
+    };
+    let interrupt = AtomicBool::new(false);
+    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let out = folder.path().join("transfer");
+    let rows = transfer(&plan(config.clone()), &index, &out, &batch, &mut |_| {}).unwrap();
+    assert_eq!(rows.iter().map(|row| &row.puzzle).collect::<Vec<_>>(), [&index.puzzles[0].name]);
+    let is_share = |value: f64| (0.0..=1.0).contains(&value) && (4.0 * value).fract() == 0.0;
+    assert!(is_share(rows[0].at_once) && is_share(rows[0].after) && is_share(rows[0].from_scratch), "{rows:?}");
+    assert_eq!(transfer(&plan(config.clone()), &index, &out, &batch, &mut |_| {}).unwrap(), rows);
+    let objects = RunConfig { observation: Observation::Objects, ..config };
+    let outcome = transfer(&plan(objects), &index, &out, &batch, &mut |_| {});
+    assert!(matches!(outcome, Err(PuzzleError::NotByRays)), "{outcome:?}");
+}
+
+#[test]
+fn a_transfer_reports_means_and_solved_puzzles_by_difficulty() {
+    let mut index = Index::new(0, Split::Test, 0.01);
+    for (number, actions_needed) in [(0, 3), (1, 9)] {
+        index.puzzles.push(puzzle(number, actions_needed));
+    }
+    let row = |number: u64, at_once, after, from_scratch| TransferRow {
+        puzzle: format!("test-0-000{number}"),
+        at_once,
+        after,
+        from_scratch,
+    };
+    let results = TransferResults {
+        command: "mge puzzles transfer".to_owned(),
+        mge_version: "1".to_owned(),
+        trained_on: 12,
+        trained_episodes: 3000,
+        episodes: 100,
+        evaluations: 50,
+        index,
+        rows: vec![row(0, 0.8, 1.0, 0.5), row(1, 0.0, 0.5, 0.1)],
+    };
+    let text = results.to_markdown();
+    assert!(text.contains("trained on 12 tasks for 3000 episodes"), "{text}");
+    for line in [
+        "| all | 2 | 0.40 | 0.50 | 0.75 | 0.50 | 0.30 | 0.00 |",
+        "| 1 to 3 | 1 | 0.80 | 1.00 | 1.00 | 1.00 | 0.50 | 0.00 |",
+        "| 7 to 9 | 1 | 0.00 | 0.00 | 0.50 | 0.00 | 0.10 | 0.00 |",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    assert!(!text.contains("4 to 6"), "there is no such puzzle: {text}");
+}
+
+/// A row of an index.
+fn puzzle(number: u64, actions_needed: u32) -> Puzzle {
+    Puzzle {
+        number,
+        name: format!("test-0-000{number}"),
+        tools: Vec::new(),
+        placeable: crate::physics::ToolKind::Box,
+        subgoals: 1,
+        actions_needed,
+        guided_episodes: 1000,
+        guided_goals: 50,
+        random_episodes: 1000,
+        random_goals: 0,
+    }
 }
 
 #[test]
@@ -85,18 +162,7 @@ fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
 fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
     let mut index = Index::new(0, Split::Test, 0.01);
     for (number, actions_needed) in [(0, 1), (1, 5)] {
-        index.puzzles.push(Puzzle {
-            number,
-            name: format!("test-0-000{number}"),
-            tools: Vec::new(),
-            placeable: crate::physics::ToolKind::Box,
-            subgoals: 1,
-            actions_needed,
-            guided_episodes: 1000,
-            guided_goals: 50,
-            random_episodes: 1000,
-            random_goals: 0,
-        });
+        index.puzzles.push(puzzle(number, actions_needed));
     }
     let row = |task: &str, episodes_to_80, held| LearningRow {
         task: task.to_owned(),

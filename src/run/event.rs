@@ -79,6 +79,17 @@ pub struct Practised {
     pub actions: u64,
 }
 
+impl Practised {
+    /// For a line of text: the same, with all stages added up if there are many, as in runs on several tasks.
+    pub fn in_short(&self) -> Self {
+        if self.rollouts.len() <= 8 {
+            return self.clone();
+        }
+        let [rollouts, reached] = [&self.rollouts, &self.reached].map(|counts| vec![counts.iter().sum()]);
+        Self { rollouts, reached, actions: self.actions }
+    }
+}
+
 /// An event of a run.
 ///
 /// # Order
@@ -238,7 +249,8 @@ impl fmt::Display for Event {
             Event::Started { mge_version, task, method, seed, episodes, episode } => {
                 write!(f, "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}", episode + 1)
             }
-            Event::Practised(Practised { rollouts, reached, actions }) => {
+            Event::Practised(practised) => {
+                let Practised { rollouts, reached, actions } = practised.in_short();
                 write!(f, "practice: {reached:?} of {rollouts:?} rollouts reached their stage, {actions} actions")
             }
             Event::EpisodeFinished(record) => write!(
@@ -301,6 +313,16 @@ mod tests {
         let text = serde_json::to_string(&logged).unwrap();
         assert_eq!(text, line);
         assert_eq!(serde_json::from_str::<LoggedEvent>(&text).unwrap(), logged);
+    }
+
+    #[test]
+    fn practice_of_many_stages_is_added_up_in_a_line() {
+        let line = |stages| {
+            let practised = Practised { rollouts: vec![25; stages], reached: vec![3; stages], actions: 70 };
+            Event::Practised(practised).to_string()
+        };
+        assert_eq!(line(2), "practice: [3, 3] of [25, 25] rollouts reached their stage, 70 actions");
+        assert_eq!(line(10), "practice: [30] of [250] rollouts reached their stage, 70 actions");
     }
 
     #[test]

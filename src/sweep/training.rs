@@ -31,15 +31,25 @@ pub(super) fn is_omitted_from_name(config: &RunConfig, key: &str) -> bool {
 /// The grid with absolute paths of tasks and models, so that its commands work in any folder.
 pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     let mut grid = grid.clone();
-    for axis in grid.axes.iter_mut().filter(|axis| ["task", "model", "prior"].contains(&axis.key.as_str())) {
+    for axis in &mut grid.axes {
+        let is_list = axis.key == "more_tasks";
+        if !is_list && !["task", "model", "prior"].contains(&axis.key.as_str()) {
+            continue;
+        }
         for value in &mut axis.values {
-            let path = value.as_str().map(Path::new).filter(|path| path.is_file());
-            if let Some(path) = path.and_then(|path| std::path::absolute(path).ok()) {
-                *value = Value::String(path.display().to_string());
-            }
+            let Some(text) = value.as_str() else { continue };
+            let places: Vec<&str> = if is_list { text.split(',').map(str::trim).collect() } else { vec![text] };
+            *value = Value::String(places.into_iter().map(absolute).collect::<Vec<String>>().join(","));
         }
     }
     grid
+}
+
+/// The absolute path of an existing file or folder; other names stay.
+fn absolute(name: &str) -> String {
+    let path = Some(Path::new(name)).filter(|path| !name.is_empty() && path.exists());
+    path.and_then(|path| std::path::absolute(path).ok())
+        .map_or_else(|| name.to_owned(), |path| path.display().to_string())
 }
 
 /// Refuses a setting given under two names.

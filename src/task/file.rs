@@ -100,6 +100,46 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
+/// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles; for
+/// anything else as [`load`]. Pipes and devices are refused.
+///
+/// # Errors
+/// When a file cannot be read or is not a valid task, or the folder has none.
+pub fn load_all(place: &str) -> Result<Vec<Task>, TaskError> {
+    let path = Path::new(place);
+    if !path.is_dir() || SHIPPED.iter().any(|(shipped, _)| *shipped == place) {
+        return Ok(vec![load_regular(place)?]);
+    }
+    let unreadable = |source| TaskError::Io { path: path.to_owned(), source };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(unreadable)? {
+        let file = entry.map_err(unreadable)?.path();
+        let is_index = file.file_name().is_some_and(|name| name == "index.json");
+        if file.extension().is_some_and(|ending| ending == "json") && !is_index {
+            files.push(file);
+        }
+    }
+    files.sort();
+    if files.is_empty() {
+        return Err(unreadable(std::io::Error::new(std::io::ErrorKind::NotFound, "the folder has no task files")));
+    }
+    files.iter().map(|file| load_regular(&file.display().to_string())).collect()
+}
+
+/// As [`load`], but refuses pipes and devices, on which a read might block.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_regular(name: &str) -> Result<Task, TaskError> {
+    let path = Path::new(name);
+    match bounded::regular(path) {
+        Err(source) if source.kind() == std::io::ErrorKind::InvalidInput && !path.is_dir() => {
+            Err(TaskError::Io { path: path.to_owned(), source })
+        }
+        _ => load(name),
+    }
+}
+
 /// The name by which [`load`] loads an equal task, if it is shipped or a level of CREATE.
 pub fn name_of(task: &Task) -> Option<String> {
     let levels = level_names().flat_map(|level| ["", "-random"].map(|end| format!("create/{level}{end}")));
@@ -167,6 +207,24 @@ pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_stands_for_its_task_files_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().display().to_string();
+        let error = load_all(&place).unwrap_err().to_string();
+        assert!(error.contains("the folder has no task files"), "{error}");
+        for (name, file) in [("task2", "b.json"), ("task1", "a.json")] {
+            save(&load(name).unwrap(), &folder.path().join(file)).unwrap();
+        }
+        std::fs::write(folder.path().join("index.json"), "{}").unwrap();
+        std::fs::write(folder.path().join("notes.txt"), "not a task").unwrap();
+        let names: Vec<String> = load_all(&place).unwrap().into_iter().map(|task| task.name).collect();
+        assert_eq!(names, ["task1", "task2"]);
+        assert_eq!(load_all("task3").unwrap()[0].name, "task3");
+        std::fs::write(folder.path().join("c.json"), "{").unwrap();
+        assert!(load_all(&place).unwrap_err().to_string().contains("c.json"));
+    }
 
     #[test]
     fn tasks_are_known_by_the_name_they_were_loaded_by_until_edited() {

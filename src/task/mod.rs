@@ -16,7 +16,9 @@ mod tools;
 mod validate;
 
 pub use edit::{Draft, Edit, Editor};
-pub use file::{TaskError, level_names, load, name_of, parse, save, shipped, shipped_names, to_json};
+pub use file::{
+    TaskError, level_names, load, load_all, load_regular, name_of, parse, save, shipped, shipped_names, to_json,
+};
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};
 pub use property::{Property, Values};
 pub use rules::{Rewards, Rules, SubgoalCheck};

@@ -7,7 +7,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::fork::Fork;
 use super::method::{Method, PriorSource};
-use super::parts::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Practice, Refinement};
+use super::parts::{
+    ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement,
+};
 use crate::agent::{self, DdpgConfig};
 use crate::guidance::{self, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use crate::physics::{ACTION_SET, ToolSplit};
@@ -23,6 +25,12 @@ use crate::validation::{Range, Setting, ValidationError, check_settings};
 pub struct RunConfig {
     /// The whole task, so that a run does not depend on a file that may change.
     pub task: Arc<Task>,
+    /// Further tasks, played in turn with `task`: task files, or folders of them, separated by commas; empty for none.
+    #[serde(default)]
+    pub more_tasks: String,
+    /// The tasks found there, whole for the same reason as `task`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further_tasks: Vec<Arc<Task>>,
     /// Algorithm.
     #[serde(default)]
     pub method: Method,
@@ -52,6 +60,9 @@ pub struct RunConfig {
     /// none for the task's own.
     #[serde(default)]
     pub start_noise: Option<f32>,
+    /// What the agent observes.
+    #[serde(default)]
+    pub observation: Observation,
     /// The split of CREATE's tools from which every reset draws the action set that the agent chooses
     /// among; none if it uses the task's own tool.
     #[serde(default)]
@@ -151,7 +162,12 @@ const SETTINGS: [Setting; 21] = [
         ACTION_SET as u64,
         "tools nearest to what the actor proposes, among which the critic chooses",
     ),
-    Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
+    Setting::count(
+        "refinement.every",
+        0,
+        1_000_000_000,
+        "episodes of a task between refinements of its clusters; 0 for none",
+    ),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
     Setting::count("practice.rollouts", 0, 100_000, "rollouts towards each stage before the first episode, at most"),
@@ -202,6 +218,8 @@ impl RunConfig {
     pub fn new(task: Arc<Task>) -> Self {
         Self {
             task,
+            more_tasks: String::new(),
+            further_tasks: Vec::new(),
             method: Method::default(),
             seed: 0,
             episodes: default_episodes(),
@@ -211,6 +229,7 @@ impl RunConfig {
             actor_rate_decay: ActorRateDecay::default(),
             hold_tolerance: None,
             start_noise: None,
+            observation: Observation::default(),
             tools: None,
             tool_candidates: default_tool_candidates(),
             ddpg: DdpgConfig::default(),
@@ -239,11 +258,48 @@ impl RunConfig {
         if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
             return Err(ValidationError::new("refinement.most", "must be at least 1 and at least refinement.least"));
         }
-        self.validate_tools()
+        self.validate_tools()?;
+        self.validate_further_tasks()
+    }
+
+    /// Checks the settings that are restricted with several tasks.
+    fn validate_further_tasks(&self) -> Result<(), ValidationError> {
+        let wrong = |path: &str, message: &str| Err(ValidationError::new(path, message));
+        for (index, task) in self.further_tasks.iter().enumerate() {
+            task.validate().map_err(|error| error.within(format_args!("further_tasks[{index}]")))?;
+            if self.tasks().take(1 + index).any(|other| other.name == task.name) {
+                let place = format!("further_tasks[{index}].name");
+                return wrong(&place, "is also the name of another task of the run: tasks are known by their names");
+            }
+        }
+        if self.further_tasks.is_empty() {
+            return if self.more_tasks.is_empty() {
+                Ok(())
+            } else {
+                wrong("more_tasks", "has no tasks besides that of the run: leave it empty")
+            };
+        }
+        if self.observation != Observation::Rays {
+            return wrong("observation", "must be `rays` with `more_tasks`: other observations differ in length");
+        }
+        if self.hold_tolerance.is_some() {
+            return wrong("hold_tolerance", "must be null with `more_tasks`: a policy is held for a single task");
+        }
+        if !self.method.chooses_tools() {
+            return wrong(
+                "method",
+                "cannot be used with `more_tasks`: it has no policy that several tasks could share",
+            );
+        }
+        Ok(())
     }
 
     /// Checks the settings that are restricted with or without `tools`.
     fn validate_tools(&self) -> Result<(), ValidationError> {
+        if self.tools.is_some() && self.observation == Observation::Rays {
+            let message = "is `rays`, but an agent that chooses among `tools` observes their properties: use only one of the two settings";
+            return Err(ValidationError::new("observation", message));
+        }
         if self.tools.is_none() {
             let without = "is set, but the run has no `tools` to choose among: set them, too";
             let is_odd = self.evaluation.tools.is_some();
@@ -262,15 +318,34 @@ impl RunConfig {
         Ok(())
     }
 
-    /// The task with the run's start noise.
-    pub fn played_task(&self) -> Arc<Task> {
+    /// All tasks of the run, in the order in which they are played.
+    pub fn tasks(&self) -> impl Iterator<Item = &Arc<Task>> {
+        std::iter::once(&self.task).chain(&self.further_tasks)
+    }
+
+    /// Whether the clusters of the first task are due for refinement after `episode` episodes. Every task is refined
+    /// after as many of its own episodes.
+    pub fn is_refined_after(&self, episode: u64) -> bool {
+        let (every, tasks) = (u64::from(self.refinement.every), 1 + self.further_tasks.len() as u64);
+        let own = |before: u64| before.is_multiple_of(tasks) && (before / tasks + 1).is_multiple_of(every);
+        every > 0 && episode.checked_sub(1).is_none_or(own)
+    }
+
+    /// The configuration with only this task.
+    #[must_use]
+    pub fn on(&self, task: &Arc<Task>) -> Self {
+        Self { task: task.clone(), more_tasks: String::new(), further_tasks: Vec::new(), ..self.clone() }
+    }
+
+    /// A task of the run with its start noise.
+    pub fn played(&self, task: &Arc<Task>) -> Arc<Task> {
         match self.start_noise {
-            Some(noise) if noise != self.task.rules.start_noise => {
-                let mut task = Task::clone(&self.task);
+            Some(noise) if noise != task.rules.start_noise => {
+                let mut task = Task::clone(task);
                 task.rules.start_noise = noise;
                 Arc::new(task)
             }
-            _ => self.task.clone(),
+            _ => task.clone(),
         }
     }
 

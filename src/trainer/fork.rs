@@ -11,10 +11,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::config::RunConfig;
-use super::prior::{PriorError, build_prior};
+use super::prior::{PriorError, build_prior, build_priors};
 use super::run_loop::play;
 use super::training::{Training, TrainingError};
-use crate::guidance::ActionPrior;
 use crate::run::{Branch, Event, RunDirectory, RunError, RunHistory, read_events};
 use crate::stop::Stop;
 use crate::task::Task;
@@ -34,14 +33,17 @@ pub struct Fork {
     pub tasks: Vec<PastTask>,
 }
 
-/// The task of the first episodes of a fork.
+/// The tasks of the first episodes of a fork.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PastTask {
-    /// The last episode on this task.
+    /// The last episode on these tasks.
     pub until: u32,
     /// The task.
     pub task: Arc<Task>,
+    /// Further tasks that were played in turn with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<Arc<Task>>,
 }
 
 impl RunConfig {
@@ -51,8 +53,8 @@ impl RunConfig {
     pub fn forked(self, before: &Self, run: &str, episode: u32, changes: Vec<String>) -> Self {
         let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until < episode);
         let mut tasks: Vec<PastTask> = known.cloned().collect();
-        if before.task != self.task {
-            tasks.push(PastTask { until: episode, task: before.task.clone() });
+        if before.task != self.task || before.further_tasks != self.further_tasks {
+            tasks.push(PastTask { until: episode, task: before.task.clone(), further: before.further_tasks.clone() });
         }
         Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
     }
@@ -60,7 +62,9 @@ impl RunConfig {
     /// The task on which an episode, counted from 1, was played.
     pub fn task_of(&self, episode: u64) -> &Arc<Task> {
         let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
-        past.map_or(&self.task, |past| &past.task)
+        let (task, further) = past.map_or((&self.task, &self.further_tasks), |past| (&past.task, &past.further));
+        let turn = episode.saturating_sub(1) % (1 + further.len() as u64);
+        (turn as usize).checked_sub(1).map_or(task, |turn| &further[turn])
     }
 }
 
@@ -129,20 +133,16 @@ pub fn fork(
     let mut training = begin(source, &old, episode, stop)?;
     training.obey(stop);
     repeat(&mut training, &events, episode, progress)?;
-    let is_other_task = old.task != config.task;
-    let prior = match config.is_guided() && (is_other_task || training.prior().is_none()) {
-        true => build(&config, stop)?,
-        false => training.prior().cloned(),
-    };
-    let checkpoint = training.forked(config.clone(), prior)?.checkpoint()?;
-    Ok(branch.finish(&config, &checkpoint)?)
-}
-
-fn build(config: &RunConfig, stop: &Stop) -> Result<Option<Arc<ActionPrior>>, PriorError> {
-    if !config.is_guided() {
-        return Ok(None);
+    let is_stale = |task: usize| config.is_guided() && task == 0 && old.task != config.task;
+    let mut priors = training.priors();
+    priors.resize(config.tasks().count(), None);
+    for (index, (task, prior)) in config.tasks().zip(&mut priors).enumerate() {
+        if is_stale(index) || (config.is_guided() && prior.is_none()) {
+            *prior = build_prior(&config.on(task), |_| (), stop)?.map(Arc::new);
+        }
     }
-    Ok(build_prior(config, |_| (), stop)?.map(Arc::new))
+    let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
+    Ok(branch.finish(&config, &checkpoint)?)
 }
 
 /// The training at the latest checkpoint that is not after `episode`, or a new one if there is none.
@@ -152,7 +152,7 @@ fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -
     Ok(match nearest {
         Some((_, name)) => Training::resume(config.clone(), &store.load(name)?)?,
         None if config.fork.is_some() => return Err(ForkError::TooEarly(episode)),
-        None => Training::new(config.clone(), build(config, stop)?)?,
+        None => Training::with_priors(config.clone(), build_priors(config, |_, _| (), stop)?)?,
     })
 }
 
@@ -164,12 +164,11 @@ fn repeat(
     progress: impl Fn(u64, u64),
 ) -> Result<(), ForkError> {
     let first = training.episode();
-    let every = u64::from(training.config().refinement.every);
     let mut history = RunHistory::default();
     events.iter().for_each(|event| history.note(event));
     for event in &history.interventions {
         // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
-        let is_recomputed = every > 0 && event.episode().is_multiple_of(every);
+        let is_recomputed = training.config().is_refined_after(event.episode());
         if matches!(event, Event::ClustersChanged { .. }) && event.episode() > first && !is_recomputed {
             return Err(ForkError::Clusters { at: event.episode() });
         }

@@ -6,6 +6,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::parts::ModelReplay;
+use super::tools::observed;
 use crate::agent::{Ddpg, OrnsteinUhlenbeck};
 use crate::dynamics::DynamicsError;
 use crate::env::{Action, Environment, Snapshot};
@@ -44,7 +45,7 @@ pub(super) fn imagine(
         let mut noise = OrnsteinUhlenbeck::new(2, ddpg.config().ou);
         noise.set_scale(noise_scale);
         for _ in 0..config.horizon {
-            let observation = env.observation();
+            let observation = observed(ddpg, &env);
             let mut action = ddpg.act(&observation);
             noise.perturb(&mut action, rng);
             let action = [action[0], action[1]];
@@ -56,7 +57,7 @@ pub(super) fn imagine(
                 observation,
                 action,
                 reward: step.reward,
-                next_observation: step.observation,
+                next_observation: observed(ddpg, &env),
                 terminated: step.terminated,
             });
             if over {

@@ -130,7 +130,9 @@ impl Method {
             "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "model_replay" => self == Self::ModelReplay,
             "planner" => self == Self::Planning,
-            "ddpg" | "noise_decay" | "actor_rate_decay" | "hold_tolerance" | "evaluation" => self.learns(),
+            "ddpg" | "observation" | "noise_decay" | "actor_rate_decay" | "hold_tolerance" | "evaluation" => {
+                self.learns()
+            }
             _ => true,
         }
     }

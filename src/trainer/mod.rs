@@ -44,14 +44,14 @@ pub use crate::run::Source;
 pub use config::{RunConfig, settings};
 pub use fork::{Fork, ForkError, PastTask, fork};
 pub use method::{Method, PriorSource};
-pub use parts::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Practice, Refinement};
+pub use parts::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, train};
 pub use setting::{SettingError, config_keys, non_default_settings};
 pub use thread::Trainer;
-pub use tools::{chosen_tool, seen};
+pub use tools::{can_play, chosen_tool, observed};
 pub use trace::{Trace, TracedStep};
-pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, prior_at};
+pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, priors_at};
 pub use watch::{LiveView, Phase, Watch};
 
 /// The message of a panic.

@@ -2,7 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
+#[cfg(doc)]
+use crate::env::Environment;
 use crate::physics::ToolSplit;
+
+/// What an agent with the task's own tool observes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Observation {
+    /// The environment's observation, the paper's: a slot for every object, whose number depends on the task.
+    #[default]
+    Objects,
+    /// [Rays](Environment::rays) from the ball and from its next target: the same numbers for every task, so that one
+    /// agent can learn on several tasks and play others.
+    Rays,
+}
 
 /// How often epsilon is drawn to decide whether actions come from the clusters.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -92,7 +106,7 @@ impl Default for Evaluation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Refinement {
-    /// Episodes between refinements; 0 for none.
+    /// Episodes of a task between refinements; 0 for none.
     pub every: u32,
     /// Number of own rewarding actions of a stage from which on its clusters are built from these only.
     pub least: usize,

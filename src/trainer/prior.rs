@@ -124,6 +124,29 @@ pub fn build_prior(
     Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, progress)?)
 }
 
+/// Builds the priors of a run, one for each task; none if it is not guided. `progress` is called with the number of each
+/// stage and the number of all stages. Soon returns incomplete priors once `stop` is requested.
+///
+/// # Errors
+/// When the dynamics model cannot be used.
+pub(super) fn build_priors(
+    config: &RunConfig,
+    progress: impl Fn(usize, usize),
+    stop: &Stop,
+) -> Result<Vec<Arc<ActionPrior>>, PriorError> {
+    let mut priors = Vec::new();
+    if !config.is_guided() {
+        return Ok(priors);
+    }
+    let (mut before, stages) = (0, config.tasks().map(|task| task.stage_count()).sum());
+    for task in config.tasks() {
+        let prior = build_prior(&config.on(task), |stage| progress(before + stage, stages), stop)?;
+        priors.extend(prior.map(Arc::new));
+        before += task.stage_count();
+    }
+    Ok(priors)
+}
+
 /// The latest prior of a run on disk; `None` if it never had one.
 ///
 /// # Errors
@@ -140,7 +163,10 @@ pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<Actio
 /// As [`rollout_model`], and when the method needs predictions but the source of rollouts is `uniform`.
 pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
     consulted_model(config)?;
-    if config.is_guided() { check_rollouts(config) } else { Ok(()) }
+    if !config.is_guided() {
+        return Ok(());
+    }
+    config.tasks().try_for_each(|task| check_rollouts(&config.on(task)))
 }
 
 /// Checks that the rollouts for a run's clusters can be predicted.

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::config::RunConfig;
 use super::method::{Method, PriorSource};
+use super::parts::Observation;
 use super::setting::non_default_settings;
 use crate::env::{BALL_POSITION, TARGET_POSITION};
 use crate::guidance::{ClusterCount, EpsilonSchedule};
 use crate::nn::Activation;
 use crate::physics::ToolSplit;
-use crate::task::Task;
+use crate::task::{Task, TaskError, load_all};
 
 impl RunConfig {
     /// The default configuration of a method for a task.
@@ -47,13 +48,41 @@ impl RunConfig {
         self.changed_to(self.method, tools)
     }
 
+    /// The configuration with the tasks of these task files and folders, separated by commas, as further tasks. The agent
+    /// then observes by rays and no policy is held, as several tasks require. A task with the name of another is left out.
+    ///
+    /// # Errors
+    /// When a file is not a valid task, or a folder has none.
+    pub fn with_more_tasks(&self, from: &str) -> Result<Self, TaskError> {
+        let mut config = Self { more_tasks: from.to_owned(), further_tasks: Vec::new(), ..self.clone() };
+        for place in from.split(',').map(str::trim).filter(|place| !place.is_empty()) {
+            for task in load_all(place)? {
+                // Folders usually contain the run's task itself, which may have been edited since.
+                if config.tasks().all(|known| known.name != task.name) {
+                    config.further_tasks.push(Arc::new(task));
+                }
+            }
+        }
+        config.share();
+        Ok(config)
+    }
+
+    /// Sets what several tasks require.
+    fn share(&mut self) {
+        if !self.further_tasks.is_empty() {
+            (self.observation, self.hold_tolerance) = (Observation::Rays, None);
+        }
+    }
+
     fn changed_to(&self, method: Method, tools: Option<ToolSplit>) -> Self {
         let mut config = Self::default_with(self.task.clone(), method, tools);
-        let is_other = |key: &str| !["method", "tools"].contains(&key);
+        (config.more_tasks, config.further_tasks) = (self.more_tasks.clone(), self.further_tasks.clone());
+        let is_other = |key: &str| !["method", "tools", "more_tasks"].contains(&key);
         for (key, value) in non_default_settings(self).iter().filter(|(key, _)| is_other(key)) {
             // A value of one configuration is also valid in another.
             config = config.with_unchecked_setting(key, value).unwrap_or(config);
         }
+        config.share();
         config
     }
 }

@@ -12,7 +12,7 @@ use crossbeam_channel::Receiver;
 
 use super::config::RunConfig;
 use super::panic_message;
-use super::prior::{PriorError, build_prior};
+use super::prior::{PriorError, build_priors};
 use super::trace::Trace;
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
@@ -104,12 +104,13 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
-                let prior = run_loop.build_prior(&config)?;
+                let on_stage = |stage, stages| watch.set_phase(Phase::BuildingPrior { stage, stages });
+                let priors = build_priors(&config, on_stage, watch.stop())?;
                 if let Some(reason) = run_loop.stop_received() {
                     run_loop.writer.record(&Event::Stopped { episode: 0, reason })?;
                     return Ok(Ending::Stopped);
                 }
-                Training::new(config, prior)?
+                Training::with_priors(config, priors)?
             }
         };
         run_loop.run(training)
@@ -190,17 +191,6 @@ const SLOW: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
-    /// Builds the prior of a new run, if it is guided. A stop ends this early.
-    fn build_prior(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, TrainerError> {
-        if !config.is_guided() {
-            return Ok(None);
-        }
-        let stages = config.task.stage_count();
-        let on_stage = |stage| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-        let prior = build_prior(config, on_stage, self.watch.stop())?;
-        Ok(prior.map(Arc::new))
-    }
-
     fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
         let config = training.config();
         let started = Event::Started {

@@ -48,6 +48,9 @@ impl RunConfig {
             let tools = (value != "null").then(|| value.trim_matches('"').parse()).transpose().map_err(wrong)?;
             return Ok(self.with_tools(tools));
         }
+        if key == "more_tasks" {
+            return self.with_more_tasks(value.trim_matches('"')).map_err(|error| wrong(error.to_string()));
+        }
         let mut config = json::as_written(self);
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
@@ -87,7 +90,7 @@ pub fn config_keys(config: &RunConfig) -> Vec<String> {
 }
 
 fn is_of_task(key: &str) -> bool {
-    key == "task" || key.starts_with("task.")
+    ["task", "further_tasks"].contains(&key) || key.starts_with("task.")
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod guidance;
 mod resume;
+mod several;
 mod tools;
 
 use std::collections::BTreeMap;

@@ -1,5 +1,7 @@
 //! Adapter between an agent, which handles vectors, and an environment in which it may choose among tools.
 //!
+//! An agent with the task's own tool has one of two [observations](Observation), which differ in length.
+//!
 //! An agent that chooses among tools observes the scene as described by the environment (objects and
 //! progress), followed by the catalogue numbers of the action set's tools, which its networks do not see. Its
 //! actions are a position and the [embedding](tool_embedding) of a tool. See [`Options`] for the choice.
@@ -9,8 +11,12 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use super::config::RunConfig;
+use super::parts::Observation;
 use crate::agent::{Ddpg, Options};
-use crate::env::{ActionSet, Choice, Environment, TOOL_FEATURES, observation_len, tool_embedding};
+use crate::env::{
+    ActionSet, Choice, Environment, OBJECT_FEATURES, OBJECT_SLOTS, RAYS_LEN, TOOL_FEATURES, observation_len,
+    tool_embedding,
+};
 use crate::guidance::ActionPrior;
 use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, to_units};
 use crate::streams;
@@ -35,7 +41,11 @@ impl Space {
     /// The space of a run's agent.
     pub fn of(config: &RunConfig) -> Self {
         if config.tools.is_none() {
-            return Self { observation: observation_len(&config.task), action: PLACE, options: None };
+            let observation = match config.observation {
+                Observation::Objects => observation_len(&config.task),
+                Observation::Rays => RAYS_LEN,
+            };
+            return Self { observation, action: PLACE, options: None };
         }
         let described = environment(config.task.clone(), config.tools).observation_len();
         Self {
@@ -68,12 +78,27 @@ fn roomy(task: Arc<Task>) -> Environment {
     Environment::new(task).with_slots(slots)
 }
 
-/// The agent's observation for an observation of the environment.
-pub fn seen(env: &Environment, mut observation: Vec<f32>) -> Vec<f32> {
-    let Some(set) = env.action_set() else { return observation };
-    observation.truncate(observation.len() - ACTION_SET * TOOL_FEATURES);
-    observation.extend(offer(set));
-    observation
+// An agent by rays is recognised by the length of its observation.
+const _: () = assert!(RAYS_LEN < OBJECT_SLOTS * OBJECT_FEATURES);
+
+/// What the agent observes in the environment.
+pub fn observed(agent: &Ddpg, env: &Environment) -> Vec<f32> {
+    match env.action_set() {
+        None if agent.observation_len() == RAYS_LEN => env.rays(),
+        None => env.observation(),
+        Some(set) => {
+            let mut observation = env.observation();
+            observation.truncate(observation.len() - ACTION_SET * TOOL_FEATURES);
+            observation.extend(offer(set));
+            observation
+        }
+    }
+}
+
+/// Whether the agent's observations have the length of those on a task, which may be another than it has learned on.
+pub fn can_play(agent: &Ddpg, task: &Arc<Task>) -> bool {
+    let tools = agent.options().map(|_| ToolSplit::All);
+    observed(agent, &environment(task.clone(), tools)).len() == agent.observation_len()
 }
 
 /// The choice that an agent's action denotes: the nearest tool of the action set.
@@ -156,7 +181,7 @@ mod tests {
     #[test]
     fn observations_end_with_the_tools_on_offer_and_the_agent_takes_one_of_them() {
         let (training, env) = training();
-        let observation = seen(&env, env.observation());
+        let observation = observed(training.ddpg(), &env);
         assert_eq!(observation.len(), training.ddpg().observation_len());
         let numbers: Vec<usize> = observation[observation.len() - ACTION_SET..].iter().map(|n| *n as usize).collect();
         assert_eq!(numbers, env.start().tools);

@@ -4,6 +4,7 @@ mod error;
 mod means;
 mod practice;
 mod saved;
+mod several;
 #[cfg(test)]
 mod tests;
 
@@ -38,7 +39,8 @@ use crate::trainer::watch::SharedPhase;
 
 pub use error::TrainingError;
 use means::UpdateMeans;
-pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, prior_at};
+pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, priors_at};
+use several::Parked;
 
 /// Everything that changes during a run except the learner, which is saved separately.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -61,6 +63,9 @@ struct Progress {
     /// Actions of the first successful episode, for [`Method::OpenLoop`] to repeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     first_success: Option<Vec<Action>>,
+    /// What is kept for each of the further tasks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    further: Vec<Parked>,
 }
 
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
@@ -69,7 +74,10 @@ pub struct Training {
     config: RunConfig,
     /// The model for planning or imagination, if the method uses one.
     model: Option<Arc<dyn RolloutModel>>,
+    /// The environment of the task being played; between episodes, of the first task.
     env: Environment,
+    /// The environments of the further tasks.
+    further: Vec<Environment>,
     learner: Learner,
     progress: Progress,
     /// Abandons the current episode when requested.
@@ -101,6 +109,7 @@ impl Training {
             attempts: Attempts::default(),
             hold: Hold::default(),
             first_success: None,
+            further: vec![Parked::default(); config.further_tasks.len()],
         };
         Self::assembled(config, learner, progress)
     }
@@ -108,9 +117,12 @@ impl Training {
     /// Assembles a training between two episodes.
     fn assembled(config: RunConfig, mut learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
-        let env = tools::environment(config.played_task(), config.tools);
+        let mut envs = config.tasks().map(|task| tools::environment(config.played(task), config.tools));
+        let env = envs.next().expect("a run has a task");
+        let further = envs.collect();
         learner.ddpg_mut().set_candidates(config.tool_candidates);
-        Ok(Self { config, model, env, learner, progress, stop: Stop::default(), phase: SharedPhase::default() })
+        let (stop, phase) = (Stop::default(), SharedPhase::default());
+        Ok(Self { config, model, env, further, learner, progress, stop, phase })
     }
 
     /// The configuration.
@@ -144,7 +156,7 @@ impl Training {
         self.learner.ddpg()
     }
 
-    /// The action prior in use.
+    /// The action prior in use; with several tasks, that of the first.
     pub fn prior(&self) -> Option<&Arc<ActionPrior>> {
         self.progress.prior.as_ref()
     }
@@ -165,38 +177,50 @@ impl Training {
         self.progress.epsilon = schedule;
     }
 
-    /// The need for exploration of each stage, the goal last; empty if the schedule does not depend on need.
+    /// The need for exploration of each stage, the goal last; empty if the schedule does not depend on need, and with
+    /// several tasks, each of which has its own.
     pub fn needs(&self) -> Vec<f32> {
-        needs(&self.progress.epsilon, &self.progress.attempts, self.config.task.stage_count())
+        if self.further.is_empty() { self.current_needs() } else { Vec::new() }
     }
 
-    /// Sets the action prior from the next episode on.
+    fn current_needs(&self) -> Vec<f32> {
+        needs(&self.progress.epsilon, &self.progress.attempts, self.env.task().stage_count())
+    }
+
+    /// Sets the action prior from the next episode on; with several tasks, that of the first.
     pub fn set_prior(&mut self, prior: Arc<ActionPrior>) {
         self.progress.prior = Some(prior);
     }
 
-    /// Runs one episode of acting and learning (paper, section 4.3): with probability epsilon,
-    /// actions come from the clusters of the next stage, otherwise from the actor with
-    /// Ornstein-Uhlenbeck noise. Returns the record for the log, and the trace of the episode.
+    /// Runs one episode, with several tasks on the one whose turn it is. Returns the record for the log, and the trace
+    /// of the episode.
     ///
     /// # Errors
     /// When the learner diverges, or the episode is abandoned.
     pub fn run_episode(&mut self) -> Result<(EpisodeRecord, Trace), TrainingError> {
+        let turn = self.turn();
+        self.on_task(turn, Self::play_episode)
+    }
+
+    /// Runs one episode of acting and learning (paper, section 4.3): with probability epsilon,
+    /// actions come from the clusters of the next stage, otherwise from the actor with
+    /// Ornstein-Uhlenbeck noise.
+    fn play_episode(&mut self) -> Result<(EpisodeRecord, Trace), TrainingError> {
         let episode = self.progress.episode as u32;
         let threshold = if self.config.is_guided() || self.has_live_schedule() {
             self.progress.epsilon.threshold(episode)
         } else {
             0.0
         };
-        let needs = self.needs();
+        let needs = self.current_needs();
         let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
         let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
         self.learner.set_noise_scale(noise_scale);
         self.learner.set_actor_rate_scale(self.config.actor_rate_decay.scale(episode, self.config.episodes));
         self.hold_or_release();
         self.learner.start_episode();
-        let observation = self.env.reset(&mut self.progress.streams.environment);
-        let mut observation = tools::seen(&self.env, observation);
+        self.env.reset(&mut self.progress.streams.environment);
+        let mut observation = tools::observed(self.learner.ddpg(), &self.env);
         let mut trace = Trace::begin(&self.env, u64::from(episode) + 1);
         let mut means = UpdateMeans::default();
         let mut played = Played::default();
@@ -215,8 +239,8 @@ impl Training {
             let (action, source) = self.choose(&observation, explorer, trace.steps.len())?;
             let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
             let attempted = self.attempted_stage();
-            let mut step = trace.step(&mut self.env, choice, source)?;
-            let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
+            let step = trace.step(&mut self.env, choice, source)?;
+            let next_observation = tools::observed(self.learner.ddpg(), &self.env);
             played.note(&action, &step);
             let reached = step.reached_stage();
             greedy &= explorer == Explorer::Greedy;
@@ -297,7 +321,7 @@ impl Training {
         if self.config.refinement.every == 0 {
             return;
         }
-        let stages = self.config.task.stage_count();
+        let stages = self.env.task().stage_count();
         self.progress.rewarding.resize(stages, VecDeque::new());
         let kept = &mut self.progress.rewarding[stage];
         kept.extend(actions);
@@ -305,11 +329,12 @@ impl Training {
     }
 
     /// If it is due, rebuilds clusters from the agent's own rewarding actions for stages that have
-    /// enough of them. Returns the prior if it changed.
+    /// enough of them. Returns the prior if it changed; with several tasks, if that of the first changed.
     pub fn refine(&mut self) -> Option<Arc<ActionPrior>> {
-        let every = u64::from(self.config.refinement.every);
-        let is_due = every > 0 && self.progress.episode.is_multiple_of(every);
-        is_due.then(|| self.refine_now()).flatten()
+        let (every, (round, played)) = (u64::from(self.config.refinement.every), self.latest_turn()?);
+        let is_due = every > 0 && round.is_multiple_of(every);
+        let changed = is_due.then(|| self.on_task(played, Self::refine_now)).flatten();
+        changed.filter(|_| played == 0)
     }
 
     /// Like [`refine`](Self::refine), whether or not it is due.
@@ -328,19 +353,21 @@ impl Training {
         self.progress.prior.clone()
     }
 
-    /// Evaluates the greedy policy over `episodes` episodes without noise, clusters or learning.
+    /// Evaluates the greedy policy over `episodes` episodes without noise, clusters or learning, with several tasks on
+    /// those whose turn it is.
     ///
     /// # Errors
     /// When a stop is requested.
     pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
         let tools = self.config.evaluation.tools.or(self.config.tools);
         let (mut successes, mut total) = (0u32, 0.0f64);
-        for _ in 0..episodes {
+        for number in 0..episodes {
             if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
             }
+            let task = self.evaluated_task(number).clone();
             let rng = &mut self.progress.streams.evaluation;
-            let trace = greedy_episode(self.env.loaded_task(), tools, self.learner.ddpg(), rng);
+            let trace = greedy_episode(&task, tools, self.learner.ddpg(), rng);
             successes += u32::from(trace.reached_goal());
             total += f64::from(trace.total_reward());
         }
@@ -486,12 +513,13 @@ impl Training {
 /// action set of `tools`; others use the task's own tool.
 pub fn greedy_episode(task: &Arc<Task>, tools: Option<ToolSplit>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Trace {
     let mut env = tools::environment(task.clone(), tools.filter(|_| ddpg.options().is_some()));
-    let observation = env.reset(rng);
-    let mut observation = tools::seen(&env, observation);
+    env.reset(rng);
     let mut trace = Trace::begin(&env, 0);
     loop {
-        let choice = tools::choice(ddpg, &env, &ddpg.act(&observation));
-        let Ok(step) = trace.step(&mut env, choice, Source::Policy) else { return trace };
-        observation = tools::seen(&env, step.observation);
+        let action = ddpg.act(&tools::observed(ddpg, &env));
+        let choice = tools::choice(ddpg, &env, &action);
+        if trace.step(&mut env, choice, Source::Policy).is_err() {
+            return trace;
+        }
     }
 }

@@ -85,3 +85,22 @@ impl Still {
         terminal.draw(|frame| self.app.draw(frame)).map(|_| ())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::RunDirectory;
+
+    #[test]
+    fn a_picture_of_the_runs_is_drawn_once_they_have_been_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let session = Session::on_task("task1", folder.path().to_owned()).unwrap();
+        RunDirectory::create(folder.path().join("zebra"), session.config()).unwrap();
+        let mut still = Still::new(session);
+        assert!(!still.is_reading_runs());
+        still.press("5").unwrap();
+        assert!(still.is_reading_runs());
+        assert!(still.picture(120, 40, "").contains("zebra"));
+        assert!(!still.is_reading_runs());
+    }
+}

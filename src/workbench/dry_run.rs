@@ -108,6 +108,7 @@ mod tests {
             ("task tsk3", "did you mean `task3`?"),
             ("subgoal move 3 0 0", "subgoal"),
             ("undo", "nothing to undo"),
+            ("redo", "nothing to redo"),
             ("figure dashboard a.jpeg", "`.png`, `.svg` or `.pdf`"),
             ("figure episode a.png", "`.gif`"),
             ("figure scene a.png width=single", "only the figure `learning`"),

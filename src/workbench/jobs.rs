@@ -177,8 +177,12 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write as _;
+    use std::path::Path;
+
     use super::*;
-    use crate::workbench::command::Seed;
+    use crate::run::{Event, LoggedEvent};
+    use crate::workbench::command::{Open, Seed};
 
     #[test]
     fn a_limited_number_of_jobs_runs_and_waiting_ones_follow_or_are_cancelled() {
@@ -198,5 +202,36 @@ mod tests {
         drop(held);
         assert_eq!(session.wait_for(&last).unwrap_err().to_string(), "the computation was cancelled");
         assert_eq!(session.wait_for(&command(MAX_RUNNING as u64 + 1)).unwrap().as_deref(), Some("computed"));
+    }
+
+    #[test]
+    fn a_wait_fails_with_any_run_of_the_session_but_not_with_a_run_of_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
+        for line in ["method ddpg", "episodes 1", "set ddpg.hidden 4", "train"] {
+            session.apply(Command::parse(line).unwrap().unwrap()).unwrap();
+        }
+        session.wait(|_| ()).unwrap();
+        let trained = session.run().unwrap().directory().path().to_owned();
+        let opened = folder.path().join("opened");
+        std::fs::create_dir(&opened).unwrap();
+        for file in ["config.json", "events.jsonl"] {
+            std::fs::copy(trained.join(file), opened.join(file)).unwrap();
+        }
+        session.apply(Open(opened.clone())).unwrap();
+        session.wait(|_| ()).unwrap();
+        let fail = |run: &Path| {
+            let event = Event::Failed { episode: 1, reason: "the disk is full".to_owned() };
+            let line = serde_json::to_string(&LoggedEvent { time: 0.0, event }).unwrap() + "\n";
+            let mut log = std::fs::File::options().append(true).open(run.join("events.jsonl")).unwrap();
+            log.write_all(line.as_bytes()).unwrap();
+        };
+        fail(&opened);
+        let mut failures = 0;
+        let is_failure = |notice: &Notice| matches!(notice, Notice::Run { run: 1, event: Event::Failed { .. } });
+        session.wait(|notice| failures += usize::from(is_failure(notice))).unwrap();
+        assert_eq!(failures, 1, "it is reported");
+        fail(&trained);
+        assert_eq!(session.wait(|_| ()).unwrap_err().to_string(), "the disk is full");
     }
 }

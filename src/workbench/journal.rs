@@ -317,6 +317,70 @@ mod tests {
     }
 
     #[test]
+    fn a_command_without_effect_in_a_training_is_removed() {
+        let mut journal = Journal::default();
+        journal.note(command("train a"), Some(0));
+        let number = journal.note_at(command("figure dashboard b.png"), 0, 5);
+        journal.forget(&[number]);
+        assert_eq!(journal.to_script().lines().skip(1).collect::<Vec<_>>(), ["train a", "wait"]);
+    }
+
+    #[test]
+    fn an_effect_reported_late_comes_between_earlier_and_later_ones() {
+        let effects =
+            [("train a", None), ("epsilon 0.1", Some(10)), ("epsilon 0.3", Some(30)), ("epsilon 0.2", Some(20))];
+        let text = [
+            "train a until 10",
+            "wait",
+            "epsilon 0.1",
+            "resume until 20",
+            "wait",
+            "epsilon 0.2",
+            "resume until 30",
+            "wait",
+            "epsilon 0.3",
+            "resume",
+            "wait",
+        ];
+        check(&effects, &text);
+    }
+
+    #[test]
+    fn a_continued_and_a_forked_run_are_paused_for_changes() {
+        check(
+            &[("train a", None), ("stop", Some(2)), ("continue", None), ("epsilon 0.2", Some(4))],
+            &["train a until 2", "wait", "stop", "wait", "continue until 4", "wait", "epsilon 0.2", "resume", "wait"],
+        );
+        let mut journal = Journal::default();
+        journal.note(command("train a"), Some(0));
+        journal.note_fork(command("fork 3"), 0, 1);
+        journal.note_at(command("epsilon 0.2"), 1, 5);
+        let text = journal.to_script();
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(lines, ["train a", "wait", "fork 3 until 5", "wait", "epsilon 0.2", "resume", "wait"]);
+    }
+
+    #[test]
+    fn opened_runs_are_numbered_as_well() {
+        let mut journal = Journal::default();
+        journal.note(command("open a"), Some(0));
+        journal.note(command("open b"), Some(1));
+        journal.note(command("watch 1"), Some(0));
+        journal.note(command("expect episodes = 3"), Some(0));
+        let text = journal.to_script();
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(lines, ["open a", "open b", "watch 1", "expect episodes = 3"]);
+    }
+
+    #[test]
+    fn a_stopped_run_is_not_resumed_after_a_figure() {
+        check(
+            &[("train a", None), ("stop", Some(5)), ("figure dashboard b.png", Some(5))],
+            &["train a until 5", "wait", "stop", "wait", "figure dashboard b.png"],
+        );
+    }
+
+    #[test]
     fn two_changes_at_one_episode_need_one_pause() {
         check(
             &[("train", None), ("epsilon 0.2", Some(5)), ("stop", Some(5)), ("train", None)],

@@ -35,7 +35,7 @@ pub(crate) use job::Job;
 pub use job::Progress;
 pub(crate) use models::{MODELS, kept_evaluation};
 pub use run::RunView;
-pub use saved::{SavedAgent, SavedRun};
+pub use saved::{Player, SavedAgent, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
 pub use session::{FIRST_TASK, Notice, Session};
 

@@ -11,7 +11,8 @@ use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 use crate::physics::ToolSplit;
 use crate::run::{Checkpoint, CheckpointName, RunDirectory, RunError, read_episode};
-use crate::trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, greedy_episode, prior_at};
+use crate::task::Task;
+use crate::trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, can_play, greedy_episode, priors_at};
 
 /// The agent of a checkpoint.
 #[derive(Debug, Clone)]
@@ -20,13 +21,18 @@ pub struct SavedAgent {
     pub episode: u64,
     /// Actor and critic; None for a method that does not learn.
     pub networks: Option<Arc<Ddpg>>,
-    /// The action clusters in use at that time.
-    pub prior: Option<Arc<ActionPrior>>,
+    /// The action clusters in use at that time, of all tasks of the run that had any.
+    priors: Vec<Arc<ActionPrior>>,
     /// Episodes of all checkpoints that existed when it was read, including this one.
     checkpoints: Vec<u64>,
 }
 
 impl SavedAgent {
+    /// The action clusters of a task of the run, if there were any.
+    pub fn prior_of(&self, task: &Task) -> Option<&Arc<ActionPrior>> {
+        self.priors.iter().find(|prior| prior.task == task.name && prior.stages.len() == task.stage_count())
+    }
+
     /// Whether this checkpoint is the nearest to the agent that played an episode, counted from 1.
     pub fn is_nearest_to(&self, episode: u64) -> bool {
         nearest(self.checkpoints.iter().copied(), episode) == Some(self.episode)
@@ -84,9 +90,8 @@ impl SavedRun {
         let name = all.iter().find(|(episode, _)| Some(*episode) == wanted).map_or(CheckpointName::Last, |(_, it)| *it);
         let checkpoint = store.load_sections(name, &[NETWORKS_SECTION, PROGRESS_SECTION])?;
         let networks = self.config.method.learns().then(|| networks(&checkpoint)).transpose()?;
-        let stages = self.config.task.stage_count();
-        let prior = prior_at(&checkpoint)?.filter(|prior| prior.stages.len() == stages);
-        Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), prior, checkpoints }))
+        let priors = priors_at(&checkpoint)?;
+        Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), priors, checkpoints }))
     }
 
     /// The agent of the latest checkpoint.
@@ -108,22 +113,55 @@ impl SavedRun {
     /// # Errors
     /// As [`SavedRun::agent`].
     pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        self.greedy_episode_with_tools(None, seed)
+        Ok(self.player(None, None)?.episode(seed))
     }
 
-    /// An episode of the greedy policy of the latest checkpoint, with an action set drawn from these tools;
-    /// None for those of the training.
+    /// The agent of the latest checkpoint, to play greedy episodes: on another task than the first of the run, if given, and
+    /// with action sets drawn from these tools; None for those of the training.
     ///
     /// # Errors
-    /// As [`SavedRun::agent`], and when tools are given but the agent does not choose among tools.
-    pub fn greedy_episode_with_tools(&self, tools: Option<ToolSplit>, seed: u64) -> Result<Trace, SessionError> {
+    /// As [`SavedRun::agent`], when the agent's observations do not fit the task, and when tools are given but the agent
+    /// does not choose among tools.
+    pub fn player(&self, task: Option<Arc<Task>>, tools: Option<ToolSplit>) -> Result<Player, SessionError> {
         let agent = self.agent()?;
         if tools.is_some() && agent.options().is_none() {
             let reason = "the agent of this run has the task's own tool: it does not choose among others";
             return Err(SessionError::Failed(reason.to_owned()));
         }
-        let tools = tools.or(self.config.tools);
-        Ok(greedy_episode(&self.config.task, tools, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
+        let task = task.unwrap_or_else(|| self.config.task.clone());
+        if !can_play(&agent, &task) {
+            let reason = format!("the observation of this run's agent has another length on {}", task.name);
+            let hint =
+                if self.config.tools.is_none() { ": train with `observation=rays` to play other tasks" } else { "" };
+            let reason = reason + hint;
+            return Err(SessionError::Failed(reason));
+        }
+        Ok(Player { agent, task, tools: tools.or(self.config.tools) })
+    }
+}
+
+/// An agent with a task on which it plays.
+#[derive(Debug)]
+pub struct Player {
+    agent: Ddpg,
+    task: Arc<Task>,
+    tools: Option<ToolSplit>,
+}
+
+impl Player {
+    /// The agent.
+    pub fn agent(&self) -> &Ddpg {
+        &self.agent
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
+    /// An episode of the greedy policy; `seed` draws its start.
+    pub fn episode(&self, seed: u64) -> Trace {
+        greedy_episode(&self.task, self.tools, &self.agent, &mut ChaCha8Rng::seed_from_u64(seed))
     }
 }
 

@@ -1,12 +1,10 @@
 //! The task being edited and the settings of the next run.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::SessionError;
-use crate::bounded;
-use crate::task::{Edit, Editor, Region, Task, TaskError, load, save};
+use crate::task::{Edit, Editor, Region, Task, load_regular, save};
 use crate::trainer::{Method, RunConfig};
 
 /// Task and settings of the next run.
@@ -28,17 +26,14 @@ impl Setup {
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
-        let path = Path::new(name);
-        // Opening a pipe would block the session.
-        match bounded::regular(path) {
-            Err(source) if source.kind() == ErrorKind::InvalidInput && !path.is_dir() => {
-                return Err(TaskError::Io { path: path.to_owned(), source }.into());
-            }
-            _ => {}
+        let editor = Editor::new(load_regular(name)?);
+        let mut config = RunConfig { task: Arc::new(editor.task().clone()), ..self.config.clone() };
+        if !config.more_tasks.is_empty() {
+            // The former task may be one of them, and the new one is not any more.
+            config = config.with_more_tasks(&self.config.more_tasks)?;
         }
-        self.editor = Editor::new(load(name)?);
+        (self.editor, self.config) = (editor, config);
         self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
-        self.task_changed();
         Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
     }
 

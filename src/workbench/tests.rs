@@ -172,6 +172,29 @@ fn a_task_is_saved_under_the_name_of_its_file() {
 }
 
 #[test]
+fn an_undone_edit_is_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "goal size 7");
+    assert_eq!(apply(&mut session, "undo").unwrap(), "the edit is taken back");
+    assert_ne!(session.task().goal.radius, 7.0);
+    assert_eq!(apply(&mut session, "redo").unwrap(), "the edit is made again");
+    assert_eq!((session.task().goal.radius, session.config().task.goal.radius), (7.0, 7.0));
+    assert_eq!(apply(&mut session, "redo").unwrap_err(), "there is nothing to redo");
+}
+
+#[test]
+fn new_runs_go_to_the_folder_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let chosen = folder.path().join("elsewhere");
+    let report = apply(&mut session, &format!("out {}", quoted(&chosen))).unwrap();
+    assert_eq!(report, format!("runs go to {}", chosen.display()));
+    run(&mut session, "train\nwait");
+    assert_eq!(session.run().unwrap().directory().path().parent(), Some(&*chosen));
+}
+
+#[test]
 fn answers_to_proposals_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{count, threads};
+use super::{count, first_seed, threads};
 use crate::physics::MAX_OBJECTS;
 use crate::puzzles::Split;
 use crate::trainer::{Method, PriorSource};
@@ -66,6 +66,8 @@ pub enum Puzzles {
     Generate(PuzzlesGenerate),
     /// Propose subgoals for generated puzzles, train methods on them and report; resumes
     Bench(PuzzlesBench),
+    /// Play generated puzzles with the agent of a run on other tasks, at once and after a short training on each
+    Transfer(PuzzlesTransfer),
 }
 
 #[derive(Debug, Args)]
@@ -97,9 +99,47 @@ pub struct PuzzlesGenerate {
 }
 
 #[derive(Debug, Args)]
-pub struct PuzzlesBench {
+pub struct SubgoalOptions {
     /// Folder of generated puzzles
     pub puzzles: PathBuf,
+    /// Model that predicts the rollouts for subgoals and clusters: learned, rapier, true, uniform, or a model file
+    #[arg(long, default_value = "learned")]
+    pub model: String,
+    /// Maximum number of subgoals to propose for a puzzle
+    #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
+    pub subgoals: usize,
+}
+
+#[derive(Debug, Args)]
+pub struct PuzzlesTransfer {
+    /// The run's folder; its agent must observe by rays
+    pub run: PathBuf,
+    #[command(flatten)]
+    pub search: SubgoalOptions,
+    /// Episodes of the training on each puzzle
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub episodes: u32,
+    /// Greedy episodes that measure the success on a puzzle
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub evaluations: u32,
+    /// Seed of the trainings and of the starts of greedy episodes
+    #[arg(long, default_value_t = 0, value_parser = first_seed())]
+    pub seed: u64,
+    /// Folder for tasks and the report
+    #[arg(long, default_value = "transfer")]
+    pub out: PathBuf,
+    /// Number of puzzles played at the same time [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PuzzlesBench {
+    #[command(flatten)]
+    pub search: SubgoalOptions,
     /// A method to train; may be repeated
     #[arg(long = "method", default_values_t = [Method::RECOMMENDED])]
     pub methods: Vec<Method>,
@@ -109,12 +149,6 @@ pub struct PuzzlesBench {
     /// Episodes of a training
     #[arg(long, default_value_t = 2000)]
     pub episodes: u32,
-    /// Model that predicts the rollouts for subgoals and clusters: learned, rapier, true, uniform, or a model file
-    #[arg(long, default_value = "learned")]
-    pub model: String,
-    /// Maximum number of subgoals to propose for a puzzle
-    #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
-    pub subgoals: usize,
     /// Any other setting of the trainings by its JSON path, such as refinement.every=50
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,

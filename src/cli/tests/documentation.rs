@@ -146,6 +146,10 @@ fn commands_are_accepted_by_the_program() {
             let config = RunConfig::new(Arc::new(task::shipped().swap_remove(0)));
             for setting in &train.settings {
                 let (key, value) = setting.split_once('=').expect("a setting is KEY=VALUE");
+                if key == "more_tasks" {
+                    // Its files are made by the commands before it.
+                    continue;
+                }
                 assert!(config.with_setting(key, value).is_ok(), "{}: `{setting}`", block.place);
             }
         }

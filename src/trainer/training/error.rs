@@ -36,12 +36,16 @@ pub enum TrainingError {
     /// The checkpoint from which a fork continues is missing.
     #[error("the run is a fork, and the checkpoint from which it continues is missing: fork the other run again")]
     ForkedFromNothing,
-    /// The lengths of observations or actions differ: the number of subgoals changed, or whether the agent
-    /// chooses among tools.
+    /// The lengths of observations or actions differ: the number of subgoals changed, what the agent observes, or
+    /// whether it chooses among tools.
     #[error(
-        "a fork keeps the number of subgoals, and whether the agent chooses among tools: the networks have learned with it"
+        "the networks have learned with observations or actions of another length: keep the number of subgoals, \
+         `observation` and `tools`"
     )]
     OtherObservations,
+    /// A fork has other further tasks than its source.
+    #[error("a fork keeps `more_tasks` or leaves it empty: train a new run on other tasks")]
+    OtherTasks,
     /// A stop abandoned the episode.
     #[error("stopped in the middle of an episode")]
     Stopped,

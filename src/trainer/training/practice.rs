@@ -18,7 +18,7 @@ impl Training {
     /// Practises, if configured and not yet done. As when the prior is [built](crate::guidance::build), actions from
     /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
     /// from episodes. After every round, the clusters are [refined](crate::trainer::Refinement) from the rewarding
-    /// actions. Practice ends at a stage that is not reached.
+    /// actions. Practice of a task ends at a stage that is not reached; several tasks are practised one after the other.
     ///
     /// # Errors
     /// When the learner diverges, or a stop is requested.
@@ -31,18 +31,26 @@ impl Training {
         }
         let mut rng = Stream::Practice.of(self.config.seed);
         let mut practised = Practised::default();
+        for task in 0..self.task_count() as usize {
+            self.on_task(task, |training| training.practise_task(&mut practised, &mut rng))?;
+        }
+        self.progress.environment_steps = practised.actions;
+        self.phase.set(Phase::Training);
+        Ok(Some(practised))
+    }
+
+    /// Practises the stages of the current task.
+    fn practise_task(&mut self, practised: &mut Practised, rng: &mut ChaCha8Rng) -> Result<(), TrainingError> {
         let mut starts = Vec::new();
-        for stage in 0..self.config.task.stage_count() {
-            starts = self.practise_stage(&starts, &mut practised, &mut rng)?;
+        for stage in 0..self.env.task().stage_count() {
+            starts = self.practise_stage(&starts, practised, rng)?;
             // Some may have reached the following stage at the same time.
             starts.retain(|state| state.stage() == stage + 1);
             if starts.is_empty() {
                 break;
             }
         }
-        self.progress.environment_steps = practised.actions;
-        self.phase.set(Phase::Training);
-        Ok(Some(practised))
+        Ok(())
     }
 
     /// Practises the next stage from the states `starts`, or from the start of the task if there are none. Returns the
@@ -55,7 +63,8 @@ impl Training {
     ) -> Result<Vec<Snapshot>, TrainingError> {
         let mut states = Vec::new();
         let (mut rollouts, mut reached) = (0, 0);
-        let (stage, stages) = (practised.rollouts.len(), self.config.task.stage_count());
+        let stage = practised.rollouts.len();
+        let stages = self.config.tasks().map(|task| task.stage_count()).sum();
         while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
             for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
                 match starts.len() {
@@ -84,16 +93,16 @@ impl Training {
         self.learner.start_episode();
         let stage = self.env.snapshot().stage();
         let mut played = Played::after(self.env.snapshot().placed().len());
-        let mut observation = tools::seen(&self.env, self.env.observation());
+        let mut observation = tools::observed(self.learner.ddpg(), &self.env);
         for _ in 0..self.config.guidance.horizon {
             if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
             }
             let action = tools::explored(self.learner.ddpg(), &self.env, &prior, rng);
             let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
-            let Ok(mut step) = self.env.step(choice) else { break };
+            let Ok(step) = self.env.step_without_observation(choice) else { break };
             *actions += 1;
-            let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
+            let next_observation = tools::observed(self.learner.ddpg(), &self.env);
             played.note(&action, &step);
             self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?;
             if step.reached_stage() || step.end.is_some() {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Training, TrainingError};
-use crate::agent::{self, Learner};
+use super::{Progress, Training, TrainingError};
+use crate::agent::{self, Ddpg, Learner};
 use crate::guidance::ActionPrior;
 use crate::run::{Checkpoint, RunError};
 use crate::trainer::config::RunConfig;
@@ -19,21 +19,24 @@ const REPLAY_SECTION: &str = "replay.bin";
 /// The checkpoint section that holds counters, streams, schedule and action prior, as JSON.
 pub const PROGRESS_SECTION: &str = "progress.json";
 
-/// The action prior in use when a checkpoint was saved, if there was one.
+/// The action priors in use when a checkpoint was saved, of all tasks that had one.
 ///
 /// # Errors
 /// When the checkpoint's progress section is missing or malformed.
-pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, RunError> {
+pub fn priors_at(checkpoint: &Checkpoint) -> Result<Vec<Arc<ActionPrior>>, RunError> {
     #[derive(Deserialize)]
     struct WithPrior {
         prior: Option<Arc<ActionPrior>>,
+        #[serde(default)]
+        further: Vec<WithPrior>,
     }
-    Ok(checkpoint.json::<WithPrior>(PROGRESS_SECTION)?.prior)
+    let WithPrior { prior, further } = checkpoint.json(PROGRESS_SECTION)?;
+    Ok(prior.into_iter().chain(further.into_iter().filter_map(|parked| parked.prior)).collect())
 }
 
-/// Whether a learner's vectors and options match those of a run's agent.
-fn fits(learner: &Learner, config: &RunConfig) -> bool {
-    let (agent, space) = (learner.ddpg(), Space::of(config));
+/// Whether an agent's vectors and options match those of a run's agent.
+fn fits(agent: &Ddpg, config: &RunConfig) -> bool {
+    let space = Space::of(config);
     (agent.observation_len(), agent.action_len()) == (space.observation, space.action)
         && agent.options().is_some() == space.options.is_some()
 }
@@ -49,29 +52,38 @@ impl Training {
             networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
             replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
         })?;
-        if !fits(&learner, &config) {
+        if !fits(learner.ddpg(), &config) {
             return Err(agent::StateError::Foreign.into());
         }
         if *learner.ddpg().config() != config.ddpg {
             return Err(TrainingError::OtherSettings);
         }
-        Self::assembled(config, learner, checkpoint.json(PROGRESS_SECTION)?)
+        let progress: Progress = checkpoint.json(PROGRESS_SECTION)?;
+        if progress.further.len() != config.further_tasks.len() {
+            return Err(agent::StateError::Foreign.into());
+        }
+        Self::assembled(config, learner, progress)
     }
 
     /// Continues the training with other settings. The learned state and the replay buffer are kept; rewarding actions,
-    /// the first success and attempts are discarded if the task changes.
+    /// the first success and attempts are discarded if the task changes. `priors` are those of the tasks, in their order.
     ///
     /// # Errors
     /// When a setting is out of range, or the learned state cannot be used with it.
     pub(in crate::trainer) fn forked(
         self,
         config: RunConfig,
-        prior: Option<Arc<ActionPrior>>,
+        priors: Vec<Option<Arc<ActionPrior>>>,
     ) -> Result<Self, TrainingError> {
         config.validate()?;
         let Self { config: old, mut learner, mut progress, .. } = self;
-        if !fits(&learner, &config) {
+        if !fits(learner.ddpg(), &config) {
             return Err(TrainingError::OtherObservations);
+        }
+        if config.further_tasks.is_empty() {
+            progress.further.clear();
+        } else if config.further_tasks != old.further_tasks {
+            return Err(TrainingError::OtherTasks);
         }
         learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;
         // A schedule changed during the run stays in use unless the fork sets another.
@@ -82,13 +94,34 @@ impl Training {
             progress.rewarding.clear();
             progress.first_success = None;
         }
+        if config.epsilon != old.epsilon {
+            progress.further.iter_mut().for_each(|parked| parked.attempts = Attempts::default());
+        }
         if config.epsilon != old.epsilon || config.task != old.task {
             // Discard the outcomes of attempts and the policies held because of them.
             (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
             learner.ddpg_mut().release_policy();
         }
-        progress.prior = prior;
+        let mut priors = priors.into_iter();
+        progress.prior = priors.next().flatten();
+        progress.further.iter_mut().zip(priors).for_each(|(parked, prior)| parked.prior = prior);
         Self::assembled(config, learner, progress)
+    }
+
+    /// Replaces the networks and their optimisers by those of another training with the same settings of the learner.
+    ///
+    /// # Errors
+    /// When the agent observes something else, or has other settings.
+    pub fn adopt(&mut self, mut agent: Ddpg) -> Result<(), TrainingError> {
+        if !fits(&agent, &self.config) {
+            return Err(TrainingError::OtherObservations);
+        }
+        if *agent.config() != self.config.ddpg {
+            return Err(TrainingError::OtherSettings);
+        }
+        agent.set_candidates(self.config.tool_candidates);
+        *self.learner.ddpg_mut() = agent;
+        Ok(())
     }
 
     /// The complete state of the run between two episodes.

@@ -1,5 +1,5 @@
 //! Recovery from panics on the screen's thread: a panic becomes an error message with a report in a file, and the
-//! session and its trainings go on.
+//! session and its trainings continue.
 
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,7 @@ impl App {
             Err(error) => format!("no report could be written: {error}"),
         };
         self.changed = true;
-        self.warn(Level::Error, &format!("internal error, the session goes on; {place}: {what}"));
+        self.warn(Level::Error, &format!("internal error; the session continues; {place}: {what}"));
     }
 
     /// Closes all layers and shows the Log screen, which is the simplest to draw.

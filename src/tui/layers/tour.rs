@@ -26,7 +26,7 @@ const PAGES: [(&str, &str); 4] = [
     ),
     (
         "learning",
-        "`{train}` starts a training, `{pause}` pauses it, `{stop}` ends it; it goes on in the background.\n\n`{clusters}` computes the action clusters: where a learned model of the physics says that a tool helps. DDPG-MGE explores from them with probability epsilon; `{epsilon}` changes it, even while it trains.",
+        "`{train}` starts a training, `{pause}` pauses it, `{stop}` ends it; it continues in the background.\n\n`{clusters}` computes the action clusters: where a learned model of the physics says that a tool helps. DDPG-MGE explores from them with probability epsilon; `{epsilon}` changes it, even while it trains.",
     ),
     (
         "touching things",

@@ -76,7 +76,7 @@ fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &
     let mut regions = HitRegions::default();
     let text = match ui.subject.run() {
         Some(run) => {
-            let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
+            let success = run.success_text();
             let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
             let state = run.state_word();
             format!("{}\n{state}, {}/{}, success {success}{left}", run.name, run.done, run.episodes())

@@ -14,14 +14,13 @@ pub struct Mark {
 
 /// The marks of a run: where it was forked, and its interventions, in order.
 pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
-    let every = u64::from(config.refinement.every);
     let forked = config.fork.as_ref().map(|fork| Mark { episode: u64::from(fork.episode), text: fork.to_string() });
     let begins = forked.as_ref().map_or(0, |fork| fork.episode);
     let of_event = |event: &Event| {
         let text = match event {
             Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
             // Scheduled refinements are not interventions.
-            Event::ClustersChanged { episode, .. } if every > 0 && episode.is_multiple_of(every) => return None,
+            Event::ClustersChanged { episode, .. } if config.is_refined_after(*episode) => return None,
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),
             Event::Started { episode, .. } if *episode == begins => return None,

@@ -304,6 +304,11 @@ impl RunSummary {
         u64::from(self.config.episodes)
     }
 
+    /// The rolling success in percent, or a dash before the first episode.
+    pub fn success_text(&self) -> String {
+        self.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success))
+    }
+
     /// Its state in one word.
     pub fn state_word(&self) -> &'static str {
         if self.queued { "queued" } else { self.state.name() }
@@ -311,8 +316,8 @@ impl RunSummary {
 
     /// How often the practice before the first episode reached each stage, in a short phrase.
     pub fn practice_in_short(&self) -> Option<String> {
-        let Practised { rollouts, reached, .. } = self.practised.as_ref()?;
-        let stages: Vec<String> = reached.iter().zip(rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
+        let Practised { rollouts, reached, .. } = self.practised.as_ref()?.in_short();
+        let stages: Vec<String> = reached.iter().zip(&rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
         Some(format!("reached {}", stages.join(", ")))
     }
 
@@ -322,8 +327,12 @@ impl RunSummary {
         Some(self.episodes().saturating_sub(self.done) as f64 / rate)
     }
 
-    /// For each subgoal whether each episode reached it, as 1 and 0.
+    /// For each subgoal whether each episode reached it, as 1 and 0; empty for a run on several tasks, which differ in
+    /// their subgoals.
     pub fn subgoal_hits(&self) -> Vec<Vec<f32>> {
+        if !self.config.further_tasks.is_empty() {
+            return Vec::new();
+        }
         let shares = self.curves.get(Metric::SubgoalShare);
         let subgoals = self.config.task.subgoals.len();
         // Subgoals are reached in order, so the share tells which ones were reached.

@@ -281,6 +281,30 @@ mod tests {
     }
 
     #[test]
+    fn the_death_of_the_process_that_trains_a_run_is_noticed() {
+        for (event, working) in
+            [(Event::Resumed { episode: 1 }, RunState::Running), (Event::Paused { episode: 1 }, RunState::Paused)]
+        {
+            let folder = tempfile::tempdir().unwrap();
+            let (sender, reports) = channel();
+            let mut reader = Reader::new(sender, REPORT);
+            let run = make(folder.path(), "run");
+            let mut writer = RunWriter::open(&run, 0).unwrap();
+            let record = EpisodeRecord { episode: 1, ..EpisodeRecord::default() };
+            writer.record(&Event::EpisodeFinished(record)).unwrap();
+            writer.record(&event).unwrap();
+            let state = |reader: &Reader| reader.known[run.path()].run.as_ref().unwrap().state.clone();
+            assert!(look(&mut reader, &reports, folder.path()).is_some());
+            assert_eq!(state(&reader), working);
+            assert_eq!(look(&mut reader, &reports, folder.path()), None, "it is still being trained");
+            // The log stays as it is.
+            drop(writer);
+            assert!(look(&mut reader, &reports, folder.path()).is_some(), "{working:?}");
+            assert_eq!(state(&reader), RunState::Interrupted);
+        }
+    }
+
+    #[test]
     fn runs_at_rest_are_checked_in_turns() {
         let (sender, _reports) = channel();
         let mut reader = Reader::new(sender, REPORT);

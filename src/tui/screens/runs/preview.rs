@@ -134,6 +134,11 @@ fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     let Some(Practised { rollouts, reached, actions }) = &run.practised else {
         return run.preparing.iter().flat_map(|work| lines(work, width, Style::new())).collect();
     };
+    if !run.config.further_tasks.is_empty() {
+        let [reached, rollouts]: [u32; 2] = [reached, rollouts].map(|counts| counts.iter().sum());
+        let text = format!("of all tasks, {reached} of {rollouts} reached their stage, {actions} actions");
+        return lines(&text, width, Style::new()).collect();
+    }
     let stages = run.config.task.stage_count();
     let stage = |(index, (reached, rollouts)): (usize, (&u32, &u32))| {
         let name = if index + 1 == stages { "the goal".to_owned() } else { format!("subgoal {}", index + 1) };
@@ -155,7 +160,7 @@ fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>>
 /// The runs of a group, one per line.
 fn seeds(ui: &Ui, runs: &[&RunSummary]) -> Vec<TextLine<'static>> {
     let line = |run: &&RunSummary| {
-        let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
+        let success = run.success_text();
         TextLine::raw(format!(
             "{:>4}  {:<11} {:>5}/{:<5} {success:>6}",
             run.config.seed,

@@ -21,7 +21,8 @@ use crate::workbench::{PriorState, SavedAgent};
 /// What the user wants the scene to show.
 #[derive(Debug, Clone, Default)]
 pub enum Choice {
-    /// The latest training episode on the edited task; if there is none, an episode without tools.
+    /// The latest training episode on the edited task or, if the run has several tasks, on any of them; if there is none,
+    /// an episode without tools.
     #[default]
     Latest,
     /// An episode without tools, even if the task is being trained on.
@@ -92,8 +93,12 @@ impl Subject {
         let (task, episode) = match &choice {
             Choice::Past(episode) => (episode.task.clone(), episode.clone()),
             Choice::Hand => (view.hand.task.clone(), by_hand(view, before)),
-            Choice::Latest => match live.filter(|live| is_same_scene(&live.episode.task, &view.task)) {
-                Some(live) => (view.task.clone(), continued(view, before, next).unwrap_or(&live.episode).clone()),
+            Choice::Latest => match live.filter(|live| is_trained(view, &live.episode.task)) {
+                Some(live) => {
+                    let episode = continued(view, before, next).unwrap_or(&live.episode).clone();
+                    let is_edited = is_same_scene(&episode.task, &view.task);
+                    (if is_edited { view.task.clone() } else { episode.task.clone() }, episode)
+                }
                 None => {
                     note = live.map(|live| other_task(&live.episode.task, &view.task));
                     (view.task.clone(), untouched(&view.task, before))
@@ -114,7 +119,7 @@ impl Subject {
         let epsilon = own.and_then(|watched| watched.run.curves.at(Metric::Epsilon, episode.trace.episode));
         let model = before.and_then(|before| before.model.clone());
         let clusters = match &choice {
-            Choice::Past(_) => past_clusters(of_checkpoint, of_run),
+            Choice::Past(_) => past_clusters(of_checkpoint, &task, of_run),
             _ => clusters(view, &task, of_run),
         };
         let beside = before.and_then(|before| before.beside.clone());
@@ -237,7 +242,17 @@ fn number_for_agent(episode: &Episode) -> u64 {
 fn continued<'a>(view: &ViewModel, before: Option<&'a Subject>, next: bool) -> Option<&'a Arc<Episode>> {
     let run = view.watched.as_ref().map(|watched| watched.run.path.as_path())?;
     let before = before.filter(|before| matches!(before.choice, Choice::Latest) && !next)?;
-    Some(&before.episode).filter(|episode| episode.is_of(run) && is_same_scene(&episode.task, &view.task))
+    Some(&before.episode).filter(|episode| episode.is_of(run) && is_trained(view, &episode.task))
+}
+
+/// Whether the latest episode is shown if it is on this task: that of the session, or any of the watched run if that of
+/// the session is one of several.
+fn is_trained(view: &ViewModel, task: &Task) -> bool {
+    let is_one_of_several = |watched: &Watched| {
+        let config = &watched.run.config;
+        !config.further_tasks.is_empty() && config.tasks().any(|task| is_same_scene(task, &view.task))
+    };
+    is_same_scene(task, &view.task) || view.watched.as_ref().is_some_and(is_one_of_several)
 }
 
 /// The episode without tools; the same value as before if the task has not changed.
@@ -266,8 +281,9 @@ fn clusters(view: &ViewModel, task: &Task, of_run: Option<&Watched>) -> Option<C
 }
 
 /// The clusters for a past episode: those of its checkpoint, or else the latest of the run.
-fn past_clusters(agent: Option<&Arc<SavedAgent>>, of_run: Option<&Watched>) -> Option<Clusters> {
-    let prior = agent.and_then(|agent| agent.prior.clone()).or_else(|| of_run?.prior.clone())?;
+fn past_clusters(agent: Option<&Arc<SavedAgent>>, task: &Task, of_run: Option<&Watched>) -> Option<Clusters> {
+    let of_checkpoint = agent.and_then(|agent| agent.prior_of(task).cloned());
+    let prior = of_checkpoint.or_else(|| of_run?.prior.clone())?;
     Some(Clusters { prior, stale: false, of_run: true })
 }
 
@@ -293,7 +309,7 @@ mod tests {
     use super::*;
     use crate::agent::DdpgConfig;
     use crate::env::Environment;
-    use crate::trainer::{PriorSource, Trace, seen};
+    use crate::trainer::{PriorSource, Trace, observed};
     use crate::tui::testing::{empty, run_summary, typical};
     use crate::tui::view::Live;
 
@@ -381,6 +397,28 @@ mod tests {
     }
 
     #[test]
+    fn a_training_on_several_tasks_shows_each_of_them() {
+        let mut view = empty();
+        let mut watched = watched("several", &task("task4"), true);
+        let run = Arc::make_mut(&mut watched.run);
+        let config = Arc::make_mut(&mut run.config);
+        config.further_tasks = vec![task("task4")];
+        view.watched = Some(watched);
+        let subject = choose(&view, Choice::Latest, None);
+        assert_eq!((subject.task().name.as_str(), subject.note()), ("task4", None));
+        assert!(subject.is_of_run() && subject.clusters().is_none());
+        let watched = view.watched.as_mut().unwrap();
+        watched.live.as_mut().unwrap().episode = episode("several", &view.task.clone());
+        let same = choose(&view, Choice::Latest, Some(&subject));
+        assert!(Arc::ptr_eq(subject.episode(), same.episode()), "it is played to its end before the next");
+        let next = Subject::choose(&view, &Choice::Latest, Some(&same), true);
+        assert_eq!(next.task().name, view.task.name);
+        // A task that is not trained is shown itself.
+        view.task = task("task5");
+        assert_eq!(choose(&view, Choice::Latest, None).task().name, "task5");
+    }
+
+    #[test]
     fn a_training_episode_is_played_to_its_end_before_the_next() {
         let mut view = empty();
         view.watched = Some(watched("a", &view.task.clone(), true));
@@ -401,7 +439,7 @@ mod tests {
         let heat = choose(&view, Choice::Latest, None).agent_view(0).unwrap().heat;
         let env = Environment::new(view.task.clone());
         let edge = 1.0 - 1.0 / heat.side as f32;
-        let corners = networks.q_values(&seen(&env, env.observation()), &[-edge, edge, edge, -edge]);
+        let corners = networks.q_values(&observed(&networks, &env), &[-edge, edge, edge, -edge]);
         let [first, last] = [heat.values[0], heat.values[heat.values.len() - 1]];
         let near = (corners[0] - corners[1]).abs() / 1000.0;
         assert!((first - corners[0]).abs() < near && (last - corners[1]).abs() < near, "{first} {last} {corners:?}");

@@ -4,7 +4,7 @@
 use super::Subject;
 use crate::env::{Action, Environment, held_tool};
 use crate::physics::{Tool, to_units};
-use crate::trainer::{chosen_tool, seen};
+use crate::trainer::{chosen_tool, observed};
 use crate::tui::scene::{Ghost, Heat};
 
 /// Rows and columns of the grid on which the critic is evaluated.
@@ -34,7 +34,7 @@ impl Subject {
             None => "the checkpoint is being read",
         })?;
         let env = self.replay(action).ok_or("the episode cannot be replayed")?;
-        let observation = seen(&env, env.observation());
+        let observation = observed(networks, &env);
         if observation.len() != networks.observation_len() {
             return Err("the networks belong to another task".to_owned());
         }

@@ -108,7 +108,7 @@ impl SessionWorkspace {
             let summary = self.view.runs.iter().rev().find(|known| known.path == path)?.clone();
             let task = run.config().task.clone();
             let live = run.live().map(|live| Live {
-                episode: Arc::new(episode_of(path, &task, live.trace.clone())),
+                episode: Arc::new(episode_of(path, run.config().task_of(live.trace.episode), live.trace.clone())),
                 networks: Some(live.ddpg.clone()),
             });
             // The live episode of a training that has ended need not be its last one.

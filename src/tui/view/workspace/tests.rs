@@ -138,6 +138,18 @@ fn a_session_at_rest_has_no_news_and_is_not_measured() {
 }
 
 #[test]
+fn an_episode_of_hand_play_begins_again_with_the_seed_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut task = crate::task::load("task1").unwrap();
+    task.rules.start_noise = 0.05;
+    let mut workspace = SessionWorkspace::new(Session::new(task, folder.path().to_owned()));
+    let before = workspace.view.hand.snapshot.ball();
+    apply(&mut workspace, "seed 1");
+    apply(&mut workspace, "reset");
+    assert_ne!(workspace.view.hand.snapshot.ball(), before);
+}
+
+#[test]
 fn a_model_is_loaded_once_for_each_source_and_task() {
     let folder = tempfile::tempdir().unwrap();
     let mut workspace = workspace(folder.path(), &["model true"]);
@@ -195,4 +207,31 @@ fn outdated_clusters_are_computed_again_a_moment_after_the_latest_command() {
     workspace.poll();
     assert_eq!(workspace.view.prior_state, PriorState::Stale);
     poll_until(&mut workspace, is_fresh);
+}
+
+#[test]
+fn what_a_run_does_before_its_first_episode_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = ["model true", "set guidance.model_rollouts 50000", "train"];
+    let mut workspace = workspace(folder.path(), &lines);
+    poll_until(&mut workspace, |workspace| {
+        let preparing = workspace.view.runs[0].preparing.as_deref();
+        preparing.is_some_and(|text| text.starts_with("clusters, stage 1 of 2"))
+    });
+}
+
+#[test]
+fn the_losses_of_a_model_stay_until_the_next_model_is_trained() {
+    let folder = tempfile::tempdir().unwrap();
+    let train = |name: &str| {
+        let path = folder.path().join(name).display().to_string();
+        format!("model train box {} 1000", shell_words::quote(&path))
+    };
+    let mut workspace = workspace(folder.path(), &[&train("first.safetensors")]);
+    poll_until(&mut workspace, |workspace| !workspace.view.model_losses.is_empty());
+    apply(&mut workspace, "model stop");
+    assert!(workspace.view.model_work.is_none() && !workspace.view.model_losses.is_empty());
+    apply(&mut workspace, &train("second.safetensors"));
+    assert!(workspace.view.model_work.is_some() && workspace.view.model_losses.is_empty());
+    apply(&mut workspace, "model stop");
 }

@@ -1,0 +1,84 @@
+//! Puzzles with subgoals proposed by a dynamics model, which was not trained on puzzles.
+
+use std::path::{Path, PathBuf};
+
+use super::error::{PuzzleError, finished};
+use super::index::Index;
+use crate::batch::{Batch, BatchProgress, Job, JobHandle};
+use crate::dynamics::DynamicsError;
+use crate::guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
+use crate::task;
+use crate::trainer::{PriorSource, rollout_model};
+
+/// How subgoals are searched for.
+#[derive(Debug, Clone)]
+pub struct SubgoalSearch {
+    /// The folder of the puzzles.
+    pub puzzles: PathBuf,
+    /// The model that predicts the rollouts for subgoals and clusters.
+    pub model: PriorSource,
+    /// Maximum number of subgoals proposed for a puzzle.
+    pub subgoals: usize,
+}
+
+impl SubgoalSearch {
+    /// Writes the puzzles with proposed subgoals to `out/tasks`, except existing ones. Returns their files in the order
+    /// of the index.
+    ///
+    /// # Errors
+    /// When the model cannot predict a puzzle, or a file cannot be read or written;
+    /// [`PuzzleError::Interrupted`].
+    pub(super) fn propose(
+        &self,
+        index: &Index,
+        out: &Path,
+        batch: &Batch<'_>,
+        on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+    ) -> Result<Vec<PathBuf>, PuzzleError> {
+        let tasks = out.join("tasks");
+        std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
+        let file = |folder: &Path, name: &str| folder.join(format!("{name}.json"));
+        let names = || index.puzzles.iter().map(|puzzle| &puzzle.name);
+        let proposal = |name: &String| {
+            let (from, to) = (file(&self.puzzles, name), file(&tasks, name));
+            Proposal { search: self, name: name.clone(), from, to }
+        };
+        let missing = names().map(proposal).filter(|proposal| !proposal.to.exists());
+        let jobs: Vec<_> = missing.map(Proposal::job).collect();
+        let (_, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
+        if interrupted > 0 {
+            return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
+        }
+        Ok(names().map(|name| file(&tasks, name)).collect())
+    }
+}
+
+/// The job that proposes subgoals for one puzzle.
+struct Proposal<'a> {
+    search: &'a SubgoalSearch,
+    name: String,
+    from: PathBuf,
+    to: PathBuf,
+}
+
+impl<'a> Proposal<'a> {
+    fn job(self) -> Job<'a, (), PuzzleError> {
+        Job::new(self.name.clone(), 1, move |handle| self.propose(handle))
+    }
+
+    fn propose(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {
+        handle.report(format!("subgoals of {}", self.name));
+        let mut puzzle = task::load(&self.from.display().to_string())?;
+        // The uniform source has no model to propose subgoals with.
+        if let Some((model, _)) = rollout_model(&self.search.model, &puzzle)? {
+            let config = GuidanceConfig::default();
+            let model = InterruptibleModel::new(&*model, handle.stop());
+            puzzle.subgoals = match choose_subgoals(&puzzle, &model, self.search.subgoals, &config, 0, |_| ()) {
+                Err(DynamicsError::Stopped) => return Ok(None),
+                found => found?.subgoals,
+            };
+        }
+        task::save(&puzzle, &self.to)?;
+        Ok(Some(()))
+    }
+}

@@ -1,0 +1,206 @@
+//! Puzzles played by an agent that was trained on others: at once, and after a short training on each.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::error::{PuzzleError, finished};
+use super::index::Index;
+use super::proposals::SubgoalSearch;
+use super::results::{GROUPS, SOLVED};
+use crate::agent::Ddpg;
+use crate::batch::{Batch, BatchProgress, Job, JobHandle};
+use crate::markdown;
+use crate::streams::Stream;
+use crate::task::{self, Task};
+use crate::trainer::{Observation, RunConfig, Training, build_prior, greedy_episode};
+
+/// A transfer: the agent, the puzzles, and the training on each of them.
+#[derive(Debug)]
+pub struct TransferPlan {
+    /// The puzzles and the search for their subgoals.
+    pub search: SubgoalSearch,
+    /// The configuration of the agent's training.
+    pub config: Arc<RunConfig>,
+    /// The agent.
+    pub agent: Ddpg,
+    /// Number of episodes of the training on a puzzle.
+    pub episodes: u32,
+    /// Number of greedy episodes that measure the success on a puzzle.
+    pub evaluations: u32,
+    /// Seed of the training and of the starts of the greedy episodes.
+    pub seed: u64,
+}
+
+/// The success of the greedy policy on a puzzle, as the share of its episodes that reached the goal.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TransferRow {
+    /// Name of the puzzle.
+    pub puzzle: String,
+    /// Of the agent, which has not been trained on the puzzle.
+    pub at_once: f64,
+    /// Of the agent after the training on the puzzle.
+    pub after: f64,
+    /// Of a new agent after the same training.
+    pub from_scratch: f64,
+}
+
+/// The results of a transfer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TransferResults {
+    /// The command that reproduces them.
+    pub command: String,
+    /// Version of the program that wrote them.
+    pub mge_version: String,
+    /// Number of tasks on which the agent was trained.
+    pub trained_on: usize,
+    /// Number of episodes of that training.
+    pub trained_episodes: u64,
+    /// Number of episodes of the training on a puzzle.
+    pub episodes: u32,
+    /// Number of greedy episodes that measure a success.
+    pub evaluations: u32,
+    /// The puzzles.
+    pub index: Index,
+    /// One row per puzzle.
+    pub rows: Vec<TransferRow>,
+}
+
+/// Plays every puzzle of `index` with the agent. The puzzles with proposed subgoals are written to `out/tasks`.
+///
+/// # Errors
+/// [`PuzzleError::NotByRays`]; when the model cannot predict a puzzle, or a file cannot be read or written;
+/// [`PuzzleError::Interrupted`] and [`PuzzleError::TransferInterrupted`].
+pub fn transfer(
+    plan: &TransferPlan,
+    index: &Index,
+    out: &Path,
+    batch: &Batch<'_>,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Vec<TransferRow>, PuzzleError> {
+    if plan.config.observation != Observation::Rays {
+        return Err(PuzzleError::NotByRays);
+    }
+    let files = plan.search.propose(index, out, batch, on_progress)?;
+    let job = |file: PathBuf| {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Job::new(name.clone(), 1, move |handle: &JobHandle| {
+            handle.report(format!("training on {name}"));
+            plan.play(&file, handle)
+        })
+    };
+    let jobs: Vec<_> = files.into_iter().map(job).collect();
+    let (rows, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
+    match interrupted {
+        0 => Ok(rows),
+        _ => Err(PuzzleError::TransferInterrupted { done: rows.len(), jobs: jobs.len() }),
+    }
+}
+
+impl TransferPlan {
+    /// Plays one puzzle; None if it was interrupted.
+    fn play(&self, file: &Path, handle: &JobHandle) -> Result<Option<TransferRow>, PuzzleError> {
+        let task = Arc::new(task::load(&file.display().to_string())?);
+        let mut config = RunConfig { episodes: self.episodes, seed: self.seed, ..self.config.on(&task) };
+        config.prior = self.search.model.clone();
+        // The episodes are all that the agent learns from on this puzzle.
+        config.practice.rollouts = 0;
+        let prior = match config.is_guided() {
+            true => build_prior(&config, |_| (), handle.stop())?.map(Arc::new),
+            false => None,
+        };
+        let new = Training::new(config.clone(), prior)?;
+        let mut trained = new.clone();
+        trained.adopt(self.agent.clone())?;
+        let task = config.played(&task);
+        let at_once = self.success(&task, trained.ddpg());
+        let Some(after) = self.train(trained, handle)? else { return Ok(None) };
+        let Some(from_scratch) = self.train(new, handle)? else { return Ok(None) };
+        let [after, from_scratch] = [after, from_scratch].map(|agent| self.success(&task, &agent));
+        Ok(Some(TransferRow { puzzle: task.name.clone(), at_once, after, from_scratch }))
+    }
+
+    /// The agent at the end of a training; None if it was interrupted.
+    fn train(&self, mut training: Training, handle: &JobHandle) -> Result<Option<Ddpg>, PuzzleError> {
+        while !training.is_finished() {
+            if handle.is_stopped() {
+                return Ok(None);
+            }
+            training.run_episode()?;
+            training.refine();
+        }
+        Ok(Some(training.ddpg().clone()))
+    }
+
+    /// The share of greedy episodes that reach the goal.
+    fn success(&self, task: &Arc<Task>, agent: &Ddpg) -> f64 {
+        let mut rng = Stream::Evaluation.of(self.seed);
+        let goals =
+            (0..self.evaluations).filter(|_| greedy_episode(task, None, agent, &mut rng).reached_goal()).count();
+        goals as f64 / f64::from(self.evaluations)
+    }
+}
+
+impl TransferResults {
+    /// Writes `report.md` and `report.json` into `folder`.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
+        for (name, text) in [("report.json", crate::json::pretty(self)), ("report.md", self.to_markdown())] {
+            let path = folder.join(name);
+            crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
+        }
+        Ok(())
+    }
+
+    /// The results as Markdown tables.
+    pub fn to_markdown(&self) -> String {
+        let mut text = String::from("# An agent on puzzles that it was not trained on\n\n");
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "Made by {} with mge {}. The agent was trained on {} tasks for {} episodes. On each puzzle, its greedy \
+             policy played {} episodes at once, and as many after {} episodes of training on the puzzle; so did a new \
+             agent after the same training. A puzzle is solved when {:.0} % of these episodes reach the goal.\n",
+            markdown::code(&self.command),
+            self.mge_version,
+            self.trained_on,
+            self.trained_episodes,
+            self.evaluations,
+            self.episodes,
+            100.0 * SOLVED,
+        );
+        let titles = ["fewest actions", "puzzles"].into_iter().map(str::to_owned);
+        let columns = ["without training", "after training", "from scratch"];
+        let columns = columns.iter().flat_map(|column| [format!("success {column}"), format!("solved {column}")]);
+        text += &markdown::header(titles.chain(columns));
+        text += &self.row("all", |_| true);
+        for (group, (least, name)) in GROUPS.iter().enumerate() {
+            let below = GROUPS.get(group + 1).map_or(u32::MAX, |(next, _)| *next);
+            text += &self.row(name, |actions| (*least..below).contains(&actions));
+        }
+        text
+    }
+
+    /// The row of the puzzles whose fewest actions are `among`; empty if there are none.
+    fn row(&self, name: &str, among: impl Fn(u32) -> bool) -> String {
+        let is_among = |row: &&TransferRow| {
+            self.index.puzzles.iter().any(|puzzle| puzzle.name == row.puzzle && among(puzzle.actions_needed))
+        };
+        let rows: Vec<&TransferRow> = self.rows.iter().filter(is_among).collect();
+        if rows.is_empty() {
+            return String::new();
+        }
+        let mean = |values: &mut dyn Iterator<Item = f64>| format!("{:.2}", values.sum::<f64>() / rows.len() as f64);
+        let columns: [fn(&TransferRow) -> f64; 3] = [|row| row.at_once, |row| row.after, |row| row.from_scratch];
+        let shares = columns.iter().flat_map(|of| {
+            let success = mean(&mut rows.iter().map(|row| of(row)));
+            let solved = mean(&mut rows.iter().map(|row| f64::from(u8::from(of(row) >= SOLVED))));
+            [success, solved]
+        });
+        markdown::row([name.to_owned(), rows.len().to_string()].into_iter().chain(shares))
+    }
+}
