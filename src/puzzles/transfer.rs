@@ -163,8 +163,8 @@ impl TransferResults {
         let _ = writeln!(
             text,
             "Made by {} with mge {}. The agent was trained on {} tasks for {} episodes. On each puzzle, its greedy \
-             policy played {} episodes at once, and as many after {} episodes of training on the puzzle; so did a new \
-             agent after the same training. A puzzle is solved when {:.0} % of these episodes reach the goal.\n",
+             policy played {} episodes before any training on it, and as many after {} episodes of training; so did a \
+             new agent after the same training. A puzzle is solved when {:.0} % of these episodes reach the goal.\n",
             markdown::code(&self.command),
             self.mge_version,
             self.trained_on,
