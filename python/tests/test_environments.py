@@ -280,7 +280,8 @@ def test_images_are_observations():
 
 @pytest.mark.filterwarnings("ignore:.*infinity.*")
 def test_rays_have_the_same_length_for_every_task():
-    spaces = {mge.PuzzleEnv(task, observation="rays").observation_space.shape for task in ("task1", "task5", "create/Push")}
+    tasks = ("task1", "task5", "create/Push")
+    spaces = {mge.PuzzleEnv(task, observation="rays").observation_space.shape for task in tasks}
     assert spaces == {(90,)}
     check_env(mge.PuzzleEnv("task2", observation="rays"), skip_render_check=True)
 

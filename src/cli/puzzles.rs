@@ -81,12 +81,12 @@ fn words(arguments: &SubgoalOptions) -> [String; 5] {
 
 fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
     let run = RunView::open(&arguments.run)?;
-    let (config, saved) = (run.config(), run.saved());
-    let trained_episodes = saved.agent_near(u64::MAX, None)?.episode;
+    let config = run.config();
+    let (trained_episodes, agent) = run.saved().last_agent()?;
     let plan = TransferPlan {
         search: search(&arguments.search),
         config: run.shared_config().clone(),
-        agent: saved.agent()?,
+        agent,
         episodes: arguments.episodes,
         evaluations: arguments.evaluations,
         seed: arguments.seed,

@@ -22,7 +22,8 @@ pub const RAYS_LEN: usize = POSITIONS + TOOL_FEATURES + 2 * RAYS;
 /// The observation by rays of an episode. Besides the positions, of which that of the ball has the place of
 /// [`BALL_POSITION`], it contains the properties of the task's own tool, then for rays from the ball and from the next
 /// target how near the first tool is: 0 if there is none within half of the screen, 1 at the origin of the ray.
-/// Positions are normalised. Hinged planks are seen as when they were placed; markers, other balls and boxes are not seen.
+/// Positions are normalised. Hinged planks are seen as when they were placed; markers, other balls and boxes are not
+/// seen.
 pub(super) fn observe_rays(task: &Task, now: &Snapshot) -> Vec<f32> {
     let ball = now.ball();
     let position = to_normalised(ball.position);
@@ -54,7 +55,8 @@ pub(super) fn observe_rays(task: &Task, now: &Snapshot) -> Vec<f32> {
     numbers
 }
 
-/// Lower and upper bounds of observations by rays: 0 and 1 for the type of the tool and for rays, infinite for the others.
+/// Lower and upper bounds of observations by rays: 0 and 1 for the type of the tool and for rays, infinite for the
+/// others.
 pub(super) fn rays_bounds() -> [Vec<f32>; 2] {
     let is_unit =
         |index: usize| (POSITIONS..POSITIONS + ToolKind::ALL.len()).contains(&index) || index >= RAYS_LEN - 2 * RAYS;

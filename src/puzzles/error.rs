@@ -33,8 +33,14 @@ pub enum PuzzleError {
     #[error(transparent)]
     Prior(#[from] PriorError),
     /// The agent's observations depend on the task.
-    #[error("the agent observes objects, whose number depends on the task: train it with `observation=rays`")]
+    #[error("the agent does not observe by rays: train one with `observation=rays` and without `tools`")]
     NotByRays,
+    /// The agent was trained on a puzzle of the transfer.
+    #[error("the agent was trained on the puzzle {name}: a transfer needs other puzzles")]
+    TrainedOn { name: String },
+    /// The proposals in the folder come from another search.
+    #[error("{}: its puzzles have subgoals of another model or number: choose another folder with --out", path.display())]
+    OtherSearch { path: PathBuf },
     /// A transfer was interrupted.
     #[error("interrupted after {done} of {jobs} puzzles: their subgoals are kept, the trainings begin again")]
     TransferInterrupted { done: usize, jobs: usize },

@@ -37,6 +37,7 @@ impl SubgoalSearch {
     ) -> Result<Vec<PathBuf>, PuzzleError> {
         let tasks = out.join("tasks");
         std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
+        self.claim(&tasks)?;
         let file = |folder: &Path, name: &str| folder.join(format!("{name}.json"));
         let names = || index.puzzles.iter().map(|puzzle| &puzzle.name);
         let proposal = |name: &String| {
@@ -50,6 +51,22 @@ impl SubgoalSearch {
             return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
         }
         Ok(names().map(|name| file(&tasks, name)).collect())
+    }
+}
+
+impl SubgoalSearch {
+    /// Notes in the folder of the proposals how they are searched for.
+    ///
+    /// # Errors
+    /// [`PuzzleError::OtherSearch`] when it holds proposals of another search.
+    fn claim(&self, tasks: &Path) -> Result<(), PuzzleError> {
+        let path = tasks.join("search.txt");
+        let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
+        match std::fs::read_to_string(&path) {
+            Ok(known) if known == text => Ok(()),
+            Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),
+            Err(_) => crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path)),
+        }
     }
 }
 

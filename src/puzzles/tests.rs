@@ -1,6 +1,6 @@
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
 use crate::batch::Batch;
@@ -74,7 +74,7 @@ fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
     let folder = tempfile::tempdir().unwrap();
     let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
     let mut config = RunConfig::default_for(Arc::new(task::load("task1").unwrap()), Method::DdpgMgeAdaptive);
-    (config.hold_tolerance, config.observation) = (None, Observation::Rays);
+    (config.hold_tolerance, config.observation, config.seed) = (None, Observation::Rays, 9);
     config.ddpg.hidden = 8;
     let plan = |config: RunConfig| TransferPlan {
         search: SubgoalSearch { puzzles: folder.path().to_owned(), model: PriorSource::TruePhysics, subgoals: 2 },
@@ -87,14 +87,26 @@ fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
     let interrupt = AtomicBool::new(false);
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let out = folder.path().join("transfer");
-    let rows = transfer(&plan(config.clone()), &index, &out, &batch, &mut |_| {}).unwrap();
-    assert_eq!(rows.iter().map(|row| &row.puzzle).collect::<Vec<_>>(), [&index.puzzles[0].name]);
+    let play = |plan: &TransferPlan| transfer(plan, &index, &out, &batch, &mut |_| {});
+    let rows = play(&plan(config.clone())).unwrap();
+    let name = &index.puzzles[0].name;
+    assert_eq!(rows.iter().map(|row| &row.puzzle).collect::<Vec<_>>(), [name]);
     let is_share = |value: f64| (0.0..=1.0).contains(&value) && (4.0 * value).fract() == 0.0;
     assert!(is_share(rows[0].at_once) && is_share(rows[0].after) && is_share(rows[0].from_scratch), "{rows:?}");
-    assert_eq!(transfer(&plan(config.clone()), &index, &out, &batch, &mut |_| {}).unwrap(), rows);
-    let objects = RunConfig { observation: Observation::Objects, ..config };
-    let outcome = transfer(&plan(objects), &index, &out, &batch, &mut |_| {});
-    assert!(matches!(outcome, Err(PuzzleError::NotByRays)), "{outcome:?}");
+    assert_eq!(play(&plan(config.clone())).unwrap(), rows);
+
+    let staged = out.join("tasks").join(format!("{name}.json"));
+    let puzzle = Arc::new(task::load(&staged.display().to_string()).unwrap());
+    let known = plan(RunConfig { task: puzzle.clone(), ..config.clone() });
+    assert!(matches!(play(&known), Err(PuzzleError::TrainedOn { .. })));
+    let objects = RunConfig { observation: Observation::Objects, ..config.clone() };
+    assert!(matches!(play(&plan(objects)), Err(PuzzleError::NotByRays)));
+    let mut fewer = plan(config.clone());
+    fewer.search.subgoals = 1;
+    assert!(matches!(play(&fewer), Err(PuzzleError::OtherSearch { .. })));
+    interrupt.store(true, Ordering::Relaxed);
+    let outcome = play(&plan(config));
+    assert!(matches!(outcome, Err(PuzzleError::TransferInterrupted { done: 0, jobs: 1 })), "{outcome:?}");
 }
 
 #[test]

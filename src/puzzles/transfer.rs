@@ -71,8 +71,8 @@ pub struct TransferResults {
 /// Plays every puzzle of `index` with the agent. The puzzles with proposed subgoals are written to `out/tasks`.
 ///
 /// # Errors
-/// [`PuzzleError::NotByRays`]; when the model cannot predict a puzzle, or a file cannot be read or written;
-/// [`PuzzleError::Interrupted`] and [`PuzzleError::TransferInterrupted`].
+/// [`PuzzleError::NotByRays`] and [`PuzzleError::TrainedOn`]; when the model cannot predict a puzzle, or a file cannot
+/// be read or written; [`PuzzleError::Interrupted`] and [`PuzzleError::TransferInterrupted`].
 pub fn transfer(
     plan: &TransferPlan,
     index: &Index,
@@ -83,12 +83,16 @@ pub fn transfer(
     if plan.config.observation != Observation::Rays {
         return Err(PuzzleError::NotByRays);
     }
+    let is_known = |name: &str| plan.config.tasks().any(|task| task.name == name);
+    if let Some(known) = index.puzzles.iter().find(|puzzle| is_known(&puzzle.name)) {
+        return Err(PuzzleError::TrainedOn { name: known.name.clone() });
+    }
     let files = plan.search.propose(index, out, batch, on_progress)?;
     let job = |file: PathBuf| {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Job::new(name.clone(), 1, move |handle: &JobHandle| {
             handle.report(format!("training on {name}"));
-            plan.play(&file, handle)
+            plan.play(name.clone(), &file, handle)
         })
     };
     let jobs: Vec<_> = files.into_iter().map(job).collect();
@@ -101,9 +105,23 @@ pub fn transfer(
 
 impl TransferPlan {
     /// Plays one puzzle; None if it was interrupted.
-    fn play(&self, file: &Path, handle: &JobHandle) -> Result<Option<TransferRow>, PuzzleError> {
+    fn play(&self, puzzle: String, file: &Path, handle: &JobHandle) -> Result<Option<TransferRow>, PuzzleError> {
         let task = Arc::new(task::load(&file.display().to_string())?);
-        let mut config = RunConfig { episodes: self.episodes, seed: self.seed, ..self.config.on(&task) };
+        let [trained, new] = self.trainings(&task, handle)?;
+        let task = trained.config().played(&task);
+        let Some(at_once) = self.success(&task, trained.ddpg(), handle) else { return Ok(None) };
+        let success_after = |training: Training| -> Result<Option<f64>, PuzzleError> {
+            let agent = self.train(training, handle)?;
+            Ok(agent.and_then(|agent| self.success(&task, &agent, handle)))
+        };
+        let Some(after) = success_after(trained)? else { return Ok(None) };
+        let Some(from_scratch) = success_after(new)? else { return Ok(None) };
+        Ok(Some(TransferRow { puzzle, at_once, after, from_scratch }))
+    }
+
+    /// The training on a puzzle with the agent, and that with a new agent.
+    pub(super) fn trainings(&self, task: &Arc<Task>, handle: &JobHandle) -> Result<[Training; 2], PuzzleError> {
+        let mut config = RunConfig { episodes: self.episodes, seed: self.seed, ..self.config.on(task) };
         config.prior = self.search.model.clone();
         // The episodes are all that the agent learns from on this puzzle.
         config.practice.rollouts = 0;
@@ -111,15 +129,10 @@ impl TransferPlan {
             true => build_prior(&config, |_| (), handle.stop())?.map(Arc::new),
             false => None,
         };
-        let new = Training::new(config.clone(), prior)?;
+        let new = Training::new(config, prior)?;
         let mut trained = new.clone();
         trained.adopt(self.agent.clone())?;
-        let task = config.played(&task);
-        let at_once = self.success(&task, trained.ddpg());
-        let Some(after) = self.train(trained, handle)? else { return Ok(None) };
-        let Some(from_scratch) = self.train(new, handle)? else { return Ok(None) };
-        let [after, from_scratch] = [after, from_scratch].map(|agent| self.success(&task, &agent));
-        Ok(Some(TransferRow { puzzle: task.name.clone(), at_once, after, from_scratch }))
+        Ok([trained, new])
     }
 
     /// The agent at the end of a training; None if it was interrupted.
@@ -134,12 +147,16 @@ impl TransferPlan {
         Ok(Some(training.ddpg().clone()))
     }
 
-    /// The share of greedy episodes that reach the goal.
-    fn success(&self, task: &Arc<Task>, agent: &Ddpg) -> f64 {
-        let mut rng = Stream::Evaluation.of(self.seed);
-        let goals =
-            (0..self.evaluations).filter(|_| greedy_episode(task, None, agent, &mut rng).reached_goal()).count();
-        goals as f64 / f64::from(self.evaluations)
+    /// The share of greedy episodes that reach the goal; None if it was interrupted.
+    fn success(&self, task: &Arc<Task>, agent: &Ddpg, handle: &JobHandle) -> Option<f64> {
+        let (mut rng, mut goals) = (Stream::Evaluation.of(self.seed), 0u32);
+        for _ in 0..self.evaluations {
+            if handle.is_stopped() {
+                return None;
+            }
+            goals += u32::from(greedy_episode(task, None, agent, &mut rng).reached_goal());
+        }
+        Some(f64::from(goals) / f64::from(self.evaluations))
     }
 }
 
@@ -202,5 +219,29 @@ impl TransferResults {
             [success, solved]
         });
         markdown::row([name.to_owned(), rows.len().to_string()].into_iter().chain(shares))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trainer::{Method, PriorSource};
+
+    #[test]
+    fn one_training_begins_with_the_agent_and_the_other_with_a_new_one() {
+        let task = Arc::new(task::load("task1").unwrap());
+        let mut config = RunConfig::default_for(task.clone(), Method::DdpgAdaptive);
+        (config.hold_tolerance, config.observation, config.seed) = (None, Observation::Rays, 9);
+        let search = SubgoalSearch { puzzles: PathBuf::new(), model: PriorSource::Uniform, subgoals: 0 };
+        let agent = Training::new(config.clone(), None).unwrap().ddpg().clone();
+        let plan = TransferPlan { search, config: Arc::new(config), agent, episodes: 7, evaluations: 1, seed: 2 };
+        let [trained, new] = plan.trainings(&task, &JobHandle::default()).unwrap();
+        let observation = vec![0.3; plan.agent.observation_len()];
+        assert_eq!(trained.ddpg().act(&observation), plan.agent.act(&observation));
+        assert_ne!(new.ddpg().act(&observation), plan.agent.act(&observation));
+        for training in [trained, new] {
+            let config = training.config();
+            assert_eq!((config.episodes, config.seed, config.practice.rollouts), (7, 2, 0));
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use super::event::{EpisodeRecord, Event, Practised};
 use super::log::for_each_event;
 use super::series::{Numbered, Series};
-use super::{Result, RunDirectory};
+use super::{Result, RunDirectory, RunState};
 
 /// A greedy evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ pub struct RunHistory {
     pub practised: Option<Practised>,
     /// Interventions in order: see [`Event::is_intervention`].
     pub interventions: Vec<Event>,
-    /// The latest event.
+    /// The latest event from which the state of the run follows, such as its pause.
     pub last: Option<Event>,
 }
 
@@ -86,7 +86,9 @@ impl RunHistory {
         if event.is_intervention() {
             self.interventions.push(event.clone());
         }
-        self.last = Some(event.clone());
+        if RunState::after(event, true).is_some() {
+            self.last = Some(event.clone());
+        }
     }
 }
 
@@ -133,5 +135,8 @@ mod tests {
             history.note(&event);
         }
         assert_eq!(history.interventions, [started(2), started(4), changed(4), started(4)]);
+        history.note(&Event::Paused { episode: 4 });
+        history.note(&changed(4));
+        assert_eq!(history.last, Some(Event::Paused { episode: 4 }), "a change does not end a pause");
     }
 }

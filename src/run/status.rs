@@ -36,6 +36,27 @@ impl RunState {
     }
 }
 
+impl RunState {
+    /// The state after an event, if it follows from that event and from whether a process holds the lock.
+    pub(super) fn after(event: &Event, locked: bool) -> Option<Self> {
+        match event {
+            Event::Paused { .. } if locked => Some(Self::Paused),
+            Event::Started { .. } | Event::EpisodeFinished(_) | Event::Resumed { .. } | Event::Paused { .. } => {
+                Some(if locked { Self::Running } else { Self::Interrupted })
+            }
+            Event::Finished { .. } => Some(Self::Finished),
+            Event::Stopped { reason, .. } => Some(Self::Stopped(reason.clone())),
+            Event::Failed { reason, .. } => Some(Self::Failed(reason.clone())),
+            Event::Practised(_)
+            | Event::Evaluated { .. }
+            | Event::Checkpointed { .. }
+            | Event::ScheduleChanged { .. }
+            | Event::ClustersChanged { .. }
+            | Event::NeedsChanged { .. } => None,
+        }
+    }
+}
+
 /// The state and progress of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatus {
@@ -52,21 +73,7 @@ impl RunStatus {
             Event::EpisodeFinished(record) => Some(record.clone()),
             _ => None,
         });
-        let working = if locked { RunState::Running } else { RunState::Interrupted };
-        let state = events.iter().rev().find_map(|logged| match &logged.event {
-            Event::Started { .. } | Event::EpisodeFinished(_) | Event::Resumed { .. } => Some(working.clone()),
-            Event::Paused { .. } if locked => Some(RunState::Paused),
-            Event::Paused { .. } => Some(RunState::Interrupted),
-            Event::Finished { .. } => Some(RunState::Finished),
-            Event::Stopped { reason, .. } => Some(RunState::Stopped(reason.clone())),
-            Event::Failed { reason, .. } => Some(RunState::Failed(reason.clone())),
-            Event::Practised(_)
-            | Event::Evaluated { .. }
-            | Event::Checkpointed { .. }
-            | Event::ScheduleChanged { .. }
-            | Event::ClustersChanged { .. }
-            | Event::NeedsChanged { .. } => None,
-        });
+        let state = events.iter().rev().find_map(|logged| RunState::after(&logged.event, locked));
         let without_events = if locked { RunState::Running } else { RunState::NotStarted };
         Self { state: state.unwrap_or(without_events), last_episode }
     }

@@ -39,17 +39,21 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
         for value in &mut axis.values {
             let Some(text) = value.as_str() else { continue };
             let places: Vec<&str> = if is_list { text.split(',').map(str::trim).collect() } else { vec![text] };
-            *value = Value::String(places.into_iter().map(absolute).collect::<Vec<String>>().join(","));
+            *value = Value::String(
+                places.into_iter().map(|place| absolute(place, is_list)).collect::<Vec<String>>().join(","),
+            );
         }
     }
     grid
 }
 
-/// The absolute path of an existing file or folder; other names stay.
-fn absolute(name: &str) -> String {
-    let path = Some(Path::new(name)).filter(|path| !name.is_empty() && path.exists());
-    path.and_then(|path| std::path::absolute(path).ok())
-        .map_or_else(|| name.to_owned(), |path| path.display().to_string())
+/// The absolute path of an existing file, or also folder; other names stay.
+fn absolute(name: &str, may_be_folder: bool) -> String {
+    let path = Path::new(name);
+    let is_folder = || path.is_dir() && !task::shipped_names().any(|shipped| shipped == name);
+    let is_place = path.is_file() || (may_be_folder && is_folder());
+    let absolute = if is_place { std::path::absolute(path).ok() } else { None };
+    absolute.map_or_else(|| name.to_owned(), |path| path.display().to_string())
 }
 
 /// Refuses a setting given under two names.
@@ -151,4 +155,30 @@ fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) 
     let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
     let hint = did_you_mean(keys.iter().map(String::as_str).chain(others), key);
     ValidationError::new(path, format!("there is no setting `{key}`{hint}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn names_of_files_become_absolute_and_other_names_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, inner) = (folder.path().join("a.json"), folder.path().join("inner"));
+        std::fs::write(&file, "{}").unwrap();
+        std::fs::create_dir(&inner).unwrap();
+        let [file, inner] = [file, inner].map(|path| path.display().to_string());
+        let list = format!("{file}, task2, {inner}");
+        let axis = |key: &str, value: Value| Axis { key: key.to_owned(), values: vec![value], is_list: false };
+        let axes = vec![axis("task", json!("task1")), axis("model", json!(inner)), axis("more_tasks", json!(list))];
+        let grid = absolute_paths(&Grid { kind: None, axes });
+        let values: Vec<&Value> = grid.axes.iter().map(|axis| &axis.values[0]).collect();
+        assert_eq!(values, [&json!("task1"), &json!(inner), &json!(format!("{file},task2,{inner}"))]);
+        // The package's folder `tasks` is a folder of tasks, but not the name of a task.
+        assert!(Path::new(&absolute("tasks", true)).is_absolute());
+        assert_eq!(absolute("tasks", false), "tasks");
+        assert_eq!(absolute("task1", true), "task1");
+    }
 }

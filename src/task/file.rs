@@ -100,8 +100,8 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
-/// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles; for
-/// anything else as [`load`]. Pipes and devices are refused.
+/// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles;
+/// for anything else as [`load`]. Pipes and devices are refused.
 ///
 /// # Errors
 /// When a file cannot be read or is not a valid task, or the folder has none.

@@ -1,5 +1,6 @@
 //! The complete configuration of a run, saved with the run.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use serde::de::Error;
@@ -127,6 +128,9 @@ fn default_tool_candidates() -> usize {
 fn default_epsilon() -> EpsilonSchedule {
     EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 }
 }
+
+/// Limit of the number of tasks of a run.
+const MOST_TASKS: usize = 1000;
 
 /// The numeric settings of the run itself.
 const SETTINGS: [Setting; 21] = [
@@ -265,19 +269,24 @@ impl RunConfig {
     /// Checks the settings that are restricted with several tasks.
     fn validate_further_tasks(&self) -> Result<(), ValidationError> {
         let wrong = |path: &str, message: &str| Err(ValidationError::new(path, message));
+        let mut names = BTreeSet::from([&self.task.name]);
         for (index, task) in self.further_tasks.iter().enumerate() {
             task.validate().map_err(|error| error.within(format_args!("further_tasks[{index}]")))?;
-            if self.tasks().take(1 + index).any(|other| other.name == task.name) {
+            if !names.insert(&task.name) {
                 let place = format!("further_tasks[{index}].name");
                 return wrong(&place, "is also the name of another task of the run: tasks are known by their names");
             }
         }
-        if self.further_tasks.is_empty() {
-            return if self.more_tasks.is_empty() {
-                Ok(())
-            } else {
-                wrong("more_tasks", "has no tasks besides that of the run: leave it empty")
-            };
+        let past = self.fork.iter().flat_map(|fork| &fork.tasks);
+        for task in past.flat_map(|past| std::iter::once(&past.task).chain(&past.further)) {
+            task.validate().map_err(|error| error.within("fork.tasks"))?;
+        }
+        match (self.further_tasks.len(), self.more_tasks.is_empty()) {
+            (0, true) => return Ok(()),
+            (0, false) => return wrong("more_tasks", "has no tasks besides that of the run: leave it empty"),
+            (_, true) => return wrong("more_tasks", "must say where the `further_tasks` come from"),
+            (MOST_TASKS.., _) => return wrong("more_tasks", "has more tasks than the limit of 1000"),
+            _ => {}
         }
         if self.observation != Observation::Rays {
             return wrong("observation", "must be `rays` with `more_tasks`: other observations differ in length");
@@ -285,7 +294,7 @@ impl RunConfig {
         if self.hold_tolerance.is_some() {
             return wrong("hold_tolerance", "must be null with `more_tasks`: a policy is held for a single task");
         }
-        if !self.method.chooses_tools() {
+        if !self.method.shares_tasks() {
             return wrong(
                 "method",
                 "cannot be used with `more_tasks`: it has no policy that several tasks could share",
@@ -297,7 +306,8 @@ impl RunConfig {
     /// Checks the settings that are restricted with or without `tools`.
     fn validate_tools(&self) -> Result<(), ValidationError> {
         if self.tools.is_some() && self.observation == Observation::Rays {
-            let message = "is `rays`, but an agent that chooses among `tools` observes their properties: use only one of the two settings";
+            let message = "is `rays`, but an agent that chooses among `tools` observes their properties: use only one of \
+                           the two settings";
             return Err(ValidationError::new("observation", message));
         }
         if self.tools.is_none() {

@@ -59,6 +59,12 @@ impl RunConfig {
         Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
     }
 
+    /// Whether this is a fork that has left its further tasks after this episode or a later one.
+    pub fn left_tasks_at(&self, episode: u64) -> bool {
+        let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
+        past.is_some_and(|past| !past.further.is_empty())
+    }
+
     /// The task on which an episode, counted from 1, was played.
     pub fn task_of(&self, episode: u64) -> &Arc<Task> {
         let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
@@ -133,13 +139,16 @@ pub fn fork(
     let mut training = begin(source, &old, episode, stop)?;
     training.obey(stop);
     repeat(&mut training, &events, episode, progress)?;
-    let is_stale = |task: usize| config.is_guided() && task == 0 && old.task != config.task;
     let mut priors = training.priors();
     priors.resize(config.tasks().count(), None);
     for (index, (task, prior)) in config.tasks().zip(&mut priors).enumerate() {
-        if is_stale(index) || (config.is_guided() && prior.is_none()) {
+        let is_other = index == 0 && old.task != config.task;
+        if config.is_guided() && (is_other || prior.is_none()) {
             *prior = build_prior(&config.on(task), |_| (), stop)?.map(Arc::new);
         }
+    }
+    if stop.is_requested() {
+        return Err(TrainingError::Stopped.into());
     }
     let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
     Ok(branch.finish(&config, &checkpoint)?)

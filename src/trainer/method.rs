@@ -116,6 +116,12 @@ impl Method {
         !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
     }
 
+    /// Whether several tasks can share what it learns.
+    pub fn shares_tasks(self) -> bool {
+        // What the others have besides a policy is not kept for each task.
+        !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
+    }
+
     /// Whether it explores by need and learns from its own successes.
     pub fn is_adaptive(self) -> bool {
         matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)

@@ -124,8 +124,8 @@ pub fn build_prior(
     Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, progress)?)
 }
 
-/// Builds the priors of a run, one for each task; none if it is not guided. `progress` is called with the number of each
-/// stage and the number of all stages. Soon returns incomplete priors once `stop` is requested.
+/// Builds the priors of a run, one for each task; none if it is not guided. `progress` is called with the number of
+/// each stage and the number of all stages. Soon returns incomplete priors once `stop` is requested.
 ///
 /// # Errors
 /// When the dynamics model cannot be used.

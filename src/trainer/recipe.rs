@@ -48,8 +48,9 @@ impl RunConfig {
         self.changed_to(self.method, tools)
     }
 
-    /// The configuration with the tasks of these task files and folders, separated by commas, as further tasks. The agent
-    /// then observes by rays and no policy is held, as several tasks require. A task with the name of another is left out.
+    /// The configuration with the tasks of these task files and folders, separated by commas, as further tasks. The
+    /// agent then observes by rays and no policy is held, as several tasks require. A task with the name of the run's
+    /// own is left out.
     ///
     /// # Errors
     /// When a file is not a valid task, or a folder has none.
@@ -58,7 +59,7 @@ impl RunConfig {
         for place in from.split(',').map(str::trim).filter(|place| !place.is_empty()) {
             for task in load_all(place)? {
                 // Folders usually contain the run's task itself, which may have been edited since.
-                if config.tasks().all(|known| known.name != task.name) {
+                if task.name != self.task.name {
                     config.further_tasks.push(Arc::new(task));
                 }
             }
@@ -71,6 +72,8 @@ impl RunConfig {
     fn share(&mut self) {
         if !self.further_tasks.is_empty() {
             (self.observation, self.hold_tolerance) = (Observation::Rays, None);
+            // The scores of evaluations are comparable if each plays every task.
+            self.evaluation.episodes = self.evaluation.episodes.max(self.tasks().count() as u32);
         }
     }
 

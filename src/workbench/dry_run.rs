@@ -47,6 +47,19 @@ impl DryRun {
         Ok(())
     }
 
+    /// Changes a setting.
+    pub fn set(&mut self, setting: &command::Set) -> Result<(), SessionError> {
+        let is_written = |place: &str| {
+            let place = Path::new(place.trim());
+            self.written.iter().any(|written| written == place || written.parent() == Some(place))
+        };
+        if setting.key == "more_tasks" && setting.value.split(',').any(is_written) {
+            self.task_unknown = true;
+            return Ok(());
+        }
+        self.setup.set(&setting.key, &setting.value).map(drop)
+    }
+
     /// Edits the task or the proposals.
     pub fn edit(&mut self, edit: impl FnOnce(&mut Setup) -> Result<String, SessionError>) -> Result<(), SessionError> {
         if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
@@ -128,5 +141,11 @@ mod tests {
         assert_eq!(dry_run("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
         assert!(dry_run("propose 1\nwait\ntask task1\nundo").unwrap_err().starts_with("s:4: "));
         assert!(!std::path::Path::new("mine.json").exists());
+        for place in ["task2, made/one.json", "made"] {
+            let text = format!("save made/one.json\nset more_tasks '{place}'\ntrain");
+            assert_eq!(dry_run(&text), Ok(()), "{place}");
+        }
+        let error = dry_run("save made/one.json\nset more_tasks other").unwrap_err();
+        assert!(error.starts_with("s:2: ") && error.contains("other"), "{error}");
     }
 }

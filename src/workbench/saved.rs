@@ -99,13 +99,22 @@ impl SavedRun {
     /// # Errors
     /// When the method does not learn, there is no checkpoint yet, or it cannot be read.
     pub fn agent(&self) -> Result<Ddpg, SessionError> {
+        Ok(self.last_agent()?.1)
+    }
+
+    /// The agent of the latest checkpoint, with the number of episodes that it has finished.
+    ///
+    /// # Errors
+    /// As [`SavedRun::agent`].
+    pub fn last_agent(&self) -> Result<(u64, Ddpg), SessionError> {
         if !self.config.method.learns() {
             return Err(SessionError::Failed(format!(
                 "{} learns no policy: there is none to play or export",
                 self.config.method
             )));
         }
-        networks(&self.directory.checkpoints().load_sections(CheckpointName::Last, &[NETWORKS_SECTION])?)
+        let checkpoint = self.directory.checkpoints().load_sections(CheckpointName::Last, &[NETWORKS_SECTION])?;
+        Ok((checkpoint.episode, networks(&checkpoint)?))
     }
 
     /// An episode of the greedy policy of the latest checkpoint.
@@ -116,8 +125,8 @@ impl SavedRun {
         Ok(self.player(None, None)?.episode(seed))
     }
 
-    /// The agent of the latest checkpoint, to play greedy episodes: on another task than the first of the run, if given, and
-    /// with action sets drawn from these tools; None for those of the training.
+    /// The agent of the latest checkpoint, to play greedy episodes: on another task than the first of the run, if
+    /// given, and with action sets drawn from these tools; None for those of the training.
     ///
     /// # Errors
     /// As [`SavedRun::agent`], when the agent's observations do not fit the task, and when tools are given but the agent
@@ -130,10 +139,9 @@ impl SavedRun {
         }
         let task = task.unwrap_or_else(|| self.config.task.clone());
         if !can_play(&agent, &task) {
-            let reason = format!("the observation of this run's agent has another length on {}", task.name);
             let hint =
                 if self.config.tools.is_none() { ": train with `observation=rays` to play other tasks" } else { "" };
-            let reason = reason + hint;
+            let reason = format!("the observation of this run's agent has another length on {}{hint}", task.name);
             return Err(SessionError::Failed(reason));
         }
         Ok(Player { agent, task, tools: tools.or(self.config.tools) })

@@ -30,7 +30,11 @@ impl Setup {
         let mut config = RunConfig { task: Arc::new(editor.task().clone()), ..self.config.clone() };
         if !config.more_tasks.is_empty() {
             // The former task may be one of them, and the new one is not any more.
-            config = config.with_more_tasks(&self.config.more_tasks)?;
+            let found = config.with_more_tasks(&self.config.more_tasks);
+            config = found.map_err(|error| SessionError::Failed(format!("more_tasks: {error}")))?;
+            if config.further_tasks.is_empty() {
+                config.more_tasks.clear();
+            }
         }
         (self.editor, self.config) = (editor, config);
         self.file = Path::new(name).is_file().then(|| PathBuf::from(name));

@@ -153,6 +153,15 @@ fn a_fork_may_leave_the_further_tasks_but_not_exchange_them() {
 }
 
 #[test]
+fn a_checkpoint_of_other_tasks_is_not_resumed() {
+    let config = several(Method::DdpgMge, 7);
+    let checkpoint = Training::new(config.clone(), None).unwrap().checkpoint().unwrap();
+    assert!(Training::resume(config.clone(), &checkpoint).is_ok());
+    let fewer = config.with_setting("more_tasks", "task2").unwrap();
+    assert!(matches!(Training::resume(fewer, &checkpoint), Err(TrainingError::State(_))));
+}
+
+#[test]
 fn settings_that_several_tasks_cannot_share_are_refused() {
     let several = several(Method::DdpgMgeAdaptive, 7);
     assert_eq!((several.observation, several.hold_tolerance), (Observation::Rays, None));
@@ -170,6 +179,11 @@ fn settings_that_several_tasks_cannot_share_are_refused() {
     assert!(alone.further_tasks.is_empty() && alone.observation == Observation::Rays);
     let broken = RunConfig { further_tasks: Vec::new(), ..several.clone() };
     assert_eq!(broken.validate().unwrap_err().path, "more_tasks");
+    let broken = RunConfig { more_tasks: String::new(), ..several.clone() };
+    assert_eq!(broken.validate().unwrap_err().path, "more_tasks");
+    let twice = several.with_setting("more_tasks", "task2, task2").unwrap_err().to_string();
+    assert!(twice.contains("further_tasks[1].name: is also the name of another task"), "{twice}");
+    assert_eq!(several.evaluation.episodes, 3, "each evaluation plays every task");
     // Another method keeps the tasks, and the settings say where they come from.
     let other = several.with_method(Method::DdpgUniform);
     assert_eq!(other.further_tasks, several.further_tasks);

@@ -66,7 +66,8 @@ impl Training {
     }
 
     /// Continues the training with other settings. The learned state and the replay buffer are kept; rewarding actions,
-    /// the first success and attempts are discarded if the task changes. `priors` are those of the tasks, in their order.
+    /// the first success and attempts are discarded if the task changes. `priors` are those of the tasks, in their
+    /// order.
     ///
     /// # Errors
     /// When a setting is out of range, or the learned state cannot be used with it.
@@ -89,13 +90,11 @@ impl Training {
         // A schedule changed during the run stays in use unless the fork sets another.
         if config.epsilon != old.epsilon {
             progress.epsilon = config.epsilon.clone();
+            progress.further.iter_mut().for_each(|parked| parked.attempts = Attempts::default());
         }
         if config.task != old.task {
             progress.rewarding.clear();
             progress.first_success = None;
-        }
-        if config.epsilon != old.epsilon {
-            progress.further.iter_mut().for_each(|parked| parked.attempts = Attempts::default());
         }
         if config.epsilon != old.epsilon || config.task != old.task {
             // Discard the outcomes of attempts and the policies held because of them.

@@ -21,6 +21,8 @@ pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
             Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
             // Scheduled refinements are not interventions.
             Event::ClustersChanged { episode, .. } if config.is_refined_after(*episode) => return None,
+            // Refinements of a source on several tasks were due at other episodes.
+            Event::ClustersChanged { episode, .. } if config.left_tasks_at(*episode) => return None,
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),
             Event::Started { episode, .. } if *episode == begins => return None,

@@ -6,6 +6,7 @@ use super::words::{Number, Parsed, Place, Text, Word};
 use super::{Execute, InScripts, Recording, Verb, syntax};
 use crate::guidance::EpsilonSchedule;
 use crate::trainer::{self, Control, PriorSource};
+use crate::workbench::dry_run::DryRun;
 use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
 
@@ -101,6 +102,10 @@ impl Execute for Set {
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.set(&self.key, &self.value)
+    }
+
+    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+        dry_run.set(self)
     }
 }
 

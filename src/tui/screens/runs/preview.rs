@@ -135,7 +135,7 @@ fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         return run.preparing.iter().flat_map(|work| lines(work, width, Style::new())).collect();
     };
     if !run.config.further_tasks.is_empty() {
-        let [reached, rollouts]: [u32; 2] = [reached, rollouts].map(|counts| counts.iter().sum());
+        let [reached, rollouts] = [reached, rollouts].map(|counts| counts.iter().sum::<u32>());
         let text = format!("of all tasks, {reached} of {rollouts} reached their stage, {actions} actions");
         return lines(&text, width, Style::new()).collect();
     }

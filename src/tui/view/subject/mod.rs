@@ -21,8 +21,8 @@ use crate::workbench::{PriorState, SavedAgent};
 /// What the user wants the scene to show.
 #[derive(Debug, Clone, Default)]
 pub enum Choice {
-    /// The latest training episode on the edited task or, if the run has several tasks, on any of them; if there is none,
-    /// an episode without tools.
+    /// The latest training episode on the edited task or, if the run has several tasks, on any of them; if there is
+    /// none, an episode without tools.
     #[default]
     Latest,
     /// An episode without tools, even if the task is being trained on.
@@ -403,6 +403,9 @@ mod tests {
         let run = Arc::make_mut(&mut watched.run);
         let config = Arc::make_mut(&mut run.config);
         config.further_tasks = vec![task("task4")];
+        watched.task = view.task.clone();
+        watched.prior = Some(Arc::new(ActionPrior::uniform(&view.task, 0)));
+        view.prior = watched.prior.clone();
         view.watched = Some(watched);
         let subject = choose(&view, Choice::Latest, None);
         assert_eq!((subject.task().name.as_str(), subject.note()), ("task4", None));
