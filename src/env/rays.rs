@@ -72,7 +72,7 @@ mod tests {
     use crate::env::Environment;
     use crate::task::{self, Form, ToolSpec};
 
-    /// A task with one box, of side 2 half sides, to the right of the ball.
+    /// A task with one box, to the right of the ball.
     fn beside_a_box() -> Task {
         let mut task = task::load("task1").unwrap();
         task.tools = vec![ToolSpec { kind: ToolKind::Box, position: [0.4, 0.0], form: Form::default() }];

@@ -61,13 +61,17 @@ impl RunConfig {
 
     /// Whether this is a fork that has left its further tasks after this episode or a later one.
     pub fn left_tasks_at(&self, episode: u64) -> bool {
-        let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
-        past.is_some_and(|past| !past.further.is_empty())
+        self.past_task(episode).is_some_and(|past| !past.further.is_empty())
+    }
+
+    /// The tasks before a fork on one of which an episode, counted from 1, was played.
+    fn past_task(&self, episode: u64) -> Option<&PastTask> {
+        self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until))
     }
 
     /// The task on which an episode, counted from 1, was played.
     pub fn task_of(&self, episode: u64) -> &Arc<Task> {
-        let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
+        let past = self.past_task(episode);
         let (task, further) = past.map_or((&self.task, &self.further_tasks), |past| (&past.task, &past.further));
         let turn = episode.saturating_sub(1) % (1 + further.len() as u64);
         (turn as usize).checked_sub(1).map_or(task, |turn| &further[turn])
