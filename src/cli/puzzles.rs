@@ -73,10 +73,18 @@ fn index_of(arguments: &SubgoalOptions) -> Result<Index, Box<dyn std::error::Err
     Ok(Index::load(&arguments.puzzles)?.ok_or_else(missing)?)
 }
 
-/// The arguments as words of a command.
-fn words(arguments: &SubgoalOptions) -> [String; 5] {
-    let SubgoalOptions { puzzles, model, subgoals } = arguments;
-    [puzzles.display().to_string(), "--model".into(), model.clone(), "--subgoals".into(), subgoals.to_string()]
+/// The command `mge puzzles` with these words, the search for subgoals and further options with their values.
+fn command(
+    words: &[&str],
+    search: &SubgoalOptions,
+    options: impl IntoIterator<Item = (&'static str, String)>,
+) -> String {
+    let SubgoalOptions { puzzles, model, subgoals } = search;
+    let words = ["mge", "puzzles"].into_iter().chain(words.iter().copied()).map(str::to_owned);
+    let words = words.chain([puzzles.display().to_string()]);
+    let of_search = [("--model", model.clone()), ("--subgoals", subgoals.to_string())];
+    let options = of_search.into_iter().chain(options).flat_map(|(name, value)| [name.to_owned(), value]);
+    shell_words::join(words.chain(options))
 }
 
 fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
@@ -105,11 +113,8 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
         ("--seed", arguments.seed.to_string()),
         ("--out", out.display().to_string()),
     ];
-    let command = ["mge", "puzzles", "transfer"].map(str::to_owned).into_iter();
-    let command = command.chain([arguments.run.display().to_string()]).chain(words(&arguments.search));
-    let options = options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]);
     let results = TransferResults {
-        command: shell_words::join(command.chain(options)),
+        command: command(&["transfer", &arguments.run.display().to_string()], &arguments.search, options),
         mge_version: env!("CARGO_PKG_VERSION").to_owned(),
         trained_on: config.tasks().count(),
         trained_episodes,
@@ -124,21 +129,14 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
 
 fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
     let runs = evidence::read_runs(&evidence::find_runs(&[out.to_owned()])?)?;
-    let command = ["mge", "puzzles", "bench"].map(str::to_owned).into_iter();
-    let methods = arguments.methods.iter().flat_map(|method| ["--method".to_owned(), method.name().to_owned()]);
+    let methods = arguments.methods.iter().map(|method| ("--method", method.name().to_owned()));
     let options = [
         ("--seeds", arguments.seeds.to_string()),
         ("--episodes", arguments.episodes.to_string()),
         ("--out", out.display().to_string()),
     ];
-    let settings = arguments.settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()]);
-    let command = shell_words::join(
-        command
-            .chain(words(&arguments.search))
-            .chain(methods)
-            .chain(options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]))
-            .chain(settings),
-    );
+    let settings = arguments.settings.iter().map(|setting| ("--set", setting.clone()));
+    let command = command(&["bench"], &arguments.search, methods.chain(options).chain(settings));
     BenchResults::new(&command, index, runs.into_iter().map(|run| run.trained.row).collect()).write(out)?;
     Ok(output::line(out.join("report.md").display())?)
 }

@@ -18,9 +18,9 @@ use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
 use crate::task;
 use crate::text::printable;
-use crate::trainer::{Method, Trace, TracedStep, observed};
+use crate::trainer::{Method, TracedStep};
 use crate::tui;
-use crate::workbench::{self, Command, FigureKind, Notice, Output, Player, RunView, Session, SessionError, command};
+use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
@@ -232,21 +232,11 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
             line["types"] = json!(trace.steps.iter().map(kind).collect::<Vec<_>>());
         }
         if arguments.observations {
-            line["observations"] = json!(observations(&player, &trace));
+            line["observations"] = json!(player.observations(&trace));
         }
         output::line(line)?;
     }
     Ok(())
-}
-
-/// The agent's observation before each action of an episode.
-fn observations(player: &Player, trace: &Trace) -> Vec<Vec<f32>> {
-    let mut env = trace.environment(player.task());
-    let before = trace.steps.iter().map_while(|step| {
-        let before = observed(player.agent(), &env);
-        env.step(step.choice()).ok().map(|_| before)
-    });
-    before.collect()
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {

@@ -31,12 +31,16 @@ pub fn held_tool(task: &Task, number: Option<usize>) -> Tool {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ActionSet {
     entries: Arc<[(usize, Option<Tool>)]>,
+    /// The [`tool_features`] of all entries; every observation has them.
+    features: Arc<[f32]>,
 }
 
 impl ActionSet {
     /// Tools by number; None is the no-op, which places nothing.
     pub fn new(entries: impl IntoIterator<Item = (usize, Option<Tool>)>) -> Self {
-        Self { entries: entries.into_iter().collect() }
+        let entries: Arc<[(usize, Option<Tool>)]> = entries.into_iter().collect();
+        let features = entries.iter().flat_map(|(_, tool)| tool_features(tool.as_ref())).collect();
+        Self { entries, features }
     }
 
     /// Tools of the catalogue; a number outside it is the no-op.
@@ -62,6 +66,11 @@ impl ActionSet {
     /// The tools at the origin; None is the no-op.
     pub fn tools(&self) -> impl ExactSizeIterator<Item = Option<&Tool>> {
         self.entries.iter().map(|(_, tool)| tool.as_ref())
+    }
+
+    /// The [`tool_features`] of all entries, one after the other.
+    pub fn features(&self) -> &[f32] {
+        &self.features
     }
 
     /// The entry at an index, if there is one: a tool at the origin, or None for the no-op.

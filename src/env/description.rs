@@ -58,9 +58,8 @@ pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usiz
     let flags = flags.chain([now.target_moved(), now.goal_reached()]);
     numbers.extend(flags.map(|flag| f32::from(u8::from(flag))));
     numbers.push(now.actions() as f32 / task.rules.max_actions as f32);
-    for tool in set.tools().take(ACTION_SET) {
-        numbers.extend(tool_features(tool));
-    }
+    let tools = set.features();
+    numbers.extend_from_slice(&tools[..tools.len().min(ACTION_SET * TOOL_FEATURES)]);
     numbers.resize(length, 0.0);
     numbers
 }

@@ -6,11 +6,12 @@ use rand::Rng;
 
 use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
-use super::description::{ObservationPart, SCENE_SLOTS, describe, description_bounds, description_parts};
+use super::description::{ObservationPart, SCENE_SLOTS};
 use super::episode::Snapshot;
 use super::image::{self, IMAGE_LEN, Pictures};
-use super::observation::{observation_bounds, observation_len, observation_parts, observe};
-use super::rays::{RAYS_LEN, observe_rays, rays_bounds};
+#[cfg(doc)]
+use super::rays::RAYS_LEN;
+use super::view::View;
 use crate::physics::{BallState, ToolSplit, World};
 use crate::task::Task;
 
@@ -40,11 +41,11 @@ pub struct Environment {
     /// Object slots in the observation of an agent with an action set.
     slots: usize,
     /// Whether observations are by rays.
-    pub(super) by_rays: bool,
+    by_rays: bool,
     /// The start of every episode, if all start alike.
     first: Option<Arc<Snapshot>>,
     now: Snapshot,
-    pub(super) pictures: Option<Arc<Pictures>>,
+    pictures: Option<Arc<Pictures>>,
 }
 
 impl Environment {
@@ -94,7 +95,8 @@ impl Environment {
         Self { slots, ..self }
     }
 
-    /// Makes [`rays`](Self::rays) the observation.
+    /// Makes rays the observation: the ball, its next target, and the tools around both. [`RAYS_LEN`] numbers for
+    /// every task, so that an agent can play others than it has learned on.
     #[must_use]
     pub fn with_rays(self) -> Self {
         Self { by_rays: true, ..self }
@@ -104,6 +106,12 @@ impl Environment {
     #[must_use]
     pub fn with_pictures(self, pictures: Arc<Pictures>) -> Self {
         Self { pictures: Some(pictures), ..self }
+    }
+
+    /// Shows itself as `other` does: with the same pictures, and by rays if `other` is observed by rays.
+    #[must_use]
+    pub(super) fn shown_like(self, other: &Self) -> Self {
+        Self { by_rays: other.by_rays, pictures: other.pictures.clone(), ..self }
     }
 
     /// The split from which action sets are drawn, if they are drawn.
@@ -172,34 +180,24 @@ impl Environment {
         self.now.clone_from(snapshot);
     }
 
-    /// The current observation: object vectors and the next stage or, for an agent with an action set, a description
-    /// of the objects' properties, the progress and the tools; [`rays`](Self::rays) if they are
-    /// [set](Self::with_rays). [`observation_parts`](Self::observation_parts) lists its parts.
-    pub fn observation(&self) -> Vec<f32> {
-        if self.by_rays {
-            return self.rays();
+    fn view(&self) -> View<'_> {
+        match &self.set {
+            _ if self.by_rays => View::Rays,
+            Some(set) => View::Scene(set, self.slots),
+            None => View::Objects,
         }
-        if let Some(set) = &self.set {
-            return describe(&self.task, &self.now, set, self.slots);
-        }
-        let mut observation = vec![0.0; observation_len(&self.task)];
-        observe(self.now.world(), self.task.tools.len(), self.now.stage(), &mut observation);
-        observation
     }
 
-    /// The current observation by rays: the ball, its next target, and the tools around both. [`RAYS_LEN`] numbers for
-    /// every task, so that an agent can play others than it has learned on.
-    pub fn rays(&self) -> Vec<f32> {
-        observe_rays(&self.task, &self.now)
+    /// The current observation: object vectors and the next stage or, for an agent with an action set, a description
+    /// of the objects' properties, the progress and the tools; rays if they are [set](Self::with_rays).
+    /// [`observation_parts`](Self::observation_parts) lists its parts.
+    pub fn observation(&self) -> Vec<f32> {
+        self.view().observation(&self.task, &self.now)
     }
 
     /// Writes the current [`observation`](Self::observation) to `row`, which has exactly its length.
     pub fn write_observation(&self, row: &mut [f32]) {
-        match &self.set {
-            _ if self.by_rays => row.copy_from_slice(&self.rays()),
-            Some(set) => row.copy_from_slice(&describe(&self.task, &self.now, set, self.slots)),
-            None => observe(self.now.world(), self.task.tools.len(), self.now.stage(), row),
-        }
+        self.view().write(&self.task, &self.now, row);
     }
 
     /// Draws the scene like CREATE's image observations: rows from the top, mirrored left to right, three bytes per
@@ -210,11 +208,7 @@ impl Environment {
 
     /// The parts of an observation, in order.
     pub fn observation_parts(&self) -> Vec<ObservationPart> {
-        match self.set {
-            _ if self.by_rays => vec![ObservationPart { name: "rays", shape: vec![RAYS_LEN] }],
-            None => observation_parts(&self.task),
-            Some(_) => description_parts(&self.task, self.slots),
-        }
+        self.view().parts(&self.task)
     }
 
     /// Length of an observation.
@@ -224,11 +218,7 @@ impl Environment {
 
     /// Lower and upper bounds of observations; unbounded values are infinite.
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
-        match self.set {
-            _ if self.by_rays => rays_bounds(),
-            None => observation_bounds(&self.task),
-            Some(_) => description_bounds(&self.task, self.slots),
-        }
+        self.view().bounds(&self.task)
     }
 
     /// Places the tool that the action asks for, if it may be placed, then runs the world for one action interval.

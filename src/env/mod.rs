@@ -19,6 +19,7 @@ mod refusal;
 #[cfg(test)]
 mod tests;
 mod vector;
+mod view;
 
 pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
 pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_embedding, tool_features};

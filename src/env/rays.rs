@@ -83,13 +83,17 @@ mod tests {
         task
     }
 
+    fn rays(task: &Task) -> Vec<f32> {
+        Environment::new(Arc::new(task.clone())).with_rays().observation()
+    }
+
     #[test]
     fn every_task_has_observations_of_the_same_length_with_the_ball_in_the_same_place() {
         for task in task::shipped() {
             let env = Environment::new(Arc::new(task));
-            let observation = env.rays();
             let by_rays = env.clone().with_rays();
-            assert_eq!((by_rays.observation(), by_rays.observation_len()), (observation.clone(), RAYS_LEN));
+            let observation = by_rays.observation();
+            assert_eq!(by_rays.observation_len(), RAYS_LEN);
             let [low, high] = by_rays.observation_bounds();
             let is_in = |index: usize| (low[index]..=high[index]).contains(&observation[index]);
             assert!((0..RAYS_LEN).all(is_in), "{observation:?}");
@@ -107,28 +111,26 @@ mod tests {
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}, not {expected:?}");
         };
         let radii = [task.subgoals[0].radius / SCREEN, task.goal.radius / SCREEN];
-        let numbers = Environment::new(Arc::new(task.clone())).rays();
+        let numbers = rays(&task);
         near(&numbers[4..11], &[-0.5, 0.25, radii[0], 0.5, -0.75, radii[1], 0.5]);
         task.subgoals.clear();
-        let numbers = Environment::new(Arc::new(task)).rays();
+        let numbers = rays(&task);
         near(&numbers[4..11], &[0.5, -0.75, radii[1], 0.5, -0.75, radii[1], 0.25]);
     }
 
     #[test]
     fn a_ray_ends_at_the_first_tool_in_its_way() {
-        let task = beside_a_box();
+        let mut task = beside_a_box();
         let half = task.tools[0].tool().size as f32 / 2.0;
         let gap = 0.2 * SCREEN - half;
-        let env = Environment::new(Arc::new(task));
-        let numbers = env.rays();
+        let numbers = rays(&task);
         let around_ball = &numbers[RAYS_LEN - 2 * RAYS..RAYS_LEN - RAYS];
         assert!((around_ball[0] - (1.0 - gap / RANGE)).abs() < 1e-4, "{around_ball:?}");
         assert_eq!((around_ball[RAYS / 4], around_ball[RAYS / 2]), (0.0, 0.0), "up and left are free");
         // The next tool in the same direction is hidden, one on the other side is not.
-        let mut task = Task::clone(env.task());
         task.tools.push(ToolSpec { position: [0.8, 0.0], ..task.tools[0] });
         task.tools.push(ToolSpec { position: [-0.4, 0.0], ..task.tools[0] });
-        let more = Environment::new(Arc::new(task)).rays();
+        let more = rays(&task);
         let around_ball = [around_ball, &more[RAYS_LEN - 2 * RAYS..RAYS_LEN - RAYS]];
         assert_eq!(around_ball[1][0], around_ball[0][0]);
         assert!((around_ball[1][RAYS / 2] - around_ball[0][0]).abs() < 1e-4);

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::action::{Action, EndReason, Placement};
 use super::action_set::{ActionSet, Choice};
 use super::description::ObservationPart;
-use super::environment::{Environment, Start};
+use super::environment::Environment;
 use super::episode::Snapshot;
 use super::image::{IMAGE_LEN, Pictures};
 use super::rays::RAYS_LEN;
@@ -17,8 +17,11 @@ use crate::physics::{ACTION_SET, ToolSplit};
 use crate::streams::Stream;
 use crate::task::Task;
 
+mod state;
 #[cfg(test)]
 mod tests;
+
+pub use state::State;
 
 /// Minimum number of environments per thread: a step takes microseconds, about as long as handing over one
 /// environment.
@@ -168,81 +171,6 @@ struct Player {
     outcome: Outcome,
 }
 
-/// The state of one environment: its episode and its random numbers.
-#[derive(Debug, Clone)]
-pub struct State(Player);
-
-/// A state as text. Reading it replays the episode: the start and the actions determine an episode exactly.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Recorded {
-    rng: ChaCha8Rng,
-    begun: bool,
-    shift: [f32; 2],
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    shifts: Vec<[f32; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    split: Option<ToolSplit>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    tools: Vec<usize>,
-    actions: Vec<Action>,
-    /// The tools that the actions chose, if the agent has an action set.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    chosen: Vec<usize>,
-}
-
-impl State {
-    /// The task being played, as it was loaded.
-    pub fn task(&self) -> &Arc<Task> {
-        self.0.env.loaded_task()
-    }
-
-    /// The environment in this state.
-    pub fn environment(&self) -> &Environment {
-        &self.0.env
-    }
-
-    /// The state as JSON, without its task.
-    pub fn to_json(&self) -> String {
-        let Player { env, rng, begun, actions, .. } = &self.0;
-        let (split, Start { shift, shifts, tools }) = (env.split(), env.start().clone());
-        let recorded = Recorded {
-            rng: rng.clone(),
-            begun: *begun,
-            shift,
-            shifts,
-            split,
-            tools,
-            actions: actions.iter().map(|choice| choice.place).collect(),
-            chosen: split.map_or(Vec::new(), |_| actions.iter().map(|choice| choice.tool).collect()),
-        };
-        // Plain numbers always serialise.
-        serde_json::to_string(&recorded).expect("a state is plain data")
-    }
-
-    /// Parses a state of `task` written by [`to_json`](Self::to_json).
-    ///
-    /// # Errors
-    /// When the text is not a state of this task.
-    pub fn parse(text: &str, task: &Arc<Task>) -> Result<Self, serde_json::Error> {
-        let Recorded { rng, begun, shift, shifts, split, tools, actions, chosen } = serde_json::from_str(text)?;
-        let mut env = Environment::new(task.clone());
-        if let Some(split) = split {
-            env = env.with_tools(split);
-        }
-        env.begin(Start { shift, shifts, tools });
-        let chosen = chosen.into_iter().chain(std::iter::repeat(0));
-        let actions: Vec<Choice> =
-            actions.into_iter().zip(chosen).map(|(place, tool)| Choice { tool, place }).collect();
-        let played = actions.iter().take_while(|action| env.step(**action).is_ok()).count();
-        if played < actions.len() {
-            let reason = format!("the episode ends after {played} of its {} actions", actions.len());
-            return Err(serde::de::Error::custom(reason));
-        }
-        Ok(Self(Player { env, rng, begun, actions, outcome: Outcome::default() }))
-    }
-}
-
 /// Environments of one task. Results do not depend on the number of threads.
 #[derive(Debug, Clone)]
 pub struct VectorEnvironment {
@@ -279,21 +207,21 @@ impl VectorEnvironment {
         Self { has_images: true, ..self }
     }
 
-    /// Makes [`Environment::rays`] the observation.
+    /// Makes rays the observation: see [`Environment::with_rays`].
     #[must_use]
-    pub fn with_rays(mut self) -> Self {
-        self.players.iter_mut().for_each(|player| player.env.by_rays = true);
-        self.observation_len = RAYS_LEN;
-        self
+    pub fn with_rays(self) -> Self {
+        Self { observation_len: RAYS_LEN, ..self.changed(Environment::with_rays) }
     }
 
     /// Draws tools with CREATE's own pictures.
     #[must_use]
-    pub fn with_pictures(mut self, pictures: &Arc<Pictures>) -> Self {
-        for player in &mut self.players {
-            player.env = player.env.clone().with_pictures(pictures.clone());
-        }
-        self
+    pub fn with_pictures(self, pictures: &Arc<Pictures>) -> Self {
+        self.changed(|env| env.with_pictures(pictures.clone()))
+    }
+
+    fn changed(self, change: impl Fn(Environment) -> Environment) -> Self {
+        let players = self.players.into_iter().map(|player| Player { env: change(player.env), ..player });
+        Self { players: players.collect(), ..self }
     }
 
     /// Draws all current scenes, [`IMAGE_LEN`] bytes each, like [`Environment::draw`].
@@ -445,11 +373,11 @@ impl VectorEnvironment {
         }
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
+        let mut restored = state.0.clone();
         // A state read from text has no pictures, and its observation may be another.
-        let (pictures, by_rays) = (player.env.pictures.take(), player.env.by_rays);
-        player.clone_from(&state.0);
-        (player.env.pictures, player.env.by_rays) = (pictures, by_rays);
-        player.outcome = Outcome { info: player.info(None), ..Outcome::default() };
+        restored.env = restored.env.shown_like(&player.env);
+        restored.outcome = Outcome { info: restored.info(None), ..Outcome::default() };
+        *player = restored;
         observation.copy_from_slice(&player.env.observation());
         Ok(())
     }

@@ -114,53 +114,50 @@ impl Joint {
 
     /// Applies the impulses of the previous step again.
     pub fn warm_start(&self, bodies: &mut [Body]) {
-        let impulse = match self.kind {
-            Kind::Pin { normal, .. } | Kind::Slide { normal, .. } => normal * self.impulse.x,
-            Kind::Pivot { .. } | Kind::Gear { .. } => self.impulse,
-        };
-        self.push(bodies, impulse);
+        self.push(bodies, self.impulse);
     }
 
     /// One iteration. Returns whether the impulse changed.
     pub fn solve(&mut self, bodies: &mut [Body]) -> bool {
-        let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
-        let velocity = b.velocity_at(self.arms[1]) - a.velocity_at(self.arms[0]);
+        let [plank, other] = self.bodies.map(|body| body as usize);
+        let (a, b) = (&bodies[plank], &bodies[other]);
         let old = self.impulse;
-        let change = match self.kind {
-            Kind::Pin { normal, mass, target } => {
-                self.impulse.x += (target - velocity.dot(normal)) * mass;
-                normal * (self.impulse.x - old.x)
-            }
+        // A pin holds the plank's centre; the ground, to which pins and slides are fixed, does not move.
+        match self.kind {
+            Kind::Pin { normal, mass, target } => self.impulse.x += (target + a.velocity.dot(normal)) * mass,
             Kind::Slide { normal, .. } if normal == Vector::ZERO => return false,
             Kind::Slide { normal, mass, target, .. } => {
-                self.impulse.x = (old.x + (target - velocity.dot(normal)) * mass).min(0.0);
-                normal * (self.impulse.x - old.x)
+                let velocity = a.velocity_at(self.arms[0]);
+                self.impulse.x = (old.x + (target + velocity.dot(normal)) * mass).min(0.0);
             }
             Kind::Pivot { rows, target } => {
-                let missing = target - velocity;
+                let missing = target - (b.velocity_at(self.arms[1]) - a.velocity_at(self.arms[0]));
                 self.impulse += Vector::new(missing.dot(rows[0]), missing.dot(rows[1]));
-                self.impulse - old
             }
-            Kind::Gear { mass, target } => {
-                self.impulse.x += (target - (b.spin - a.spin)) * mass;
-                self.impulse - old
-            }
-        };
-        let changed = change != Vector::ZERO;
-        if changed {
-            self.push(bodies, change);
+            Kind::Gear { mass, target } => self.impulse.x += (target - (b.spin - a.spin)) * mass,
         }
-        changed
+        let change = self.impulse - old;
+        self.push(bodies, change);
+        change != Vector::ZERO
     }
 
+    /// Applies an impulse to the bodies.
     fn push(&self, bodies: &mut [Body], impulse: Vector) {
-        let [a, b] = self.bodies.map(|body| body as usize);
-        if let Kind::Gear { .. } = self.kind {
-            bodies[a].spin -= impulse.x * bodies[a].inverse_moment;
-            bodies[b].spin += impulse.x * bodies[b].inverse_moment;
-        } else {
-            bodies[a].push(-impulse, self.arms[0]);
-            bodies[b].push(impulse, self.arms[1]);
+        let [plank, other] = self.bodies.map(|body| body as usize);
+        match self.kind {
+            Kind::Pin { normal, .. } => {
+                let plank = &mut bodies[plank];
+                plank.velocity -= normal * impulse.x * plank.inverse_mass;
+            }
+            Kind::Slide { normal, .. } => bodies[plank].push(normal * -impulse.x, self.arms[0]),
+            Kind::Pivot { .. } => {
+                bodies[plank].push(-impulse, self.arms[0]);
+                bodies[other].push(impulse, self.arms[1]);
+            }
+            Kind::Gear { .. } => {
+                bodies[plank].spin -= impulse.x * bodies[plank].inverse_moment;
+                bodies[other].spin += impulse.x * bodies[other].inverse_moment;
+            }
         }
     }
 }

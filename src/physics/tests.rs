@@ -201,6 +201,20 @@ fn the_tool_table_is_in_the_order_of_tool_kinds() {
 }
 
 #[test]
+fn exact_values_are_the_shortest_decimals() {
+    let mut number = numbers(7);
+    for round in 0..200_000 {
+        let value = match round % 3 {
+            0 => number(-10.0, 10.0) as f32,
+            1 => (number(-10.0, 10.0) * 1e6).round() as f32 / 1e6,
+            _ => (number(-1.0, 1.0) * 1e-5) as f32,
+        };
+        let decimal: f64 = value.to_string().parse().unwrap();
+        assert_eq!(exact(value).to_bits(), decimal.to_bits(), "{value}");
+    }
+}
+
+#[test]
 fn the_share_of_overlap_removed_per_step_uses_single_precision() {
     let kept = libm::pow(f64::from(1.0_f32 - 0.1_f32), 60.0);
     assert!((contact::BIAS_SHARE - (1.0 - libm::pow(kept, 1.0 / 30.0))).abs() < 1e-16);

@@ -22,6 +22,12 @@ pub const START_OVERLAP: f32 = 1.0;
 /// The decimal number that a single-precision number stands for: 0.1 for the `f32` nearest to 0.1. Files and users
 /// give decimals, and the physics uses double precision.
 pub fn exact(value: f32) -> f64 {
+    // Below 8, neighbouring numbers are less than a millionth apart, so that a decimal of at most six places that
+    // rounds to the number is the only one.
+    let rounded = (f64::from(value) * 1e6).round() / 1e6;
+    if value.abs() < 8.0 && rounded as f32 == value {
+        return rounded;
+    }
     if value.fract() == 0.0 {
         return value.into();
     }

@@ -52,9 +52,7 @@ impl SubgoalSearch {
         }
         Ok(names().map(|name| file(&tasks, name)).collect())
     }
-}
 
-impl SubgoalSearch {
     /// Notes in the folder of the proposals how they are searched for.
     ///
     /// # Errors

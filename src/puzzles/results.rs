@@ -18,6 +18,15 @@ pub(super) const SOLVED: f64 = 0.8;
 /// Groups of puzzles by the actions needed: the minimum number of each, and its name.
 pub(super) const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
 
+/// Writes results as `report.json`, and in words as `report.md`, into `folder`.
+pub(super) fn write_report(folder: &Path, results: &impl Serialize, markdown: String) -> Result<(), PuzzleError> {
+    for (name, text) in [("report.json", crate::json::pretty(results)), ("report.md", markdown)] {
+        let path = folder.join(name);
+        crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
+    }
+    Ok(())
+}
+
 /// Trainings on generated puzzles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BenchResults {
@@ -51,12 +60,7 @@ impl BenchResults {
     /// # Errors
     /// When a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
-        let json = crate::json::pretty(self);
-        for (name, text) in [("report.json", json), ("report.md", self.to_markdown())] {
-            let path = folder.join(name);
-            crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
-        }
-        Ok(())
+        write_report(folder, self, self.to_markdown())
     }
 
     /// The results as Markdown tables.

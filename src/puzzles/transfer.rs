@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::error::{PuzzleError, finished};
 use super::index::Index;
 use super::proposals::SubgoalSearch;
-use super::results::{GROUPS, SOLVED};
+use super::results::{GROUPS, SOLVED, write_report};
 use crate::agent::Ddpg;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::markdown;
@@ -154,7 +154,8 @@ impl TransferPlan {
             if handle.is_stopped() {
                 return None;
             }
-            goals += u32::from(greedy_episode(task, None, agent, &mut rng).reached_goal());
+            let trace = greedy_episode(task, self.config.observation, None, agent, &mut rng);
+            goals += u32::from(trace.reached_goal());
         }
         Some(f64::from(goals) / f64::from(self.evaluations))
     }
@@ -166,11 +167,7 @@ impl TransferResults {
     /// # Errors
     /// When a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
-        for (name, text) in [("report.json", crate::json::pretty(self)), ("report.md", self.to_markdown())] {
-            let path = folder.join(name);
-            crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
-        }
-        Ok(())
+        write_report(folder, self, self.to_markdown())
     }
 
     /// The results as Markdown tables.

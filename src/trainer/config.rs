@@ -294,7 +294,7 @@ impl RunConfig {
         if self.hold_tolerance.is_some() {
             return wrong("hold_tolerance", "must be null with `more_tasks`: a policy is held for a single task");
         }
-        if !self.method.shares_tasks() {
+        if !self.method.learns_from_play() {
             return wrong(
                 "method",
                 "cannot be used with `more_tasks`: it has no policy that several tasks could share",
@@ -315,8 +315,8 @@ impl RunConfig {
             let is_odd = self.evaluation.tools.is_some();
             return if is_odd { Err(ValidationError::new("evaluation.tools", without)) } else { Ok(()) };
         }
-        if !self.method.chooses_tools() {
-            let known = Method::ALL.into_iter().filter(|method| method.chooses_tools());
+        if !self.method.learns_from_play() {
+            let known = Method::ALL.into_iter().filter(|method| method.learns_from_play());
             let known: Vec<&str> = known.map(Method::name).collect();
             let message = format!(
                 "is `{}`, which knows only the task's own tool: with `tools` use {}",

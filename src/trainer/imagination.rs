@@ -1,17 +1,13 @@
 //! Model-generated transitions, which guided exploration avoids; a method for comparison.
 
-use std::sync::Arc;
-
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::parts::ModelReplay;
-use super::tools::observed;
 use crate::agent::{Ddpg, OrnsteinUhlenbeck};
 use crate::dynamics::DynamicsError;
 use crate::env::{Action, Environment, Snapshot};
 use crate::guidance::RolloutModel;
-use crate::task::Task;
 
 /// A transition predicted by the model.
 pub(super) struct Imagined {
@@ -22,13 +18,13 @@ pub(super) struct Imagined {
     pub terminated: bool,
 }
 
-/// Rollouts of the noisy actor in the model, from states of real play.
+/// Rollouts of the noisy actor in the model, from states of real play in an environment like `env`.
 ///
 /// # Errors
 /// When the model cannot predict the task.
 pub(super) fn imagine(
     model: &dyn RolloutModel,
-    task: &Arc<Task>,
+    env: &Environment,
     states: &[Snapshot],
     ddpg: &Ddpg,
     config: &ModelReplay,
@@ -40,24 +36,24 @@ pub(super) fn imagine(
         return Ok(transitions);
     }
     for _ in 0..config.rollouts {
-        let mut env = Environment::new(task.clone());
+        let mut env = env.clone();
         env.restore(&states[rng.gen_range(0..states.len())]);
         let mut noise = OrnsteinUhlenbeck::new(2, ddpg.config().ou);
         noise.set_scale(noise_scale);
+        let mut observation = env.observation();
         for _ in 0..config.horizon {
-            let observation = observed(ddpg, &env);
             let mut action = ddpg.act(&observation);
             noise.perturb(&mut action, rng);
             let action = [action[0], action[1]];
-            let rollout = model.rollouts(task, &[env.snapshot()], &[vec![action]])?;
+            let rollout = model.rollouts(env.task(), &[env.snapshot()], &[vec![action]])?;
             let Some((rollout, ball)) = rollout.first().and_then(|r| Some((r, *r.balls.first()?))) else { break };
             let Ok(step) = env.step_predicted(action, ball, rollout.hit) else { break };
             let over = step.end.is_some();
             transitions.push(Imagined {
-                observation,
+                observation: std::mem::replace(&mut observation, step.observation.clone()),
                 action,
                 reward: step.reward,
-                next_observation: observed(ddpg, &env),
+                next_observation: step.observation,
                 terminated: step.terminated,
             });
             if over {

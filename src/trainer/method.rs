@@ -111,15 +111,11 @@ impl Method {
         !matches!(self, Self::Planning | Self::OpenLoop)
     }
 
-    /// Whether its agent can choose among tools. Other methods only support the task's own tool.
-    pub fn chooses_tools(self) -> bool {
-        !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
-    }
-
-    /// Whether several tasks can share what it learns.
-    pub fn shares_tasks(self) -> bool {
-        // What the others have besides a policy is not kept for each task.
-        !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
+    /// Whether it learns a policy, and only from real play. Only such methods support agents that choose among tools,
+    /// and several tasks: the others know only the task's own tool, and what they have besides a policy is not kept
+    /// for each task.
+    pub fn learns_from_play(self) -> bool {
+        self.learns() && !self.consults_model()
     }
 
     /// Whether it explores by need and learns from its own successes.

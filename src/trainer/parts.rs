@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-#[cfg(doc)]
 use crate::env::Environment;
 use crate::physics::ToolSplit;
 
@@ -13,9 +12,20 @@ pub enum Observation {
     /// The environment's observation, the paper's: a slot for every object, whose number depends on the task.
     #[default]
     Objects,
-    /// [Rays](Environment::rays) from the ball and from its next target: the same numbers for every task, so that one
-    /// agent can learn on several tasks and play others.
+    /// [Rays](Environment::with_rays) from the ball and from its next target: the same numbers for every task, so that
+    /// one agent can learn on several tasks and play others.
     Rays,
+}
+
+impl Observation {
+    /// The environment with this observation. One with an action set keeps its own.
+    #[must_use]
+    pub fn applied_to(self, env: Environment) -> Environment {
+        match self {
+            Self::Rays if env.action_set().is_none() => env.with_rays(),
+            Self::Objects | Self::Rays => env,
+        }
+    }
 }
 
 /// How often epsilon is drawn to decide whether actions come from the clusters.

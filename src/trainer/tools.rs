@@ -1,6 +1,6 @@
 //! Adapter between an agent, which handles vectors, and an environment in which it may choose among tools.
 //!
-//! An agent with the task's own tool has one of two [observations](Observation), which differ in length.
+//! An agent with the task's own tool has one of two [observations](Observation), which the environment gives.
 //!
 //! An agent that chooses among tools observes the scene as described by the environment (objects and
 //! progress), followed by the catalogue numbers of the action set's tools, which its networks do not see. Its
@@ -13,10 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use super::config::RunConfig;
 use super::parts::Observation;
 use crate::agent::{Ddpg, Options};
-use crate::env::{
-    ActionSet, Choice, Environment, OBJECT_FEATURES, OBJECT_SLOTS, RAYS_LEN, TOOL_FEATURES, observation_len,
-    tool_embedding,
-};
+use crate::env::{ActionSet, Choice, Environment, TOOL_FEATURES, tool_embedding};
 use crate::guidance::ActionPrior;
 use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, to_units};
 use crate::streams;
@@ -40,28 +37,24 @@ pub(super) struct Space {
 impl Space {
     /// The space of a run's agent.
     pub fn of(config: &RunConfig) -> Self {
-        if config.tools.is_none() {
-            let observation = match config.observation {
-                Observation::Objects => observation_len(&config.task),
-                Observation::Rays => RAYS_LEN,
-            };
-            return Self { observation, action: PLACE, options: None };
-        }
-        let described = environment(config.task.clone(), config.tools).observation_len();
-        Self {
-            observation: described - ACTION_SET * TOOL_FEATURES + ACTION_SET,
-            action: PLACE + TOOL_FEATURES,
-            options: Some(options(config.tool_candidates)),
+        let env = environment(config.task.clone(), config.observation, config.tools);
+        let observation = observed(&env).len();
+        match config.tools {
+            None => Self { observation, action: PLACE, options: None },
+            Some(_) => {
+                let options = options(config.tool_candidates);
+                Self { observation, action: PLACE + TOOL_FEATURES, options: Some(options) }
+            }
         }
     }
 }
 
 /// The environment of a run, with action sets drawn from `tools`, if given.
-pub(super) fn environment(task: Arc<Task>, tools: Option<ToolSplit>) -> Environment {
+pub(super) fn environment(task: Arc<Task>, observation: Observation, tools: Option<ToolSplit>) -> Environment {
     let env = roomy(task);
     match tools {
         Some(split) => env.with_tools(split),
-        None => env,
+        None => observation.applied_to(env),
     }
 }
 
@@ -78,27 +71,20 @@ fn roomy(task: Arc<Task>) -> Environment {
     Environment::new(task).with_slots(slots)
 }
 
-// An agent by rays is recognised by the length of its observation.
-const _: () = assert!(RAYS_LEN < OBJECT_SLOTS * OBJECT_FEATURES);
-
-/// What the agent observes in the environment.
-pub fn observed(agent: &Ddpg, env: &Environment) -> Vec<f32> {
-    match env.action_set() {
-        None if agent.observation_len() == RAYS_LEN => env.rays(),
-        None => env.observation(),
-        Some(set) => {
-            let mut observation = env.observation();
-            observation.truncate(observation.len() - ACTION_SET * TOOL_FEATURES);
-            observation.extend(offer(set));
-            observation
-        }
+/// What an agent observes in the environment.
+pub fn observed(env: &Environment) -> Vec<f32> {
+    let mut observation = env.observation();
+    if let Some(set) = env.action_set() {
+        observation.truncate(observation.len() - ACTION_SET * TOOL_FEATURES);
+        observation.extend(offer(set));
     }
+    observation
 }
 
 /// Whether the agent's observations have the length of those on a task, which may be another than it has learned on.
-pub fn can_play(agent: &Ddpg, task: &Arc<Task>) -> bool {
+pub fn can_play(agent: &Ddpg, observation: Observation, task: &Arc<Task>) -> bool {
     let tools = agent.options().map(|_| ToolSplit::All);
-    observed(agent, &environment(task.clone(), tools)).len() == agent.observation_len()
+    observed(&environment(task.clone(), observation, tools)).len() == agent.observation_len()
 }
 
 /// The choice that an agent's action denotes: the nearest tool of the action set.
@@ -161,7 +147,7 @@ mod tests {
         let task = Arc::new(crate::task::load("create/Push").unwrap());
         let mut config = RunConfig::default_with(task.clone(), Method::Ddpg, Some(ToolSplit::Train));
         config.ddpg.hidden = 8;
-        let mut env = environment(task, Some(ToolSplit::Test));
+        let mut env = environment(task, config.observation, Some(ToolSplit::Test));
         env.reset(&mut ChaCha8Rng::seed_from_u64(5));
         (Training::new(config, None).unwrap(), env)
     }
@@ -181,7 +167,7 @@ mod tests {
     #[test]
     fn observations_end_with_the_tools_on_offer_and_the_agent_takes_one_of_them() {
         let (training, env) = training();
-        let observation = observed(training.ddpg(), &env);
+        let observation = observed(&env);
         assert_eq!(observation.len(), training.ddpg().observation_len());
         let numbers: Vec<usize> = observation[observation.len() - ACTION_SET..].iter().map(|n| *n as usize).collect();
         assert_eq!(numbers, env.start().tools);

@@ -1,6 +1,7 @@
 //! The training loop, one episode at a time, without threads or files.
 
 mod error;
+mod evaluation;
 mod means;
 mod practice;
 mod saved;
@@ -13,7 +14,6 @@ use std::sync::Arc;
 
 use compact_str::{CompactString, ToCompactString};
 use rand::Rng;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::config::RunConfig;
@@ -29,15 +29,14 @@ use super::trace::Trace;
 use crate::agent::{Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, InterruptibleModel, Played, RolloutModel};
-use crate::physics::ToolSplit;
-use crate::run::{EpisodeRecord, Event, Source};
+use crate::run::{EpisodeRecord, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
 use crate::streams::Stream;
-use crate::task::Task;
 use crate::trainer::watch::SharedPhase;
 
 pub use error::TrainingError;
+pub use evaluation::greedy_episode;
 use means::UpdateMeans;
 pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, priors_at};
 use several::Parked;
@@ -117,7 +116,8 @@ impl Training {
     /// Assembles a training between two episodes.
     fn assembled(config: RunConfig, mut learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
-        let mut envs = config.tasks().map(|task| tools::environment(config.played(task), config.tools));
+        let mut envs =
+            config.tasks().map(|task| tools::environment(config.played(task), config.observation, config.tools));
         let env = envs.next().expect("a run has a task");
         let further = envs.collect();
         learner.ddpg_mut().set_candidates(config.tool_candidates);
@@ -220,7 +220,7 @@ impl Training {
         self.hold_or_release();
         self.learner.start_episode();
         self.env.reset(&mut self.progress.streams.environment);
-        let mut observation = tools::observed(self.learner.ddpg(), &self.env);
+        let mut observation = tools::observed(&self.env);
         let mut trace = Trace::begin(&self.env, u64::from(episode) + 1);
         let mut means = UpdateMeans::default();
         let mut played = Played::default();
@@ -240,7 +240,7 @@ impl Training {
             let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
             let attempted = self.attempted_stage();
             let step = trace.step(&mut self.env, choice, source)?;
-            let next_observation = tools::observed(self.learner.ddpg(), &self.env);
+            let next_observation = tools::observed(&self.env);
             played.note(&action, &step);
             let reached = step.reached_stage();
             greedy &= explorer == Explorer::Greedy;
@@ -304,7 +304,8 @@ impl Training {
         let rng = &mut self.progress.streams.model;
         let config = &self.config;
         let ddpg = self.learner.ddpg();
-        let imagined = imagine(&model, &config.task, states, ddpg, &config.model_replay, noise_scale, rng);
+        let env = tools::environment(config.task.clone(), config.observation, config.tools);
+        let imagined = imagine(&model, &env, states, ddpg, &config.model_replay, noise_scale, rng);
         for imagined in imagined.map_err(PriorError::from)? {
             self.learner.record(Transition {
                 observation: &imagined.observation,
@@ -351,33 +352,6 @@ impl Training {
         }
         self.progress.prior = Some(Arc::new(refined));
         self.progress.prior.clone()
-    }
-
-    /// Evaluates the greedy policy over `episodes` episodes without noise, clusters or learning, with several tasks on
-    /// those whose turn it is.
-    ///
-    /// # Errors
-    /// When a stop is requested.
-    pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
-        let tools = self.config.evaluation.tools.or(self.config.tools);
-        let (mut successes, mut total) = (0u32, 0.0f64);
-        for number in 0..episodes {
-            if self.stop.is_requested() {
-                return Err(TrainingError::Stopped);
-            }
-            let task = self.evaluated_task(number).clone();
-            let rng = &mut self.progress.streams.evaluation;
-            let trace = greedy_episode(&task, tools, self.learner.ddpg(), rng);
-            successes += u32::from(trace.reached_goal());
-            total += f64::from(trace.total_reward());
-        }
-        let count = f64::from(episodes.max(1));
-        Ok(Event::Evaluated {
-            episode: self.progress.episode,
-            episodes: u64::from(episodes),
-            success: f64::from(successes) / count,
-            mean_return: total / count,
-        })
     }
 
     /// Whether a user has changed the schedule of a run that has clusters; such a schedule applies even if the
@@ -505,21 +479,6 @@ impl Training {
             end: last.end.map_or_else(CompactString::default, |end| end.to_compact_string()),
             placed,
             blocked,
-        }
-    }
-}
-
-/// Plays one episode of the policy without noise; `rng` draws its start. An agent that chooses among tools gets an
-/// action set of `tools`; others use the task's own tool.
-pub fn greedy_episode(task: &Arc<Task>, tools: Option<ToolSplit>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Trace {
-    let mut env = tools::environment(task.clone(), tools.filter(|_| ddpg.options().is_some()));
-    env.reset(rng);
-    let mut trace = Trace::begin(&env, 0);
-    loop {
-        let action = ddpg.act(&tools::observed(ddpg, &env));
-        let choice = tools::choice(ddpg, &env, &action);
-        if trace.step(&mut env, choice, Source::Policy).is_err() {
-            return trace;
         }
     }
 }

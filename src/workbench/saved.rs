@@ -12,7 +12,9 @@ use crate::guidance::ActionPrior;
 use crate::physics::ToolSplit;
 use crate::run::{Checkpoint, CheckpointName, RunDirectory, RunError, read_episode};
 use crate::task::Task;
-use crate::trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, can_play, greedy_episode, priors_at};
+use crate::trainer::{
+    NETWORKS_SECTION, Observation, PROGRESS_SECTION, RunConfig, Trace, can_play, greedy_episode, observed, priors_at,
+};
 
 /// The agent of a checkpoint.
 #[derive(Debug, Clone)]
@@ -138,13 +140,14 @@ impl SavedRun {
             return Err(SessionError::Failed(reason.to_owned()));
         }
         let task = task.unwrap_or_else(|| self.config.task.clone());
-        if !can_play(&agent, &task) {
+        let observation = self.config.observation;
+        if !can_play(&agent, observation, &task) {
             let hint =
                 if self.config.tools.is_none() { ": train with `observation=rays` to play other tasks" } else { "" };
             let reason = format!("the observation of this run's agent has another length on {}{hint}", task.name);
             return Err(SessionError::Failed(reason));
         }
-        Ok(Player { agent, task, tools: tools.or(self.config.tools) })
+        Ok(Player { agent, task, observation, tools: tools.or(self.config.tools) })
     }
 }
 
@@ -153,15 +156,11 @@ impl SavedRun {
 pub struct Player {
     agent: Ddpg,
     task: Arc<Task>,
+    observation: Observation,
     tools: Option<ToolSplit>,
 }
 
 impl Player {
-    /// The agent.
-    pub fn agent(&self) -> &Ddpg {
-        &self.agent
-    }
-
     /// The task.
     pub fn task(&self) -> &Arc<Task> {
         &self.task
@@ -169,7 +168,18 @@ impl Player {
 
     /// An episode of the greedy policy; `seed` draws its start.
     pub fn episode(&self, seed: u64) -> Trace {
-        greedy_episode(&self.task, self.tools, &self.agent, &mut ChaCha8Rng::seed_from_u64(seed))
+        let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+        greedy_episode(&self.task, self.observation, self.tools, &self.agent, rng)
+    }
+
+    /// The agent's observation before each action of an episode.
+    pub fn observations(&self, trace: &Trace) -> Vec<Vec<f32>> {
+        let mut env = self.observation.applied_to(trace.environment(&self.task));
+        let before = trace.steps.iter().map_while(|step| {
+            let before = observed(&env);
+            env.step_without_observation(step.choice()).ok().map(|_| before)
+        });
+        before.collect()
     }
 }
 

@@ -20,7 +20,7 @@ fn choosing(method: Method, episodes: u32) -> RunConfig {
 }
 
 fn with_tools() -> impl Iterator<Item = Method> {
-    Method::ALL.into_iter().filter(|method| method.chooses_tools())
+    Method::ALL.into_iter().filter(|method| method.learns_from_play())
 }
 
 #[test]
@@ -82,7 +82,8 @@ fn clusters_over_tools_follow_the_agent_s_own_rewarding_actions() {
 fn a_policy_is_evaluated_with_held_out_tools() {
     let training = Training::new(choosing(Method::Ddpg, 1), None).unwrap();
     let mut rng = crate::streams::Stream::Episode.of(1);
-    let trace = greedy_episode(&training.config().task, Some(ToolSplit::Test), training.ddpg(), &mut rng);
+    let RunConfig { task, observation, .. } = training.config();
+    let trace = greedy_episode(task, *observation, Some(ToolSplit::Test), training.ddpg(), &mut rng);
     let test = ToolSplit::Test.tools();
     assert!(!trace.steps.is_empty() && trace.tools[1..].iter().all(|number| test.contains(number)));
 }
@@ -107,7 +108,7 @@ fn settings_that_conflict_with_tools_are_refused_in_one_line() {
         let error = check_model(&guided).unwrap_err().to_string();
         assert!(error.contains(expected) && !error.contains('\n'), "{error}");
     }
-    assert!(Method::RECOMMENDED_WITH_TOOLS.chooses_tools());
+    assert!(Method::RECOMMENDED_WITH_TOOLS.learns_from_play());
 }
 
 #[test]

@@ -94,7 +94,7 @@ impl Training {
         self.learner.start_episode();
         let stage = self.env.snapshot().stage();
         let mut played = Played::after(self.env.snapshot().placed().len());
-        let mut observation = tools::observed(self.learner.ddpg(), &self.env);
+        let mut observation = tools::observed(&self.env);
         for _ in 0..self.config.guidance.horizon {
             if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
@@ -103,7 +103,7 @@ impl Training {
             let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
             let Ok(step) = self.env.step_without_observation(choice) else { break };
             *actions += 1;
-            let next_observation = tools::observed(self.learner.ddpg(), &self.env);
+            let next_observation = tools::observed(&self.env);
             played.note(&action, &step);
             self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?;
             if step.reached_stage() || step.end.is_some() {

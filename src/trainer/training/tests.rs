@@ -1,6 +1,8 @@
 //! Tests of single episodes.
 
 use super::*;
+use crate::run::Event;
+use crate::task::Task;
 
 fn config(method: Method) -> RunConfig {
     let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
@@ -24,7 +26,8 @@ fn easy() -> RunConfig {
 #[test]
 fn evaluations_are_shares_and_means_over_their_episodes() {
     let mut training = Training::new(easy(), None).unwrap();
-    let trace = greedy_episode(&training.config().task.clone(), None, training.ddpg(), &mut Stream::Evaluation.of(0));
+    let RunConfig { task, observation, .. } = training.config();
+    let trace = greedy_episode(task, *observation, None, training.ddpg(), &mut Stream::Evaluation.of(0));
     assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
     let expected =
         Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };

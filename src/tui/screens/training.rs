@@ -225,30 +225,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         area = left;
     }
     let shown = shown(curves, marked, ui);
-    let title = match shown.as_slice() {
-        [] => "training".to_owned(),
-        [Shown::Run(run, _)] | [Shown::Group(..), Shown::Run(run, _)] => {
-            let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
-            let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
-            let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
-            let before = run.preparing.clone().or(practice).unwrap_or_default();
-            let (name, state) = (run.name.clone(), run.state_word().to_owned());
-            let done = format!("{}/{}", run.done, run.episodes());
-            let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
-            let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
-            let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
-            let parts = ["training".to_owned(), name, state, done, seeds, left, speed, before];
-            fitting(&parts, usize::from(area.width).saturating_sub(4))
-        }
-        [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),
-        shown => {
-            let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
-            let count = |count: usize, word: &str| if count > 0 { format!("{count} {word}") } else { String::new() };
-            let parts = ["training".to_owned(), count(groups, "groups"), count(shown.len() - groups, "runs")];
-            fitting(&parts, usize::from(area.width).saturating_sub(4))
-        }
-    };
-    let inside = pane(&title, area, ui.theme, buffer);
+    let inside = pane(&title(&shown, ui, area.width), area, ui.theme, buffer);
     system_line(ui.view, area, ui.theme, buffer);
     if shown.is_empty() {
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
@@ -273,6 +250,34 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         charts.draw(*metric, place, buffer, regions);
         if *metric == selected {
             buffer.set_string(place.x - 1, place.y, "›", ui.theme.strong());
+        }
+    }
+}
+
+/// The title of the curves: what is shown, and how far it is.
+fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
+    let room = usize::from(width).saturating_sub(4);
+    match shown {
+        [] => "training".to_owned(),
+        [Shown::Run(run, _)] | [Shown::Group(..), Shown::Run(run, _)] => {
+            let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
+            let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
+            let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
+            let before = run.preparing.clone().or(practice).unwrap_or_default();
+            let (name, state) = (run.name.clone(), run.state_word().to_owned());
+            let done = format!("{}/{}", run.done, run.episodes());
+            let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
+            let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
+            let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
+            let parts = ["training".to_owned(), name, state, done, seeds, left, speed, before];
+            fitting(&parts, room)
+        }
+        [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),
+        shown => {
+            let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
+            let count = |count: usize, word: &str| if count > 0 { format!("{count} {word}") } else { String::new() };
+            let parts = ["training".to_owned(), count(groups, "groups"), count(shown.len() - groups, "runs")];
+            fitting(&parts, room)
         }
     }
 }

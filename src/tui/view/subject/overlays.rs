@@ -34,7 +34,9 @@ impl Subject {
             None => "the checkpoint is being read",
         })?;
         let env = self.replay(action).ok_or("the episode cannot be replayed")?;
-        let observation = observed(networks, &env);
+        let seen = self.run().map(|run| run.config.observation).unwrap_or_default();
+        let env = seen.applied_to(env);
+        let observation = observed(&env);
         if observation.len() != networks.observation_len() {
             return Err("the networks belong to another task".to_owned());
         }
