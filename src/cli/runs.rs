@@ -81,7 +81,16 @@ pub fn resume(arguments: &Resume) -> Outcome {
         session.apply(command::Episodes(episodes))?;
     }
     for run in &arguments.runs {
-        session.apply(command::Continue { folder: Some(run.clone()), until: None })?;
+        match session.apply(command::Continue { folder: Some(run.clone()), until: None }) {
+            // It is left as it is, and its result is printed.
+            Err(SessionError::Finished { run: name, episodes }) => {
+                if !arguments.quiet {
+                    output::message(format_args!("{name} is finished after {episodes} episodes: --episodes sets more"));
+                }
+                session.apply(command::Open(run.clone()))?;
+            }
+            outcome => _ = outcome?,
+        }
     }
     follow(&mut session, 0, arguments.quiet, &interrupt)
 }

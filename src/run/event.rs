@@ -180,14 +180,15 @@ pub enum Event {
     ClustersChanged {
         /// Episodes finished so far.
         episode: u64,
-        /// Number of clusters of each subgoal, the goal last.
+        /// Number of clusters of each stage, the goal last.
         clusters: Vec<u32>,
     },
     /// The needs for exploration have changed; only with an epsilon schedule by need.
     NeedsChanged {
         /// Episodes finished so far.
         episode: u64,
-        /// Share of the latest greedy attempts at each subgoal that failed, the goal last.
+        /// Share of the latest greedy attempts at each stage that failed, the goal last; empty once epsilon no longer
+        /// depends on need.
         needs: Vec<f32>,
     },
     /// All episodes are done.
@@ -263,12 +264,17 @@ impl fmt::Display for Event {
                 record.end,
                 100.0 * record.rolling_success
             ),
-            Event::Evaluated { episode, episodes, success, mean_return } => write!(
-                f,
-                "episode {episode}: greedy policy reaches the goal in {:.0} % of {episodes}, \
-                 mean return {mean_return:.2}",
-                100.0 * success
-            ),
+            Event::Evaluated { episode, episodes, success, mean_return } => {
+                let reached = if *episodes == 1 {
+                    format!("{success:.0} of 1 episodes")
+                } else {
+                    format!("{:.0} % of {episodes} episodes", 100.0 * success)
+                };
+                write!(
+                    f,
+                    "episode {episode}: greedy policy reaches the goal in {reached}, mean return {mean_return:.2}"
+                )
+            }
             Event::Checkpointed { episode, names } => {
                 write!(f, "episode {episode}: checkpoint saved as {}", names.join(", "))
             }
@@ -278,20 +284,24 @@ impl fmt::Display for Event {
                 write!(f, "episode {episode}: epsilon is now {schedule}")
             }
             Event::ClustersChanged { episode, clusters } => {
-                write!(f, "episode {episode}: new action clusters, {clusters:?} by subgoal")
+                write!(f, "episode {episode}: new action clusters, {clusters:?} by stage")
+            }
+            Event::NeedsChanged { episode, needs } if needs.is_empty() => {
+                write!(f, "episode {episode}: epsilon no longer depends on need")
             }
             Event::NeedsChanged { episode, needs } => {
-                write!(f, "episode {episode}: need for exploration {needs:.2?} by subgoal")
+                write!(f, "episode {episode}: need for exploration {needs:.2?} by stage")
             }
-            Event::Finished { episode } => write!(f, "finished after {episode} episodes"),
-            Event::Stopped { episode, reason } => {
-                write!(f, "stopped after {episode} episodes: {reason}")
-            }
-            Event::Failed { episode, reason } => {
-                write!(f, "failed after {episode} episodes: {reason}")
-            }
+            Event::Finished { episode } => write!(f, "finished after {}", counted(*episode)),
+            Event::Stopped { episode, reason } => write!(f, "stopped after {}: {reason}", counted(*episode)),
+            Event::Failed { episode, reason } => write!(f, "failed after {}: {reason}", counted(*episode)),
         }
     }
+}
+
+/// A number of episodes in words.
+fn counted(episodes: u64) -> String {
+    if episodes == 1 { "1 episode".to_owned() } else { format!("{episodes} episodes") }
 }
 
 /// An event with the time when it was written: a line of `events.jsonl`.
@@ -323,6 +333,25 @@ mod tests {
         };
         assert_eq!(line(2), "practice: [3, 3] of [25, 25] rollouts reached their stage, 70 actions");
         assert_eq!(line(10), "practice: [30] of [250] rollouts reached their stage, 70 actions");
+    }
+
+    #[test]
+    fn lines_of_text_count_episodes_and_name_stages() {
+        let evaluated = |episodes, success| Event::Evaluated { episode: 10, episodes, success, mean_return: 12.04 };
+        let needs = |needs| Event::NeedsChanged { episode: 4, needs };
+        for (event, line) in [
+            (Event::Finished { episode: 1 }, "finished after 1 episode"),
+            (Event::Stopped { episode: 0, reason: "asked".into() }, "stopped after 0 episodes: asked"),
+            (evaluated(1, 1.0), "episode 10: greedy policy reaches the goal in 1 of 1 episodes, mean return 12.04"),
+            (
+                evaluated(50, 0.5),
+                "episode 10: greedy policy reaches the goal in 50 % of 50 episodes, mean return 12.04",
+            ),
+            (needs(vec![0.05, 1.0]), "episode 4: need for exploration [0.05, 1.00] by stage"),
+            (needs(Vec::new()), "episode 4: epsilon no longer depends on need"),
+        ] {
+            assert_eq!(event.to_string(), line);
+        }
     }
 
     #[test]

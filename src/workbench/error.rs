@@ -46,6 +46,12 @@ pub enum SessionError {
     /// The run is being trained.
     #[error("{0} is being trained: `stop` it, or wait for its end, first")]
     Busy(String),
+    /// The run is paused.
+    #[error("{0} is paused: `stop` it first, or `resume` it")]
+    Paused(String),
+    /// All episodes of the run are done.
+    #[error("{run} is finished after {episodes} episodes: `episodes` sets more, and `continue` then trains them")]
+    Finished { run: String, episodes: u64 },
     /// No run of the session has the number.
     #[error("the session has no run {0}")]
     NoSuchRun(usize),

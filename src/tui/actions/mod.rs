@@ -213,7 +213,7 @@ impl Context {
 /// The verb with which a script does the same as an action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Script {
-    /// This verb; its help text describes the action.
+    /// This verb; its help text describes the action unless the table has a description.
     Verb(&'static str),
     /// This verb with suitable arguments. For moving and resizing it is the verb for a subgoal;
     /// the verbs for other objects have the same form.
@@ -258,7 +258,7 @@ pub fn entries() -> &'static [Entry] {
         for &(action, context, name, keys, hint, about, script) in table::ROWS {
             let mut entry = Entry { action, context, name, keys, hint, about, script };
             // A test checks that every verb named in the table exists.
-            entry.about = entry.verb().map_or(about, |verb| verb.help);
+            entry.about = entry.verb().filter(|_| about.is_empty()).map_or(about, |verb| verb.help);
             entries.push(entry);
         }
         for verb in verbs() {

@@ -52,7 +52,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Back, Everywhere, "back", "esc", "", "leave one layer, or let go of what is selected", Nothing),
     (A::Quit, Everywhere, "quit", "q ctrl-c", "quit", "", Verb("quit")),
 
-    (A::NextObject, Scene, "next-object", "tab", "select", "select the next object: ball, subgoals, goal, tools", Nothing),
+    (A::NextObject, Scene, "next-object", "tab", "select", "select the next object: subgoals, goal, balls, boxes, tools", Nothing),
     (A::PreviousObject, Scene, "previous-object", "backtab", "", "select the previous object", Nothing),
     (A::Left, Scene, "move-left", "left h", "", "move the selected object left by 0.01", Like("subgoal move")),
     (A::Right, Scene, "move-right", "right l", "move", "move the selected object right by 0.01", Like("subgoal move")),
@@ -159,7 +159,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::PinBaseline, Runs, "pin-baseline", "B", "", "compare groups with the selected one", Nothing),
     (A::EditNote, Runs, "edit-note", "i", "", "write a note on the run", Like("note")),
     (A::EditTags, Runs, "edit-tags", "I", "", "give the runs tags", Like("tag")),
-    (A::Evaluate, Runs, "evaluate-run", "v", "evaluate", "", Verb("evaluate")),
+    (A::Evaluate, Runs, "evaluate-run", "v", "evaluate", "play the greedy policy of the selected run", Verb("evaluate")),
     (A::Continue, Runs, "continue-run", "C", "continue", "", Verb("continue")),
     (A::OpenRun, Runs, "open-run", "O", "", "", Verb("open")),
     (A::DeleteRun, Runs, "delete-run", "delete X", "", "", Verb("delete")),

@@ -18,7 +18,8 @@ impl App {
                 RunState::Paused => "is paused",
                 _ => "is being trained",
             };
-            text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes()));
+            // No number of episodes: it would be out of date while the question is open.
+            text.push(format!("{} {doing}.", run.name));
         }
         let trained = !text.is_empty();
         if trained {

@@ -36,8 +36,9 @@ struct Answer {
 impl Question {
     /// A list to choose from: name, explanation and effect of each item; `selected` is the initial selection.
     pub fn list(title: impl Into<String>, items: Vec<(String, String, Effect)>, selected: usize) -> Self {
+        // A key is one character, so only the first nine have one.
         let answer = |(number, (name, about, effect)): (usize, _)| Answer {
-            key: number.to_string(),
+            key: if number < 10 { number.to_string() } else { String::new() },
             name,
             about,
             effect: Some(effect),
@@ -104,9 +105,14 @@ impl Layer for Question {
         let width = (widths.iter().sum::<u16>() + 2).max(if above > 0 { room } else { 0 });
         let inside = frame(&self.title, (width, above + self.answers.len() as u16), area, theme, buffer);
         Text::from_iter(text).render(inside, buffer);
+        // Two columns separate the three parts.
+        let room = inside.width.saturating_sub(widths[0] + 2);
+        let name = widths[1].min(room);
+        let widths = [widths[0], name, widths[2].min(room - name)];
         let row = |index: usize| {
             let Answer { key, name, about, .. } = &self.answers[index];
-            Row::new([Span::styled(key, theme.strong()), name.as_str().reset(), about.as_str().reset()])
+            let cut = |text: &str, width: u16| columns::shortened(text, usize::from(width), false).reset();
+            Row::new([Span::styled(key, theme.strong()), cut(name, widths[1]), cut(about, widths[2])])
         };
         let [height, y] = [inside.height.saturating_sub(above), inside.bottom().min(inside.y + above)];
         let below = Rect { y, height, ..inside };

@@ -30,7 +30,7 @@ const PAGES: [(&str, &str); 4] = [
     ),
     (
         "touching things",
-        "`{next-object}` selects an object, arrows or the mouse move it, `{undo}` takes it back. Then `{clusters}` computes the clusters of the changed task.\n\n`{hand-play}` lets you place tools yourself and see what the model predicts.",
+        "`{next-object}` selects an object, arrows or the mouse move it, `{undo}` takes it back. Once computed, the clusters follow a moment later.\n\n`{hand-play}` lets you place tools yourself and see what the model predicts.",
     ),
     (
         "finding things",

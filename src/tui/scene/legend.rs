@@ -17,10 +17,10 @@ pub fn lines(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
 }
 
 fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
-    let [disc, block, outline, line, dots, mean] = if theme.marker == Marker::Ascii {
-        ["*", "#", "[]", "-", "..", "x"]
+    let [disc, circle, block, outline, line, dots, mean] = if theme.marker == Marker::Ascii {
+        ["*", "()", "#", "[]", "-", "..", "x"]
     } else {
-        ["●", "■", "□", "─", "··", "+"]
+        ["●", "○", "■", "□", "─", "··", "+"]
     };
     let task = content.objects.task;
     let frame = content.frame;
@@ -28,8 +28,13 @@ fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
     let others = frame.placed.iter().any(|(_, source)| *source != Source::Clusters);
     let (overlays, stale) = (content.overlays, content.prior.is_some_and(|(_, stale)| stale));
     let clusters = content.prior.is_some() && overlays.clusters;
-    let all: [(bool, &str, &str, Color); 14] = [
+    let has_marker_subgoals = task.marker.as_ref().is_some_and(|marker| !marker.subgoals.is_empty());
+    let all: [(bool, &str, &str, Color); 18] = [
         (true, disc, "ball", theme.ball),
+        (task.marker.is_some(), circle, "marker: sets the ball in motion", theme.ball),
+        (has_marker_subgoals, circle, "subgoals of the marker", theme.dim),
+        (!task.balls.is_empty(), circle, "other balls", theme.ball),
+        (!task.boxes.is_empty(), outline, "moving boxes", theme.ball),
         (!frame.trail.is_empty(), dots, "where the ball was", theme.trail),
         (!task.subgoals.is_empty(), "1", "subgoals, in their order", theme.stage(0)),
         (true, "G", "goal", theme.goal),

@@ -195,6 +195,11 @@ fn the_legend_explains_only_what_is_shown() {
     let task = Task { subgoals: Vec::new(), tools: Vec::new(), ..TASK.clone() };
     let bare = legend(|content| content.objects.task = &task);
     assert!(!bare.contains("subgoals, in") && !bare.contains("tools of"));
+    let level = crate::task::load("create/Obstacle").unwrap();
+    let of_level = legend(|content| content.objects.task = &level);
+    for sign in ["○  marker: sets", "○  subgoals of the marker", "□  moving boxes"] {
+        assert!(of_level.contains(sign) && !plain.contains(sign), "{sign}");
+    }
 
     let (by_policy, from_clusters) = ("placed by policy, planner or hand", "placed from the clusters");
     for (source, shown, other) in

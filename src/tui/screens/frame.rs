@@ -50,7 +50,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
             return draw_small(ui, screens, chrome, area, buffer);
         }
         let text = format!("a little larger, please: {}x{} of 60x20", area.width, area.height);
-        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), Style::new());
+        Text::from_iter(lines(&text, area.width, Style::new())).render(area, buffer);
         return HitRegions::default();
     }
     let mut regions = HitRegions::default();

@@ -32,10 +32,11 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let inside = pane("what predicts the rollouts behind the clusters", area, theme, buffer);
     let longest = view.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
     let column = longest.clamp(16, usize::from(inside.width / 3));
+    let room = usize::from(inside.width).saturating_sub(column + 3);
     let row = |index: usize| {
         let model = &view.models[index];
         let mark = if model.name == view.model_name() { ">" } else { " " };
-        Row::new([mark.to_owned(), shortened(&model.name, column, true), model.about.clone()])
+        Row::new([mark.to_owned(), shortened(&model.name, column, true), shortened(&model.about, room, false)])
     };
     let widths = [Constraint::Length(1), Constraint::Length(column as u16), Constraint::Fill(1)];
     let count = view.models.len();
@@ -139,9 +140,13 @@ fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'stati
             rapier.as_ref().map_or_else(String::new, action),
         ])
     });
-    let head = "mean error on fresh launches, normalised; constant velocity and rapier after one action".to_owned();
-    let faint = |text: String| Line::styled(text, theme.faint());
-    let head = lines(&head, width, theme.faint()).chain([faint(row(heads.map(str::to_owned)))]);
+    let heading = row(heads.map(str::to_owned));
+    let shown: Vec<&str> = heads[4..].iter().copied().filter(|head| heading.contains(*head)).collect();
+    let mut head = "mean error on fresh launches, normalised".to_owned();
+    if !shown.is_empty() {
+        head += &format!("; {} after one action", shown.join(" and "));
+    }
+    let head = lines(&head, width, theme.faint()).chain([Line::styled(heading, theme.faint())]);
     head.chain(rows.map(Line::from)).chain([Line::default()]).collect()
 }
 

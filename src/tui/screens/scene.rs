@@ -302,11 +302,13 @@ fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
             return Some(vec![replay(scene, ui, action)]);
         }
         UiAction::Source => {
-            let choice = match ui.subject.choice() {
-                Choice::Latest => Choice::Untouched,
-                _ => Choice::Latest,
+            let effect = match ui.subject.choice() {
+                // The scene is untouched already, and the next training's episodes are to appear in it.
+                Choice::Latest if !ui.subject.is_of_run() => Effect::info(no_episode(ui)),
+                Choice::Latest => Effect::Show(Choice::Untouched),
+                _ => Effect::Show(Choice::Latest),
             };
-            return Some(vec![Effect::Show(choice)]);
+            return Some(vec![effect]);
         }
         UiAction::ShowClusters => scene.overlays.clusters = !scene.overlays.clusters,
         UiAction::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
@@ -320,7 +322,7 @@ fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
         }
         _ => return None,
     }
-    Some(explain_overlay(scene, ui, action).into_iter().collect())
+    Some(explain(scene, ui, action).into_iter().collect())
 }
 
 /// Whether an action controls playback; these also work where the scene is beside the curves.
@@ -349,19 +351,23 @@ fn replay(scene: &mut Scene, ui: &Ui, action: UiAction) -> Effect {
     Effect::Replay(episode.clamp(1, last))
 }
 
-/// Says why an overlay that was switched on shows nothing.
-fn explain_overlay(scene: &Scene, ui: &Ui, action: UiAction) -> Option<Effect> {
+/// Why no training episode is shown.
+fn no_episode(ui: &Ui) -> String {
+    match ui.subject.note() {
+        Some(note) => note.to_owned(),
+        None => ui.text("there is no training episode yet: {train} trains one"),
+    }
+}
+
+/// Says what an action changed that the scene does not show.
+fn explain(scene: &Scene, ui: &Ui, action: UiAction) -> Option<Effect> {
     let subject = ui.subject;
     let text = match action {
         UiAction::ShowClusters | UiAction::ShowSamples if subject.clusters().is_none() => {
             ui.text("no action clusters yet: {clusters} computes them")
         }
-        UiAction::ShowCritic | UiAction::ShowActor | UiAction::ShowModel if !subject.is_of_run() => {
-            match subject.note() {
-                Some(note) => note.to_owned(),
-                None => ui.text("there is no training episode yet: {train} trains one"),
-            }
-        }
+        UiAction::ShowCritic | UiAction::ShowActor | UiAction::ShowModel if !subject.is_of_run() => no_episode(ui),
+        UiAction::Faster | UiAction::Slower if !scene.player.is_moving() => format!("speed x{}", scene.player.speed),
         UiAction::ShowStage => match scene.overlays.stage {
             None => "clusters of all stages".to_owned(),
             Some(stage) if stage == subject.task().subgoals.len() => "clusters of the goal".to_owned(),

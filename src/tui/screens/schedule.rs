@@ -148,12 +148,22 @@ fn points(state: &Schedule, ui: &Ui, shown: &EpsilonSchedule, axes: &Axes, buffe
 }
 
 fn explanation(state: &Schedule, ui: &Ui) -> String {
-    let state = match &state.draft {
-        None => "This schedule is in use.",
-        Some(_) => "Not in use yet: {apply} uses it, {discard} goes back.",
+    let settings = &ui.view.settings;
+    let method = settings.method;
+    let usage = match &state.draft {
+        None if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
+        None => "This schedule is in use.".to_owned(),
+        Some(_) => "Not in use yet: {apply} uses it, {discard} goes back.".to_owned(),
     };
-    let help = "In each episode, with this probability, actions come from the action clusters instead of the policy. {next-point} selects a point, arrows or the mouse move it, {add-point} (hand-drawn: a click) adds one, {delete-point} deletes it, {kind} changes the kind; {epsilon} types it.";
-    ui.text(&format!("{state} {help}"))
+    let meaning = match state.shown(&settings.epsilon) {
+        EpsilonSchedule::Need { .. } => {
+            "In each stage, actions come from the action clusters with this probability times its need (share of \
+             failures)."
+        }
+        _ => "In each episode, with this probability, actions come from the action clusters instead of the policy.",
+    };
+    let help = "{next-point} selects a point, arrows or the mouse move it, {add-point} (hand-drawn: a click) adds one, {delete-point} deletes it, {kind} changes the kind; {epsilon} types it.";
+    ui.text(&format!("{usage} {meaning} {help}"))
 }
 
 /// Moves the selected point to an episode and a threshold.

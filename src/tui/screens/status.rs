@@ -25,12 +25,12 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
     let (clusters, colour) = clusters(ui);
     let colour = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
-    for (label, text, style) in [
-        ("next run", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new()),
-        ("epsilon", settings.epsilon.describe(), Style::new()),
-        ("clusters", clusters, colour),
-        ("model", ui.view.model_name(), Style::new()),
-    ] {
+    let mut next = vec![("next run", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
+    if settings.method.uses("epsilon") {
+        next.push(("epsilon", settings.epsilon.describe(), Style::new()));
+    }
+    next.extend([("clusters", clusters, colour), ("model", ui.view.model_name(), Style::new())]);
+    for (label, text, style) in next {
         // With a run, each takes one line, to leave room for it; the Edit screen and the log show the full text.
         if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }
     }
@@ -50,7 +50,8 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     let theme = ui.theme;
     let count = |prior: &crate::guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
-        format!("{clusters} in {} stages", prior.stages.len())
+        let stages = prior.stages.len();
+        format!("{clusters} in {stages} {}", if stages == 1 { "stage" } else { "stages" })
     };
     if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&view.prior_failure, &view.prior_state) {
         return (format!("failed: {reason}"), Some(theme.bad));
@@ -60,7 +61,8 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     }
     match ui.subject.clusters() {
         Some(clusters) if clusters.of_run => (format!("{} (of the run)", count(&clusters.prior)), None),
-        Some(clusters) if clusters.stale => (ui.text("out of date; {clusters} computes them"), Some(theme.warn)),
+        // The workspace computes outdated clusters again by itself.
+        Some(clusters) if clusters.stale => ("out of date; soon computed again".to_owned(), Some(theme.warn)),
         Some(clusters) => (count(&clusters.prior), Some(theme.good)),
         None => (ui.text("none; {clusters} computes them"), None),
     }

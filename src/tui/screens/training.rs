@@ -259,27 +259,37 @@ fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
     let room = usize::from(width).saturating_sub(4);
     match shown {
         [] => "training".to_owned(),
-        [Shown::Run(run, _)] | [Shown::Group(..), Shown::Run(run, _)] => {
-            let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
-            let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
-            let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
-            let before = run.preparing.clone().or(practice).unwrap_or_default();
-            let (name, state) = (run.name.clone(), run.state_word().to_owned());
-            let done = format!("{}/{}", run.done, run.episodes());
-            let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
-            let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
-            let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
-            let parts = ["training".to_owned(), name, state, done, seeds, left, speed, before];
-            fitting(&parts, room)
+        [Shown::Run(run, _)] => title_of_run(run, ui, room),
+        // The watched run is drawn over its own group.
+        [Shown::Group(group, _), Shown::Run(run, Some(own))] if std::ptr::eq(*group, *own) => {
+            title_of_run(run, ui, room)
         }
         [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),
         shown => {
             let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
-            let count = |count: usize, word: &str| if count > 0 { format!("{count} {word}") } else { String::new() };
-            let parts = ["training".to_owned(), count(groups, "groups"), count(shown.len() - groups, "runs")];
+            let count = |count: usize, word: &str| match count {
+                0 => String::new(),
+                1 => format!("1 {word}"),
+                several => format!("{several} {word}s"),
+            };
+            let parts = ["training".to_owned(), count(groups, "group"), count(shown.len() - groups, "run")];
             fitting(&parts, room)
         }
     }
+}
+
+/// The title of the curves of one run.
+fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
+    let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
+    let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
+    let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
+    let before = run.preparing.clone().or(practice).unwrap_or_default();
+    let (name, state) = (run.name.clone(), run.state_word().to_owned());
+    let done = format!("{}/{}", run.done, run.episodes());
+    let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
+    let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
+    let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
+    fitting(&["training".to_owned(), name, state, done, seeds, left, speed, before], room)
 }
 
 /// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.

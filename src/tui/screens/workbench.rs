@@ -18,7 +18,7 @@ use crate::tui::layers::tool_in_words;
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::view::{Beside, Choice};
-use crate::tui::widgets::columns::fitting;
+use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::list;
 
 /// Rows of the status pane, without the row of practice.
@@ -145,6 +145,9 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
     let room = usize::from(area.width.saturating_sub(4));
     let mut parts = vec![format!("action {}", frame.action), state, format!("reward {:.2}", frame.reward)];
     parts.extend(ui.subject.facts());
+    if !player.is_moving() {
+        parts.push(format!("x{}", player.speed));
+    }
     let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
     let mut style = ui.theme.faint();
     if let Some((_, [x, y])) = scene.dragged() {
@@ -163,7 +166,7 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
             text = format!(" the episode is over: {end} ");
         }
     }
-    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, style);
+    buffer.set_stringn(area.x + 2, area.bottom() - 1, shortened(&text, room, false), room, style);
 }
 
 fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -193,8 +196,21 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     regions.add_rows(list::draw(all.len(), selected, row, &widths, inside, theme, buffer));
     if lower.height >= 3 {
         let inside = pane("task", lower, theme, buffer);
-        Text::from(about(ui, inside.width)).render(inside, buffer);
+        Text::from(fitted(about(ui, inside.width), inside)).render(inside, buffer);
     }
+}
+
+/// The lines that fit into an area; `..` at the end marks an omission.
+fn fitted(mut text: Vec<Line<'static>>, area: Rect) -> Vec<Line<'static>> {
+    let height = usize::from(area.height);
+    if text.len() > height {
+        text.truncate(height);
+        if let Some(last) = text.last_mut() {
+            let cut = format!("{last} ..");
+            *last = Line::styled(shortened(cut.trim_start(), usize::from(area.width), false), last.style);
+        }
+    }
+    text
 }
 
 /// Lines about the task and its edits.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Curves, RunSummary, ViewModel};
+use super::{Curves, RunSummary, ViewModel, seeds_in_words};
 use crate::evidence::{FINAL, Groups, LearningRow, distinguish};
 use crate::run::{Metric, RunState};
 use crate::stats::aggregate::trimmed_mean;
@@ -28,6 +28,8 @@ pub struct RunGroup {
     pub label: String,
     /// Folders of its runs, ordered by seed.
     pub runs: Vec<PathBuf>,
+    /// Those of which it has curves and statistics: one for each seed.
+    counted: Vec<PathBuf>,
     /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
     pub success: Option<Estimate>,
     /// Probability that one of its runs scores higher than one of the baseline on the same task.
@@ -46,15 +48,23 @@ impl RunGroup {
         self.runs.len() > 1
     }
 
-    /// How many of its runs are finished.
-    pub fn progress(&self, view: &ViewModel) -> String {
-        let is_finished = |path: &&PathBuf| view.run(path).is_some_and(|run| run.state == RunState::Finished);
-        format!("{} of {} seeds finished", self.runs.iter().filter(is_finished).count(), self.runs.len())
+    /// The number of seeds of its runs.
+    pub fn seeds(&self) -> usize {
+        self.counted.len()
     }
 
-    /// Its label and number of runs.
+    /// How many of its seeds are finished.
+    pub fn progress(&self, view: &ViewModel) -> String {
+        let is_finished = |path: &&PathBuf| view.run(path).is_some_and(|run| run.state == RunState::Finished);
+        let finished = self.counted.iter().filter(is_finished).count();
+        format!("{finished} of {} finished", seeds_in_words(self.seeds()))
+    }
+
+    /// Its label and number of seeds, and that of its runs if several have the same seed.
     pub fn title(&self) -> String {
-        format!("{} ({} seeds)", self.label, self.runs.len())
+        let (seeds, runs) = (self.seeds(), self.runs.len());
+        let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
+        format!("{} ({}{of_runs})", self.label, seeds_in_words(seeds))
     }
 }
 
@@ -141,31 +151,39 @@ impl Grouping {
             }
         };
         let all = Groups::new(&rows);
-        // A run that has not begun does not count as a failure.
-        let begun = Groups::new(rows.iter().filter(|row| row.episodes > 0));
-        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
-        let mut grouping = Self { settings, ..Self::default() };
+        let mut found = Vec::new();
         for task in all.tasks() {
             for label in all.labels() {
                 let mut places = all.places(task, label).to_vec();
-                if places.is_empty() {
-                    continue;
+                if !places.is_empty() {
+                    let counted = one_per_seed(&places, runs);
+                    places.sort_by_key(|place| runs[*place].config.seed);
+                    found.push((task, label, places, counted));
                 }
-                places.sort_by_key(|place| runs[*place].config.seed);
-                let group = RunGroup {
-                    task: task.clone(),
-                    label: label.clone(),
-                    runs: places.iter().map(|place| runs[*place].path.clone()).collect(),
-                    success: None,
-                    improvement: None,
-                    is_baseline: Some(&**label) == baseline,
-                    curves: None,
-                    versions: Vec::new(),
-                };
-                grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
-                let group = group.with_statistics(&begun, baseline);
-                grouping.groups.push(group.with_curves(runs, &places, before));
             }
+        }
+        // A run that has not begun does not count as a failure.
+        let counted = found.iter().flat_map(|(.., counted)| counted).map(|place| &rows[*place]);
+        let begun = Groups::new(counted.filter(|row| row.episodes > 0));
+        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
+        let mut grouping = Self { settings, ..Self::default() };
+        for (task, label, places, counted) in found {
+            let paths = |places: &[usize]| places.iter().map(|place| runs[*place].path.clone()).collect::<Vec<_>>();
+            let is_other = |other: &String| other != label && !all.places(task, other).is_empty();
+            let group = RunGroup {
+                task: task.clone(),
+                label: label.clone(),
+                runs: paths(&places),
+                counted: paths(&counted),
+                success: None,
+                improvement: None,
+                is_baseline: Some(&**label) == baseline && all.labels().iter().any(is_other),
+                curves: None,
+                versions: Vec::new(),
+            };
+            grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
+            let group = group.with_statistics(&begun, baseline);
+            grouping.groups.push(group.with_curves(runs, &counted, before));
         }
         grouping
     }
@@ -189,6 +207,19 @@ impl Grouping {
     }
 }
 
+/// One run of each seed, in their order: the one with the most episodes, the latest of equal ones. Runs with the same
+/// seed are not independent.
+fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
+    let mut furthest: BTreeMap<u64, usize> = BTreeMap::new();
+    for place in places {
+        let known = furthest.entry(runs[*place].config.seed).or_insert(*place);
+        if runs[*place].done >= runs[*known].done {
+            *known = *place;
+        }
+    }
+    furthest.into_values().collect()
+}
+
 impl RunGroup {
     fn with_statistics(mut self, begun: &Groups<'_>, baseline: Option<&str>) -> Self {
         let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
@@ -201,12 +232,15 @@ impl RunGroup {
         self
     }
 
-    /// Adds the aggregated curves of its runs; reuses those in `before` if no run's curves have changed.
-    fn with_curves(mut self, runs: &[Arc<RunSummary>], places: &[usize], before: &Grouping) -> Self {
-        let curves: Vec<&Curves> = places.iter().map(|place| &*runs[*place].curves).collect();
+    /// Adds the aggregated curves of its `counted` runs; reuses those in `before` if no run's curves have changed.
+    fn with_curves(mut self, runs: &[Arc<RunSummary>], counted: &[usize], before: &Grouping) -> Self {
+        let curves: Vec<&Curves> = counted.iter().map(|place| &*runs[*place].curves).collect();
         self.versions = curves.iter().map(|curves| curves.version()).collect();
         let known = self.runs.first().and_then(|run| before.of(run));
-        if let Some(known) = known.filter(|known| known.runs == self.runs && known.versions == self.versions) {
+        let is_same = |known: &&RunGroup| {
+            known.runs == self.runs && known.counted == self.counted && known.versions == self.versions
+        };
+        if let Some(known) = known.filter(is_same) {
             self.curves.clone_from(&known.curves);
         } else if self.is_many() {
             // They have no episodes before half of its runs have been read.
@@ -375,6 +409,21 @@ mod tests {
         let fewer = Grouping::new(&runs[..5], &grouping, None);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
         assert!(!grouping.settings(Path::new("runs/c")).unwrap().is_empty());
+    }
+
+    #[test]
+    fn of_runs_with_the_same_seed_the_furthest_counts() {
+        let mut runs = runs();
+        runs.push(run("g", &[("method", "ddpg-uniform"), ("seed", "1")], &[1.0, 1.0, 1.0]));
+        let before = Grouping::new(&runs[..6], &Grouping::default(), None);
+        let grouping = Grouping::new(&runs, &before, None);
+        let group = grouping.of(Path::new("runs/a")).unwrap();
+        assert_eq!((names(group), group.seeds()), (vec!["a", "g", "b"], 2));
+        assert_eq!(group.success.map(|estimate| estimate.value), Some(1.0));
+        assert_eq!(group.curves.as_ref().unwrap().middle.get(Metric::Success), [0.5, 0.75, 1.0]);
+        assert!(group.title().ends_with("(2 seeds, 3 runs)"), "{}", group.title());
+        let alone = Grouping::new(&[runs[1].clone(), runs[6].clone()], &Grouping::default(), None);
+        assert!(alone.of(Path::new("runs/g")).unwrap().title().ends_with("(1 seed, 2 runs)"));
     }
 
     #[test]

@@ -58,6 +58,8 @@ pub struct ViewModel {
     pub proposing: Option<(usize, usize)>,
     /// The settings of the next run.
     pub settings: RunConfig,
+    /// The number of episodes to which continuing extends a finished run that has fewer, if it was set.
+    pub extends_to: Option<u32>,
     /// The folder for runs.
     pub folder: PathBuf,
     /// The latest clusters computed for the edited task, possibly before its last edits.
@@ -274,6 +276,11 @@ impl ViewModel {
     }
 }
 
+/// A number of seeds in words.
+pub fn seeds_in_words(seeds: usize) -> String {
+    if seeds == 1 { "1 seed".to_owned() } else { format!("{seeds} seeds") }
+}
+
 impl RunSummary {
     /// A summary from the settings of a run, before its log is read.
     pub fn new(path: &Path, config: Arc<RunConfig>, state: RunState) -> Self {
@@ -302,6 +309,16 @@ impl RunSummary {
     /// Configured number of episodes.
     pub fn episodes(&self) -> u64 {
         u64::from(self.config.episodes)
+    }
+
+    /// The name of its task, and the number of further ones if there are any.
+    pub fn tasks_in_words(&self) -> String {
+        let first = &self.config.task.name;
+        match self.config.further_tasks.len() {
+            0 => first.clone(),
+            1 => format!("{first} and 1 more task"),
+            more => format!("{first} and {more} more tasks"),
+        }
     }
 
     /// The rolling success in percent, or a dash before the first episode.

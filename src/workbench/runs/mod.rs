@@ -37,16 +37,30 @@ impl Session {
         self.start_run(number, command.until, "continuing")
     }
 
+    /// The number of episodes to which continuing extends a finished run that has fewer; None unless it was set
+    /// explicitly.
+    pub fn extends_to(&self) -> Option<u32> {
+        Some(self.setup.config.episodes).filter(|_| self.setup.episodes_asked)
+    }
+
     /// Raises the number of episodes of a finished run to the number set in the session, if that was set
-    /// explicitly and is larger.
+    /// explicitly and is larger. Otherwise refuses a run of which no episode is left.
     fn extend(&mut self, directory: &RunDirectory) -> Result<(), SessionError> {
         directory.check_free()?;
         let config: RunConfig = directory.config()?;
-        let episodes = self.setup.config.episodes;
-        let is_more = self.setup.episodes_asked && episodes > config.episodes;
-        if !is_more || directory.status()?.state != RunState::Finished {
+        let status = directory.status()?;
+        if status.state != RunState::Finished {
             return Ok(());
         }
+        let Some(episodes) = self.extends_to().filter(|episodes| *episodes > config.episodes) else {
+            // A run that was extended before, but not started, has episodes left.
+            let done = status.last_episode.map_or(0, |record| record.episode);
+            if done < u64::from(config.episodes) {
+                return Ok(());
+            }
+            let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+            return Err(SessionError::Finished { run, episodes: done });
+        };
         let config = RunConfig { episodes, ..config };
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
@@ -135,9 +149,11 @@ impl Session {
     }
 
     fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
-        match self.runs.iter().find(|run| run.directory().path() == path && (run.is_active() || run.is_queued())) {
-            Some(run) => Err(SessionError::Busy(run.name())),
-            None => Ok(()),
+        match self.runs.iter().find(|run| run.directory().path() == path) {
+            Some(run) if run.is_queued() => Err(SessionError::Queued(run.name())),
+            Some(run) if run.is_active() && run.state() == RunState::Paused => Err(SessionError::Paused(run.name())),
+            Some(run) if run.is_active() => Err(SessionError::Busy(run.name())),
+            _ => Ok(()),
         }
     }
 
@@ -226,6 +242,7 @@ impl Session {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());
         let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
+        let report = format!("playing the greedy policy of {name}");
         self.start_job(Evaluate, work, move |session, trace| {
             let trace = trace?;
             let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
@@ -233,8 +250,8 @@ impl Session {
             if let Some(run) = session.run_numbered_mut(number) {
                 run.set_greedy(trace);
             }
-            Ok(format!("the greedy policy {outcome} in {actions} actions, return {total:.2}"))
+            Ok(format!("the greedy policy of {name} {outcome} in {actions} actions, return {total:.2}"))
         });
-        Ok(format!("playing the greedy policy of {name}"))
+        Ok(report)
     }
 }

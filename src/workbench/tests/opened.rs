@@ -94,11 +94,16 @@ fn a_finished_run_is_extended_to_the_episodes_set() {
     let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
     let train = format!("train {path}");
     play(&mut session, &["method ddpg", "set ddpg.hidden 4", "episodes 3", &train, "wait", "expect episodes = 3"]);
-    play(&mut session, &["continue", "wait", "expect episodes = 3", "episodes 5", "continue", "wait"]);
-    play(&mut session, &["expect episodes = 5", "episodes 4", "continue", "wait", "expect episodes = 5"]);
+    let log = || std::fs::read(folder.path().join("run/events.jsonl")).unwrap();
+    let before = log();
+    let refusal = "run is finished after 3 episodes: `episodes` sets more, and `continue` then trains them";
+    assert_eq!(apply(&mut session, "continue").unwrap_err(), refusal);
+    assert_eq!(log(), before, "nothing is written");
+    play(&mut session, &["episodes 5", "continue", "wait", "expect episodes = 5", "episodes 4"]);
+    assert!(apply(&mut session, "continue").unwrap_err().contains("finished after 5 episodes"));
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
     drop(session);
     // Without an explicit number, the run is not extended.
     let mut other = Session::on_run(&folder.path().join("run")).unwrap();
-    play(&mut other, &["continue", "wait", "expect episodes = 5"]);
+    assert!(apply(&mut other, "continue").unwrap_err().contains("finished after 5 episodes"));
 }

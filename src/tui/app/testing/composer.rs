@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crossterm::event::Event;
 
-use super::{app, bring, change_run, grouped, press, run_summary, shot, text, typical};
+use super::{app, bring, change_run, grouped, press, run_on, run_summary, shot, text, typical};
 use crate::trainer::Method;
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::screens::figures;
-use crate::tui::view::ViewModel;
+use crate::tui::view::{RunSummary, ViewModel};
 
 const GUIDED: &str = "DDPG-MGE, epsilon 0.8 to 0.05";
 
@@ -72,6 +72,15 @@ fn the_marked_runs_are_composed() {
     press(&mut app, "enter");
     let expected = format!("figure learning figures/task1-learning.png {runs}");
     assert_eq!(asked.borrow().last(), Some(&expected), "edits of other runs' curves are discarded");
+}
+
+#[test]
+fn the_learning_figure_is_named_after_the_common_task_of_its_runs() {
+    let mut view = grouped();
+    view.runs.push(Arc::new(RunSummary { done: 1, ..run_on("task4", "other") }));
+    assert_eq!(exported_of(view.clone(), "7 tab enter"), "figure learning figures/learning.png");
+    let marked = "figure learning figures/task4-learning.png runs=runs/other";
+    assert_eq!(exported_of(view, "5 space 7 tab enter"), marked);
 }
 
 #[test]

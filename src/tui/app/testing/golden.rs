@@ -192,6 +192,7 @@ fn every_size_can_be_drawn() {
     }
     let (mut app, _) = app(empty());
     assert!(text(&shot(&mut app, 40, 7)).contains("40x7 of 60x20"));
+    assert!(text(&shot(&mut app, 20, 5)).contains("please: 20x5 of\n60x20"));
     assert!(text(&shot(&mut app, 40, 12)).contains("no run; t trains one"));
     let (mut app, _) = super::app(typical());
     let small = text(&shot(&mut app, 40, 12));

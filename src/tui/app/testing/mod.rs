@@ -168,6 +168,7 @@ pub fn empty() -> ViewModel {
             ddpg: DdpgConfig { gamma: 0.9, ..DdpgConfig::default() },
             ..RunConfig::new(hand.task.clone())
         },
+        extends_to: None,
         folder: PathBuf::from("runs"),
         prior: None,
         prior_state: PriorState::Absent,

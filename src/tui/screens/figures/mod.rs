@@ -3,6 +3,7 @@
 mod composer;
 
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -18,6 +19,7 @@ use crate::evidence::Composition;
 use crate::tui::actions::UiAction;
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
+use crate::tui::view::ViewModel;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Depth;
@@ -87,16 +89,34 @@ fn line(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer) {
 /// The command that exports a figure in a format.
 pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
     let view = ui.view;
+    let composition = composition(kind, lists, runs, ui);
     // A figure of one run is named after it: figures of several runs on one task do not overwrite each other.
     let of_run = match kind {
         FigureKind::Dashboard => true,
         FigureKind::Episode => view.hand.trace.steps.is_empty(),
         FigureKind::Scene | FigureKind::Clusters | FigureKind::Learning => false,
     };
-    let name = view.watched_run().filter(|_| of_run).map_or(&view.task.name, |run| &run.name);
-    let path = format!("figures/{name}-{}.{format}", kind.name()).into();
-    command::Figure { composition: composition(kind, lists, runs, ui), ..command::Figure::with_defaults(kind, path) }
-        .into()
+    let about: Option<&str> = match kind {
+        FigureKind::Learning => common_task(&composition, ui),
+        _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| &*run.name)),
+    };
+    let about = about.map_or_else(String::new, |about| format!("{about}-"));
+    let path = format!("figures/{about}{}.{format}", kind.name()).into();
+    command::Figure { composition, ..command::Figure::with_defaults(kind, path) }.into()
+}
+
+/// Whether the figure of learning curves shows the run in a folder.
+fn is_shown(composition: &Composition, run: &Path) -> bool {
+    composition.runs.is_empty() || composition.runs.iter().any(|shown| shown == run)
+}
+
+/// The task of all runs that the figure of learning curves shows; None if there are several.
+fn common_task<'a>(composition: &Composition, ui: &Ui<'a>) -> Option<&'a str> {
+    let view: &'a ViewModel = ui.view;
+    let shown = view.runs.iter().filter(|run| run.done > 0 && is_shown(composition, &run.path));
+    let mut tasks = shown.flat_map(|run| run.config.tasks()).map(|task| task.name.as_str());
+    let first = tasks.next()?;
+    tasks.all(|task| task == first).then_some(first)
 }
 
 fn composition(kind: FigureKind, lists: &Lists, runs: &Runs, ui: &Ui) -> Composition {
@@ -161,8 +181,7 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     let mut hasher = DefaultHasher::new();
     ui.subject.run().map(|run| (&run.path, run.done)).hash(&mut hasher);
     if kind == FigureKind::Learning {
-        let is_shown = |path: &std::path::PathBuf| composition.runs.is_empty() || composition.runs.contains(path);
-        for run in ui.view.runs.iter().filter(|run| is_shown(&run.path)) {
+        for run in ui.view.runs.iter().filter(|run| is_shown(composition, &run.path)) {
             (&run.path, run.done).hash(&mut hasher);
         }
     }

@@ -29,17 +29,8 @@ pub(super) fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: UiAction) -> Vec
             on_each(wanted.map(|run| (*run, command(run))), ui)
         }
         UiAction::Stop => stop(runs, ui),
-        UiAction::Continue => {
-            let resumed = |run: &&RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
-            runs.iter().map(|run| Effect::apply(resumed(run))).collect()
-        }
-        UiAction::DeleteRun => {
-            let name = if let [run] = runs { run.path.display().to_string() } else { what };
-            let text = format!("Everything in {name} is deleted from the disk. This cannot be undone.");
-            let delete = runs.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
-            let title = if count == 1 { "delete the run?" } else { "delete the runs?" };
-            vec![Effect::open(Question::warning(title, text, vec![('y', "delete", Effect::All(delete))]))]
-        }
+        UiAction::Continue => go_on(runs, ui),
+        UiAction::DeleteRun => delete(runs, ui),
         UiAction::Export => {
             let dashboard = |run: &&RunSummary| {
                 let path = format!("figures/{}-{}.png", run.name, FigureKind::Dashboard.name()).into();
@@ -55,36 +46,78 @@ pub(super) fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: UiAction) -> Vec
     }
 }
 
+/// Whether a run is queued, being trained or paused.
+fn is_going(run: &RunSummary) -> bool {
+    run.queued || matches!(run.state, RunState::Running | RunState::Paused)
+}
+
+/// Continues runs; of several, not those that are finished and get no more episodes.
+fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let is_over = |run: &&RunSummary| {
+        let gets_more = ui.view.extends_to.is_some_and(|episodes| u64::from(episodes) > run.episodes());
+        runs.len() > 1 && run.state == RunState::Finished && run.done >= run.episodes() && !gets_more
+    };
+    let (over, others): (Vec<&RunSummary>, Vec<&RunSummary>) = runs.iter().copied().partition(is_over);
+    let resumed = |run: &RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
+    let mut effects: Vec<Effect> = others.into_iter().map(|run| Effect::apply(resumed(run))).collect();
+    if !over.is_empty() {
+        let more = ui.text("{episodes} sets more episodes");
+        effects.push(Effect::info(format!("finished: {} of {}; {more}", over.len(), runs.len())));
+    }
+    effects
+}
+
+/// Deletes runs after a question, except those that are queued, being trained or paused.
+fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let (going, ended): (Vec<&RunSummary>, Vec<&RunSummary>) = runs.iter().copied().partition(|run| is_going(run));
+    let what = match (ended.as_slice(), going.as_slice()) {
+        ([], [run]) if run.queued => {
+            let leave = ui.text("{stop} takes it out of the queue");
+            return vec![Effect::info(format!("{} waits for a free core: {leave}", run.name))];
+        }
+        ([], [run]) => {
+            let doing = if run.state == RunState::Paused { "paused" } else { "being trained" };
+            return vec![Effect::info(format!("{} is {doing}: {}", run.name, ui.text("{stop} stops it")))];
+        }
+        ([], _) => return vec![Effect::info(ui.text("none of them has ended: {stop} stops them"))],
+        ([run], _) => run.path.display().to_string(),
+        (several, _) => format!("{} runs", several.len()),
+    };
+    let mut text = format!("Everything in {what} is deleted from the disk. This cannot be undone.");
+    if !going.is_empty() {
+        text = format!("{text} Not deleted, because they have not ended: {}.", going.len());
+    }
+    let title = if ended.len() == 1 { "delete the run?" } else { "delete the runs?" };
+    let delete = ended.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
+    vec![Effect::open(Question::warning(title, text, vec![('y', "delete", Effect::All(delete))]))]
+}
+
 /// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.
 pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
-    let going = |run: &&RunSummary| run.queued || matches!(run.state, RunState::Running | RunState::Paused);
-    let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| runs.len() == 1 || going(run)).collect();
+    let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| runs.len() == 1 || is_going(run)).collect();
     let text = match stopped.as_slice() {
         [] => return vec![Effect::info("none of them is being trained")],
         [run] if run.queued => format!("{} is taken out of the queue. It can be continued later.", run.name),
-        [run] => format!(
-            "{} ends after the current episode, {} of {}. Its checkpoint is kept: it can be continued later.",
-            run.name,
-            run.done,
-            run.episodes()
-        ),
+        [run] => {
+            format!("{} ends after the current episode. Its checkpoint is kept: it can be continued later.", run.name)
+        }
         runs => format!(
             "{} runs are stopped: those in the queue at once, the others after the current episode. All can be \
              continued later.",
             runs.len()
         ),
     };
-    let title = match stopped.as_slice() {
-        [run] if run.queued => "leave the queue?",
-        [_] => "stop the training?",
-        _ => "stop the runs?",
+    let (title, answer) = match stopped.as_slice() {
+        [run] if run.queued => ("leave the queue?", "leave it"),
+        [_] => ("stop the training?", "stop"),
+        _ => ("stop the runs?", "stop"),
     };
-    let asks = stopped.iter().any(going);
+    let asks = stopped.iter().any(|run| is_going(run));
     let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
     if !asks {
         return stop;
     }
-    vec![Effect::open(Question::warning(title, text, vec![('y', "stop", Effect::All(stop))]))]
+    vec![Effect::open(Question::warning(title, text, vec![('y', answer, Effect::All(stop))]))]
 }
 
 /// Opens each run and applies its command. After several runs, the watched run is opened again.

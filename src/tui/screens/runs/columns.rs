@@ -7,7 +7,6 @@ use super::super::status::bar;
 use super::list::Line;
 use crate::run::Metric;
 use crate::spelling::did_you_mean;
-use crate::stats::Estimate;
 use crate::text::printable;
 use crate::tui::view::{Curves, RunGroup, span};
 use crate::tui::widgets::theme::{Marker, Theme};
@@ -112,9 +111,10 @@ impl Column {
             }
             Kind::Success => percent(line.success()),
             Kind::Interval => match line {
-                Line::Group(RunGroup { success: Some(Estimate { lower, upper, .. }), .. }, _) => {
-                    format!("{:.0}-{:.0} %", 100.0 * lower, 100.0 * upper)
-                }
+                // The interval of one seed would be a point.
+                Line::Group(group, _) if group.seeds() > 1 => group.success.map_or_else(String::new, |success| {
+                    format!("{:.0}-{:.0} %", 100.0 * success.lower, 100.0 * success.upper)
+                }),
                 _ => String::new(),
             },
             Kind::Better => match line {
@@ -125,7 +125,9 @@ impl Column {
             Kind::Curve => sparkline(line.curves(), usize::from(self.width), ui.theme),
             Kind::Seed => match runs.as_slice() {
                 // The runs of a group are sorted by seed.
-                [least, .., greatest] => format!("{}-{}", least.config.seed, greatest.config.seed),
+                [least, .., greatest] if least.config.seed < greatest.config.seed => {
+                    format!("{}-{}", least.config.seed, greatest.config.seed)
+                }
                 _ => first.config.seed.to_string(),
             },
             Kind::Task => first.config.task.name.clone(),

@@ -15,7 +15,7 @@ use super::columns::{self, Column};
 use super::{LineKey, Runs};
 use crate::run::RunState;
 use crate::stats::Estimate;
-use crate::tui::view::{Curves, RunGroup, RunSummary};
+use crate::tui::view::{Curves, RunGroup, RunSummary, seeds_in_words};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
 use crate::tui::widgets::theme::Theme;
@@ -70,7 +70,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs.
+    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its seeds, or
+    /// of its runs if there is less room.
     fn named(&self, columns: usize, several_tasks: bool) -> String {
         match self {
             Self::Run(run, 0) => shortened(&run.name, columns, true),
@@ -82,7 +83,9 @@ impl<'a> Line<'a> {
             }
             Self::Group(group, runs) => {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
-                let whole = format!("{label} ({} seeds)", runs.len());
+                // The runs of a line are ordered by seed.
+                let seeds = runs.chunk_by(|one, next| one.config.seed == next.config.seed).count();
+                let whole = format!("{label} ({})", seeds_in_words(seeds));
                 if width(&whole) <= columns {
                     return whole;
                 }
@@ -337,8 +340,11 @@ pub fn draw(
         let marked = runs.iter().all(|run| state.is_marked(run));
         let mark = [if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
         let (text, style) = line.state(theme);
-        let first =
-            [Text::from(mark), Text::from(line.named(usize::from(name), several_tasks)), Text::styled(text, style)];
+        let first = [
+            Text::from(mark),
+            Text::from(line.named(usize::from(name), several_tasks)),
+            Text::styled(shortened(&text, usize::from(STATE), false), style),
+        ];
         let cell = |column: &Column| {
             let text = shortened(&column.cell(line, ui), usize::from(column.width), false);
             Text::from(text).alignment(column.alignment)

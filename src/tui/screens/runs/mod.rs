@@ -248,16 +248,25 @@ fn about_run(run: &RunSummary) -> String {
     let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
-    let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    format!("{}: {task}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}", run.name)
+    let (tasks, method, seed) = (run.tasks_in_words(), run.config.method.name(), run.config.seed);
+    format!("{}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}", run.name)
 }
 
 fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
-    let seeds: Vec<String> = runs.iter().map(|run| run.config.seed.to_string()).collect();
-    let mut text = format!("{} on {}, seeds {}", group.label, group.task, seeds.join(", "));
+    // The runs are ordered by seed.
+    let mut seeds: Vec<String> = runs.iter().map(|run| run.config.seed.to_string()).collect();
+    seeds.dedup();
+    let word = if seeds.len() == 1 { "seed" } else { "seeds" };
+    let mut text = format!("{} on {}, {word} {}", group.label, group.task, seeds.join(", "));
+    if runs.len() > seeds.len() {
+        text = format!("{text} in {} runs, of which the longest of each seed counts", runs.len());
+    }
     if let Some(success) = group.success {
         let [value, lower, upper] = success.values().map(|share| 100.0 * share);
-        text = format!("{text}: success {value:.0} % (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
+        text = format!("{text}: success {value:.0} %");
+        if group.seeds() > 1 {
+            text = format!("{text} (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
+        }
     }
     match group.improvement {
         Some(improvement) => {
@@ -311,7 +320,7 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let Some(line) = lines.get(selected) else { return vec![Effect::info("there is no run in the list")] };
     match action {
         UiAction::Confirm => watch(line, ui),
-        UiAction::Fold => fold(state, line),
+        UiAction::Fold => fold(state, &lines, line, ui),
         UiAction::Mark => mark(state, line, ui),
         UiAction::PinBaseline => match line {
             Line::Group(group, _) => vec![Effect::PinBaseline(group.label.clone())],
@@ -320,10 +329,12 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
                 None => vec![Effect::info("the runs are still being grouped")],
             },
         },
-        UiAction::Evaluate => {
-            let run = line.runs()[0];
-            vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)]
-        }
+        UiAction::Evaluate => match line.runs().as_slice() {
+            [run] => vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)],
+            _ => {
+                vec![Effect::info(ui.text("only a single run can be evaluated: {fold-group} shows those of the group"))]
+            }
+        },
         UiAction::Compare => {
             if state.marked.is_empty() {
                 state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
@@ -360,15 +371,22 @@ fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
     vec![Effect::apply(command::Open(run.path.clone())), Effect::ShowMessage(Level::Good, text)]
 }
 
-/// Unfolds or folds a group.
-fn fold(state: &mut Runs, line: &Line) -> Vec<Effect> {
-    let Line::Group(..) = line else {
+/// Unfolds or folds a group: that of the selected line, or the one that its run belongs to.
+fn fold(state: &mut Runs, lines: &[Line], line: &Line, ui: &Ui) -> Vec<Effect> {
+    let key = match line {
+        Line::Group(..) => Some(line.key()),
+        Line::Run(run, _) => {
+            let group = ui.view.groups.of(&run.path);
+            group.map(|group| LineKey::Group(group.task.clone(), group.label.clone()))
+        }
+    };
+    let Some((row, key)) = key.and_then(|key| Some((lines.iter().position(|line| line.key() == key)?, key))) else {
         return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
     };
-    let key = line.key();
     if !state.unfolded.remove(&key) {
         state.unfolded.insert(key);
     }
+    state.select_of(lines, row);
     Vec::new()
 }
 
@@ -437,5 +455,15 @@ mod tests {
         }
         let about = about_three(&mut view, 0);
         assert!(about.ends_with("on task1, seeds 0, 1, 2"), "none of its runs has begun: {about}");
+        view.runs.drain(..3);
+        let about = about_three(&mut view, 0);
+        assert!(about.ends_with("to 25 %)"), "there is no other group: {about}");
+        let config = view.runs[0].config.clone();
+        for run in &mut view.runs {
+            Arc::make_mut(run).config = config.clone();
+        }
+        let about = about_three(&mut view, 0);
+        let expected = "seed 0 in 3 runs, of which the longest of each seed counts: success 25 %";
+        assert!(about.ends_with(expected), "{about}");
     }
 }

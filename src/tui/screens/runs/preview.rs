@@ -35,16 +35,45 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
         charts(ui, screens, line).draw(metric, place, buffer, &mut HitRegions::default());
     }
-    let [left, right] = match rest.width >= WIDE {
-        true => Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).spacing(2).areas(rest),
-        false => Layout::vertical([Constraint::Percentage(50), Constraint::Fill(1)]).areas(rest),
+    let beside: [Rect; 2] =
+        Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).spacing(2).areas(rest);
+    let is_wide = rest.width >= WIDE;
+    let width = if is_wide { beside[0].width } else { rest.width };
+    let settings = match line {
+        Line::Run(run, _) => of_run(ui, run, width),
+        Line::Group(_, runs) => of_group(ui, runs, width),
     };
-    let (settings, others) = match line {
-        Line::Run(run, _) => (of_run(ui, run, left.width), files(ui, run, right)),
-        Line::Group(_, runs) => (of_group(ui, runs, left.width), seeds(ui, runs)),
+    let [left, right] = match is_wide {
+        true => beside,
+        false => {
+            // The settings get the rows that they need, but leave a third to the files and the log.
+            let most = rest.height - rest.height / 3;
+            let height = u16::try_from(settings.len()).map_or(most, |height| height.min(most));
+            Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(rest)
+        }
     };
-    Text::from(settings).render(left, buffer);
-    Text::from(others).render(right, buffer);
+    let others = match line {
+        Line::Run(run, _) => files(ui, run, right),
+        Line::Group(_, runs) => seeds(ui, runs, right.width),
+    };
+    Text::from(fitting(ui, settings, left.height)).render(left, buffer);
+    Text::from(fitting(ui, others, right.height)).render(right, buffer);
+}
+
+/// The lines that fit into the rows; if some do not, the last row says how many.
+fn fitting(ui: &Ui, mut text: Vec<TextLine<'static>>, rows: u16) -> Vec<TextLine<'static>> {
+    // The space below the last section.
+    if text.last().is_some_and(|line| line.width() == 0) {
+        text.pop();
+    }
+    let rows = usize::from(rows);
+    if text.len() > rows {
+        let shown = rows.saturating_sub(1);
+        let more = format!("+{} more lines", text.len() - shown);
+        text.truncate(shown);
+        text.push(TextLine::styled(more, ui.theme.faint()));
+    }
+    text
 }
 
 /// Draws only the success, where there is no room for the preview.
@@ -84,13 +113,15 @@ fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
     }
 }
 
+/// The heading of the settings.
+const SETTINGS: &str = "main and differing settings";
+
 /// Lines below a heading; nothing if there are no lines.
-fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>) -> Vec<TextLine<'static>> {
+fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>, width: u16) -> Vec<TextLine<'static>> {
     if text.is_empty() {
         return text;
     }
-    let heading = TextLine::styled(heading.to_owned(), ui.theme.strong());
-    std::iter::once(heading).chain(text).chain([TextLine::default()]).collect()
+    lines(heading, width, ui.theme.strong()).chain(text).chain([TextLine::default()]).collect()
 }
 
 /// The main settings of a run, and those in which it differs from the others on its task.
@@ -101,6 +132,9 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         all.push(("epsilon".to_owned(), config.epsilon.describe()));
     }
     all.push(("episodes".to_owned(), config.episodes.to_string()));
+    if !config.further_tasks.is_empty() {
+        all.push(("tasks".to_owned(), config.tasks().count().to_string()));
+    }
     let differing = ui.view.groups.settings(&run.path).into_iter().flatten();
     all.extend(
         differing
@@ -111,21 +145,24 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
 }
 
 fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
-    let mut text = section(ui, "settings that differ, and the main ones", settings(ui, run, width));
+    let is_noted = !run.note.is_empty() || !run.tags.is_empty();
     let tags = if run.tags.is_empty() { String::new() } else { format!("tags: {}\n", run.tags.join(" ")) };
-    let note = match (run.note.is_empty(), run.tags.is_empty()) {
-        (true, true) => ui.text("{edit-note} writes a note, {edit-tags} gives tags"),
-        _ => printable(&run.note).to_string(),
+    let (note, style) = match is_noted {
+        true => (printable(&run.note).to_string(), Style::new()),
+        false => (ui.text("{edit-note} writes a note, {edit-tags} gives tags"), ui.theme.faint()),
     };
+    let notes = section(ui, "notes", lines(&(tags + &note), width, style).collect(), width);
+    // What a user wrote comes first: what does not fit is cut off at the end.
+    let (mut text, hint) = if is_noted { (notes, Vec::new()) } else { (Vec::new(), notes) };
+    text.extend(section(ui, SETTINGS, settings(ui, run, width), width));
     let marks: Vec<TextLine> = run
         .marks
         .iter()
         .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
         .collect();
-    text.extend(section(ui, "rollouts of practice", practice(run, width)));
-    text.extend(section(ui, "what was done to it", marks));
-    let style = if run.note.is_empty() && run.tags.is_empty() { ui.theme.faint() } else { Style::new() };
-    text.extend(section(ui, "notes", lines(&(tags + &note), width, style).collect()));
+    text.extend(section(ui, "rollouts of practice", practice(run, width), width));
+    text.extend(section(ui, "what was done to it", marks, width));
+    text.extend(hint);
     text
 }
 
@@ -154,11 +191,11 @@ fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
 
 fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
     let shared = runs.first().map_or_else(Vec::new, |run| settings(ui, run, width));
-    section(ui, "settings that differ, and the main ones", shared)
+    section(ui, SETTINGS, shared, width)
 }
 
 /// The runs of a group, one per line.
-fn seeds(ui: &Ui, runs: &[&RunSummary]) -> Vec<TextLine<'static>> {
+fn seeds(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
     let line = |run: &&RunSummary| {
         let success = run.success_text();
         TextLine::raw(format!(
@@ -170,7 +207,7 @@ fn seeds(ui: &Ui, runs: &[&RunSummary]) -> Vec<TextLine<'static>> {
         ))
     };
     let fold = ui.text("seed, state, episodes, success · {fold-group} folds");
-    section(ui, &fold, runs.iter().map(line).collect())
+    section(ui, &fold, runs.iter().map(line).collect(), width)
 }
 
 /// The files of a run, and the end of its log.
@@ -187,11 +224,12 @@ fn files(ui: &Ui, run: &RunSummary, area: Rect) -> Vec<TextLine<'static>> {
         let size = bytes.map_or_else(|| "folder".to_owned(), size);
         TextLine::raw(format!("{:<18} {size:>8}", printable(name).to_string()))
     };
-    let mut text = section(ui, "files", details.files.iter().map(file).collect());
-    let room = usize::from(area.height).saturating_sub(text.len() + 1);
+    let mut text = section(ui, "files", details.files.iter().map(file).collect(), area.width);
+    // At least one line, which counts among those that do not fit.
+    let room = usize::from(area.height).saturating_sub(text.len() + 1).max(1);
     let log: Vec<TextLine> =
         details.log.iter().flat_map(|line| lines(printable(line).as_ref(), area.width, Style::new())).collect();
     let latest = log[log.len().saturating_sub(room)..].to_vec();
-    text.extend(section(ui, "log", latest));
+    text.extend(section(ui, "log", latest, area.width));
     text
 }

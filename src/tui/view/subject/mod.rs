@@ -102,7 +102,8 @@ impl Subject {
                     (if is_edited { view.task.clone() } else { episode.task.clone() }, episode)
                 }
                 None => {
-                    note = live.map(|live| other_task(&live.episode.task, &view.task));
+                    let trained = view.watched.as_ref().zip(live);
+                    note = trained.map(|(watched, live)| other_task(&watched.run, &live.episode.task, &view.task));
                     (view.task.clone(), untouched(&view.task, before))
                 }
             },
@@ -294,8 +295,11 @@ fn is_same_scene(a: &Task, b: &Task) -> bool {
     std::ptr::eq(a, b) || Task { name: b.name.clone(), description: b.description.clone(), ..a.clone() } == *b
 }
 
-fn other_task(trained: &Task, edited: &Task) -> String {
-    if trained.name == edited.name {
+/// What a run trains, whose latest episode is on the task `trained`.
+fn other_task(run: &RunSummary, trained: &Task, edited: &Task) -> String {
+    if !run.config.further_tasks.is_empty() {
+        format!("the run trains {}", run.tasks_in_words())
+    } else if trained.name == edited.name {
         format!("the run trains {} as it was before the edits", trained.name)
     } else {
         format!("the run trains {}", trained.name)

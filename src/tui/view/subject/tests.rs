@@ -113,7 +113,8 @@ fn a_training_on_several_tasks_shows_each_of_them() {
     assert_eq!(next.task().name, view.task.name);
     // A task that is not trained is shown itself.
     view.task = task("task5");
-    assert_eq!(choose(&view, Choice::Latest, None).task().name, "task5");
+    let other = choose(&view, Choice::Latest, None);
+    assert_eq!((other.task().name.as_str(), other.note()), ("task5", Some("the run trains task1 and 1 more task")));
 }
 
 #[test]

@@ -117,6 +117,7 @@ impl SessionWorkspace {
             proposed: Vec::new(),
             proposing: None,
             settings: session.config().clone(),
+            extends_to: session.extends_to(),
             folder: session.folder().to_owned(),
             prior: None,
             prior_state: session.prior_state(),

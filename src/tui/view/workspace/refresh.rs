@@ -29,6 +29,7 @@ impl SessionWorkspace {
         view.proposed = session.proposed().to_vec();
         view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
         view.settings = session.config().clone();
+        view.extends_to = session.extends_to();
         view.folder = session.folder().to_owned();
         view.prior_state = session.prior_state();
         view.prior = session.prior().cloned();

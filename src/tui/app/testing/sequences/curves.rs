@@ -138,6 +138,16 @@ fn the_window_of_episodes_is_moved_and_kept_around_the_crosshair() {
 }
 
 #[test]
+fn keys_that_change_nothing_on_the_curves_say_why() {
+    for key in [".", ",", "space"] {
+        check(typical(), &format!("4 {key}"), &[], "no episode is beside the curves: left moves");
+    }
+    for key in ["H", "L", "0"] {
+        check(typical(), &format!("4 {key}"), &[], "all episodes are shown: z shows fewer");
+    }
+}
+
+#[test]
 fn the_selection_of_curves_wraps_and_pages() {
     let [first, .., last] = Metric::CURVES.map(Metric::title);
     check(typical(), "4 up enter", &[], last);

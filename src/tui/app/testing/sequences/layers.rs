@@ -244,6 +244,17 @@ fn lists_and_questions_accept_letters_too() {
 }
 
 #[test]
+fn only_keys_that_work_are_beside_the_items_of_a_list_and_what_is_cut_is_marked() {
+    check(empty(), "o 9", &["task create/Buckets"], "");
+    let (mut app, _) = app(empty());
+    press(&mut app, "m");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("9 ddpg-adaptive") && !screen.contains("10 open-loop"), "{screen}");
+    let small = text(&shot(&mut app, 60, 20));
+    assert!(small.contains("adaptive DDPG, uniform explora.."), "{small}");
+}
+
+#[test]
 fn a_click_accepts_a_completion_and_an_error_covers_completions() {
     let (mut app, _) = app(typical());
     let place = |app: &mut App, what: &str| {

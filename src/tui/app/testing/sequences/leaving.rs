@@ -46,7 +46,7 @@ fn an_open_question_delays_leaving_until_it_is_answered() {
     let mut view = typical();
     view.dirty = false;
     let (mut app, _) = app(view.clone());
-    press(&mut app, "q w 5 X");
+    press(&mut app, "q w 5 x");
     change_run(&mut view, 1, |run| (run.active, run.state) = (false, RunState::Finished));
     bring(&mut app, view);
     assert!(!app.is_leaving() && app.layers.len() == 1);
@@ -60,7 +60,7 @@ fn a_queued_run_is_shown_as_queued_and_leaving_lists_all_runs() {
     change_run(&mut view, 0, |run| run.queued = true);
     check(view.clone(), "5 / s t a t e : q u e u e d enter enter", &["open runs/old"], "old");
     check(view.clone(), "q", &[], "old waits for a core");
-    check(view, "q", &[], "task1-ddpg-mge-seed0 is being trained, 700 of 2000");
+    check(view, "q", &[], "task1-ddpg-mge-seed0 is being trained.");
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn a_paused_run_does_not_go_on_in_the_background() {
     let (mut alone, _) = app(view.clone());
     press(&mut alone, "q");
     let screen = text(&shot(&mut alone, 120, 40));
-    assert!(screen.contains("is paused, 700 of 2000") && !screen.contains("in the background"), "{screen}");
+    assert!(screen.contains("is paused.") && !screen.contains("in the background"), "{screen}");
     change_run(&mut view, 0, |run| (run.active, run.state) = (true, RunState::Running));
     let (mut app, _) = app(view);
     press(&mut app, "q b");

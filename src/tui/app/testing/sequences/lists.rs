@@ -71,10 +71,12 @@ fn a_long_name_of_a_model_leaves_room_for_its_description() {
     let name = format!("models/{}.safetensors", "x".repeat(60));
     let mut view = empty();
     view.models.push(ModelSummary { name: name.clone(), about: "another".into(), evaluation: None });
+    view.models.push(ModelSummary { name: "talkative".into(), about: "y".repeat(100), evaluation: None });
     let (mut app, _) = app(view);
     press(&mut app, "6");
     let screen = text(&shot(&mut app, 120, 40));
     assert!(screen.contains("xx.safetensors another") && !screen.contains(&name), "{screen}");
+    assert!(screen.contains("yy.."), "a description that does not fit says so\n{screen}");
 }
 
 #[test]
@@ -87,7 +89,10 @@ fn the_errors_of_a_model_have_as_many_columns_as_fit() {
         let screen = text(&shot(&mut app, width, 40));
         let heads = screen.lines().find(|line| line.contains("after contact")).unwrap();
         assert!(heads.contains("constant velocity") && heads.contains("rapier") == is_complete, "{screen}");
+        let named = if is_complete { "; constant velocity and rapier after" } else { "; constant velocity after" };
+        assert!(screen.contains(named), "{screen}");
     }
+    assert!(!text(&shot(&mut app, 80, 24)).contains("after one action"));
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub(super) fn colour_of(app: &mut App, size: (u16, u16), words: &str) -> Color {
 #[test]
 fn a_single_run_is_named_in_questions_and_reports() {
     check(typical(), "5 down X", &[], "delete the run?");
-    check(typical(), "5 down space up space X", &[], "delete the runs?");
+    check(grouped(), "5 X", &[], "delete the runs?");
     let drawn = ["open runs/old", "figure dashboard figures/old-dashboard.png", "open runs/task1-ddpg-mge-seed0"];
     check(typical(), "5 down f", &drawn, "drawing the dashboards of old into figures/");
 }
@@ -94,6 +94,13 @@ fn a_group_whose_runs_all_wait_is_queued() {
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 120, 40));
     assert_eq!(screen.matches("3 queued").count(), 2, "in its line and in the border of the list\n{screen}");
+}
+
+#[test]
+fn a_state_that_does_not_fit_is_shortened_with_a_sign() {
+    let mut view = grouped();
+    change_run(&mut view, 1, |run| run.state = RunState::NotStarted);
+    check(view, "5", &[], "1 not sta.. ");
 }
 
 #[test]

@@ -56,6 +56,9 @@ fn a_note_stands_out_from_the_hint_to_write_one() {
     assert_eq!(colour_of(&mut without, (200, 60), "writes a note"), without.theme.dim);
     let mut with = noted("it holds");
     assert_ne!(colour_of(&mut with, (200, 60), "it holds"), with.theme.dim);
+    let mut long = noted(&"it holds ".repeat(200));
+    let screen = text(&shot(&mut long, 120, 40));
+    assert!(screen.contains("it holds") && screen.contains(" more lines"), "{screen}");
 }
 
 #[test]

@@ -34,6 +34,10 @@ fn a_run_is_deleted_after_a_question() {
     check(typical(), "5 down X", &[], "Everything in runs/old is deleted");
     check(typical(), "5 down X esc", &[], "running");
     check(typical(), "5 down delete y", &["delete runs/old"], "");
+    check(typical(), "5 X", &[], "task1-ddpg-mge-seed0 is being trained: x stops it");
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    check(view, "5 X", &[], "task1-ddpg-mge-seed0 is paused: x stops it");
 }
 
 #[test]
@@ -43,12 +47,17 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     check(typical(), "5 down space space", &[], "runs in runs");
     check(typical(), "5 down space space 4 v", &[], "training · 2 runs");
     check(typical(), "5 down space up space 4 v", &[], "training · 2 runs");
+    let mut view = grouped();
+    view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
+    check(view, "5 space down space 4 v", &[], "training · 1 group · 1 run");
     let both = ["task1-ddpg-mge-seed0", "old"];
-    check(typical(), "5 space down space X", &[], "Everything in 2 runs is deleted");
-    let delete = ["delete runs/old", "delete runs/task1-ddpg-mge-seed0"];
-    check(typical(), "5 space down space X y", &delete, "");
+    check(grouped(), "5 down X", &[], "Everything in 3 runs is deleted");
+    check(typical(), "5 space down space X", &[], "Not deleted, because they");
+    check(typical(), "5 space down space X y", &["delete runs/old"], "");
     let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
-    check(typical(), "5 space down space C", &go_on, "");
+    check(typical(), "5 space down space C", &go_on[1..], "finished: 1 of 2; N sets more episodes");
+    let longer = ViewModel { extends_to: Some(4000), ..typical() };
+    check(longer, "5 space down space C", &go_on, "");
     check(typical(), "5 space down space p", &["pause"], "");
     check(typical(), "5 space down space x", &[], "stop the training?");
     check(typical(), "5 space down space x y", &["stop"], "");
@@ -73,6 +82,7 @@ fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5", &[], "listed, on task1");
     check(grouped(), "5", &[], "3 finished");
     check(grouped(), "5 down tab", &[], "guided-1");
+    check(grouped(), "5 tab down down tab enter", &["open runs/plain-0"], "3 finished");
     check(grouped(), "5 tab tab / n o p e enter", &[], "No run matches this filter");
     check(grouped(), "5 enter", &["open runs/plain-0"], "");
     check(grouped(), "5 down enter", &["open runs/guided-0"], "");
@@ -195,6 +205,7 @@ fn a_filter_resets_the_selection_and_a_deletion_keeps_its_row() {
 fn what_cannot_be_done_with_a_line_is_explained() {
     check(typical(), "5 tab", &[], "a group of runs that differ in the seed only");
     check(grouped(), "5 F", &[], "only a single run can be forked");
+    check(grouped(), "5 v", &[], "only a single run can be evaluated");
     check(grouped(), "5 tab down B", &["pin DDPG"], "");
     check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
     let mut view = typical();
@@ -217,7 +228,7 @@ fn the_question_on_stopping_runs_says_what_happens_to_each() {
         check(view, "5 space down space x", &[], shown);
     };
     asks(0, 0, "none of them is being trained");
-    asks(1, 0, "guided-0 ends after the current episode, 2000 of 2000.");
+    asks(1, 0, "guided-0 ends after the current episode.");
     asks(0, 1, "guided-0 is taken out of the queue.");
     asks(1, 1, "2 runs are stopped: those in the queue at once");
     asks(0, 1, "leave the queue?");

@@ -14,6 +14,18 @@ fn the_schedule_is_drawn_and_applied() {
 }
 
 #[test]
+fn what_is_said_of_epsilon_depends_on_its_kind_and_on_the_method() {
+    let mut view = empty();
+    view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
+    check(view.clone(), "3", &[], "clusters with this probability times");
+    view.settings.method = crate::trainer::Method::Planning;
+    check(view.clone(), "3", &[], "Not used by the method of the next run: planning.");
+    let (mut app, _) = app(view);
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(!screen.contains("by need"), "{screen}");
+}
+
+#[test]
 fn a_schedule_is_drawn_with_the_mouse() {
     let mut view = empty();
     view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();

@@ -34,6 +34,9 @@ fn clusters_are_computed_shown_and_passed_to_the_training() {
     check(typical(), "v v", &[], "clusters of the goal");
     check(empty(), "a", &[], "c computes them");
     check(empty(), "b", &[], "t trains one");
+    let mut single = typical();
+    Arc::make_mut(single.prior.as_mut().unwrap()).stages.truncate(1);
+    check(single, "", &[], "clusters 2 in 1 stage ");
 }
 
 #[test]
@@ -44,7 +47,7 @@ fn stale_clusters_are_grey_and_say_so() {
     let at = cell(&mut app, [0.4, 0.5]);
     let screen = shot(&mut app, 120, 40);
     assert_eq!(screen[at].fg, app.theme.dim);
-    assert!(text(&screen).contains("out of date; c computes them"));
+    assert!(text(&screen).contains("out of date; soon computed again"));
 }
 
 #[test]
@@ -156,6 +159,7 @@ fn a_queued_run_leaves_the_queue_after_a_question() {
     let mut view = typical();
     change_run(&mut view, 1, |run| (run.queued, run.active, run.state) = (true, false, RunState::NotStarted));
     check(view.clone(), "x", &[], "is taken out of the queue");
+    check(view.clone(), "x", &[], "y   leave it");
     check(view, "x y", &["stop"], "");
 }
 
