@@ -66,7 +66,8 @@ pub(super) fn build_stages(
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
             let keep_going = || !model.is_stopped();
-            let (reached, last) = explore(&mut env, &built, stage, config.horizon, &starts, &keep_going, &mut rng);
+            let horizon = built.longer_horizon.unwrap_or(config.horizon);
+            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, &keep_going, &mut rng);
             built.environment_hits = reached.len();
             let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
             if !wanted.is_empty() {
@@ -82,7 +83,7 @@ pub(super) fn build_stages(
 }
 
 /// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
-/// while too few reach the stage.
+/// while too few reach the stage, and longer ones if none does.
 fn imagine(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
@@ -91,16 +92,26 @@ fn imagine(
     rng: &mut ChaCha8Rng,
 ) -> Result<StagePrior> {
     let mut stage = StagePrior::default();
+    let (mut config, longest) = (config.clone(), config.longest_horizon.min(task.rules.max_actions as usize));
+    let mut most = config.most_model_rollouts;
     loop {
-        let rollouts = random_rollouts(task, model, config, starts, rng)?;
+        let rollouts = random_rollouts(task, model, &config, starts, rng)?;
         stage.actions.extend(rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)));
         stage.model_rollouts += rollouts.len();
         stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
-        if stage.model_hits >= config.least_hits || stage.model_rollouts >= config.most_model_rollouts {
+        if stage.model_hits >= config.least_hits {
             break;
         }
+        if stage.model_rollouts >= most {
+            if stage.model_hits > 0 || config.horizon >= longest {
+                break;
+            }
+            config.horizon = (2 * config.horizon).min(longest);
+            stage.longer_horizon = Some(config.horizon);
+            most += config.most_model_rollouts;
+        }
     }
-    stage.clusters = unless_stopped(model, &stage.actions, config, rng)?;
+    stage.clusters = unless_stopped(model, &stage.actions, &config, rng)?;
     Ok(stage)
 }
 

@@ -57,7 +57,8 @@ pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way
 /// To evaluate a candidate, clusters are built, and guided rollouts in the real environment measure how often each
 /// stage is reached from the previous one. The best candidate needs the fewest rollouts to reach every stage once,
 /// one stage after the other; ties go to the one that comes nearest to the goal. The search ends early at a
-/// candidate that needs at most four rollouts. `progress` is called with the number of candidates tried so far.
+/// candidate that needs at most four rollouts. If no candidate reaches the goal, the search is repeated with rollouts
+/// that may last as long as an episode. `progress` is called with the number of candidates tried so far.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -68,6 +69,24 @@ pub fn choose_subgoals(
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
+) -> Result<ChosenSubgoals> {
+    let found = search(task, model, count, config, seed, &mut progress)?;
+    let longest_horizon = task.rules.max_actions as usize;
+    if found.least_reached > 0.0 || longest_horizon <= config.longest_horizon.max(config.horizon) {
+        return Ok(found);
+    }
+    let patient = GuidanceConfig { longest_horizon, ..config.clone() };
+    let again = search(task, model, count, &patient, seed, &mut progress)?;
+    Ok(if again.least_reached > 0.0 { again } else { found })
+}
+
+fn search(
+    task: &Task,
+    model: &dyn RolloutModel,
+    count: usize,
+    config: &GuidanceConfig,
+    seed: u64,
+    progress: &mut impl FnMut(usize),
 ) -> Result<ChosenSubgoals> {
     progress(0);
     let most_model_rollouts = config.most_model_rollouts.min(MOST_ROUNDS * config.model_rollouts);
@@ -123,7 +142,7 @@ impl Candidate {
         let mut distances: Vec<f32> = Vec::with_capacity(ROLLOUTS);
         for _ in 0..ROLLOUTS {
             env.restore(&starts[rng.gen_range(0..starts.len())]);
-            distances.push(play(&mut env, &prior, config.horizon, &mut rng));
+            distances.push(play(&mut env, &prior, prior.horizon(subgoals.len()), &mut rng));
             goals += usize::from(env.snapshot().goal_reached());
         }
         distances.sort_by(f32::total_cmp);
@@ -219,6 +238,15 @@ mod tests {
         let choice = choose(&task);
         assert_eq!((choice.subgoals.len(), choice.candidates), (0, 1));
         assert!(choice.least_reached >= 1.0 / FEW);
+    }
+
+    #[test]
+    fn a_goal_far_away_is_found_by_longer_rollouts() {
+        let task = load("task1").unwrap();
+        let config = GuidanceConfig { horizon: 2, longest_horizon: 2, most_model_rollouts: 1200, ..Default::default() };
+        let short = search(&task, &TruePhysics, 0, &config, 0, &mut |_| ()).unwrap();
+        let choice = choose_subgoals(&task, &TruePhysics, 0, &config, 0, |_| ()).unwrap();
+        assert!(short.is_failure() && choice.least_reached > 0.0, "{short:?} {choice:?}");
     }
 
     #[test]

@@ -18,6 +18,9 @@ pub struct GuidanceConfig {
     pub most_model_rollouts: usize,
     /// Actions in a rollout.
     pub horizon: usize,
+    /// While no rollout reaches a stage even so, they become twice as long, up to this many actions and the task's
+    /// maximum.
+    pub longest_horizon: usize,
     /// Rollouts in the real environment, over all stages (paper: 200 for each task).
     pub environment_rollouts: usize,
     /// Which actions of a successful rollout are stored.
@@ -48,6 +51,7 @@ impl Default for GuidanceConfig {
             least_hits: 4,
             most_model_rollouts: 20_000,
             horizon: 8,
+            longest_horizon: 8,
             environment_rollouts: 200,
             rewarding: Rewarding::default(),
             clusters: ClusterCount::Fixed(3),
@@ -82,7 +86,7 @@ pub enum GuidanceError {
 }
 
 /// The numeric settings of [`GuidanceConfig`].
-pub const SETTINGS: [Setting; 8] = [
+pub const SETTINGS: [Setting; 9] = [
     Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
     Setting::count("least_hits", 0, 100_000, "rollouts that must reach a stage, otherwise another batch is made"),
     Setting::count(
@@ -92,6 +96,12 @@ pub const SETTINGS: [Setting; 8] = [
         "model rollouts for each stage after which no further batch is made",
     ),
     Setting::count("horizon", 1, 100, "actions in a rollout"),
+    Setting::count(
+        "longest_horizon",
+        1,
+        100,
+        "actions up to which rollouts become longer while none of them reaches a stage",
+    ),
     Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),
     Setting::count("clusters.fixed", 1, 100, "clusters for each stage"),
     Setting::count("clusters.silhouette", 2, 100, "clusters for each stage at most, the best number by silhouette"),

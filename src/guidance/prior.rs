@@ -24,6 +24,9 @@ pub struct StagePrior {
     pub model_rollouts: usize,
     /// Number of model rollouts predicted to reach the stage.
     pub model_hits: usize,
+    /// Actions in a rollout, if longer ones than [`GuidanceConfig::horizon`] were necessary.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longer_horizon: Option<usize>,
     /// Number of rollouts in the real environment (0 for the last stage).
     pub environment_rollouts: usize,
     /// Number of real rollouts that reached the stage and can continue from there.
@@ -50,6 +53,11 @@ pub struct ActionPrior {
 impl ActionPrior {
     /// The format version that this program reads and writes.
     pub const VERSION: u32 = 1;
+
+    /// Actions in a rollout towards a stage.
+    pub fn horizon(&self, stage: usize) -> usize {
+        self.stages.get(stage).and_then(|stage| stage.longer_horizon).unwrap_or(self.config.horizon)
+    }
 
     /// A prior without clusters: every stage samples uniformly.
     pub fn uniform(task: &Task, seed: u64) -> Self {

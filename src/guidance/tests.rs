@@ -135,6 +135,39 @@ fn more_rollouts_are_made_if_few_reach_a_stage() {
     }
 }
 
+/// A model in which the stage is reached by sequences of at least so many actions.
+#[derive(Debug)]
+struct Slow(usize);
+
+impl RolloutModel for Slow {
+    fn rollouts(&self, _: &Arc<Task>, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let roll_out = |sequence: &Vec<Action>| Rollout { hit: sequence.len() >= self.0, ..Rollout::default() };
+        Ok(sequences.iter().map(roll_out).collect())
+    }
+}
+
+#[test]
+fn rollouts_become_longer_while_none_reaches_a_stage() {
+    let mut task = Task { subgoals: Vec::new(), ..task::load("task1").unwrap() };
+    task.rules.max_actions = 20;
+    let task = Arc::new(task);
+    for (needed, longest_horizon, (horizon, rollouts, hits)) in [
+        (8, 32, (8, 50, 50)),
+        (9, 32, (16, 150, 50)),
+        (20, 32, (20, 250, 50)),
+        (21, 32, (20, 300, 0)),
+        (16, 12, (12, 200, 0)),
+        (9, 8, (8, 100, 0)),
+    ] {
+        let config =
+            GuidanceConfig { model_rollouts: 50, most_model_rollouts: 100, longest_horizon, ..Default::default() };
+        let prior = build(&task, &Slow(needed), "", &config, 0, |_| ()).unwrap().unwrap();
+        let stage = &prior.stages[0];
+        let found = (prior.horizon(0), stage.model_rollouts, stage.model_hits);
+        assert_eq!(found, (horizon, rollouts, hits), "{needed} {longest_horizon}");
+    }
+}
+
 #[test]
 fn the_plan_that_hits_soonest_is_taken() {
     let task = Arc::new(task::load("task1").unwrap());

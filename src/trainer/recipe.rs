@@ -98,6 +98,8 @@ fn adapt(config: &mut RunConfig) {
     config.noise_decay.final_scale = 1.0;
     (config.refinement.every, config.refinement.least) = (50, 8);
     config.practice.rollouts = 200;
+    // Longer than the episodes of most tasks, which limit it too.
+    config.guidance.longest_horizon = 32;
     config.actor_rate_decay.final_scale = 0.05;
     config.hold_tolerance = Some(0.1);
     let ddpg = &mut config.ddpg;

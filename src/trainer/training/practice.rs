@@ -95,7 +95,7 @@ impl Training {
         let stage = self.env.snapshot().stage();
         let mut played = Played::after(self.env.snapshot().placed().len());
         let mut observation = tools::observed(&self.env);
-        for _ in 0..self.config.guidance.horizon {
+        for _ in 0..prior.horizon(stage) {
             if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
             }
