@@ -70,13 +70,13 @@ pub fn choose_subgoals(
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<ChosenSubgoals> {
-    let found = search(task, model, count, config, seed, &mut progress)?;
-    let longest_horizon = task.rules.max_actions as usize;
-    if found.least_reached > 0.0 || longest_horizon <= config.longest_horizon.max(config.horizon) {
+    let with = |longest_horizon| GuidanceConfig { longest_horizon, ..config.clone() };
+    let found = search(task, model, count, &with(config.horizon), seed, &mut progress)?;
+    let longest = task.rules.max_actions as usize;
+    if found.least_reached > 0.0 || longest <= config.horizon {
         return Ok(found);
     }
-    let patient = GuidanceConfig { longest_horizon, ..config.clone() };
-    let again = search(task, model, count, &patient, seed, &mut progress)?;
+    let again = search(task, model, count, &with(longest), seed, &mut progress)?;
     Ok(if again.least_reached > 0.0 { again } else { found })
 }
 
