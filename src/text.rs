@@ -1,7 +1,7 @@
-//! Makes text from files and users safe to display.
+//! Makes text from files and users safe to display; counts in words.
 
 use std::borrow::Cow;
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 /// One line of text without anything a terminal would interpret: control characters, including line breaks, and
 /// bidirectional formatting characters are written as escapes such as `\u{1b}`.
@@ -32,6 +32,12 @@ fn escape(text: &str, is_unsafe: impl Fn(char) -> bool) -> Cow<'_, str> {
         }
     }
     Cow::Owned(escaped)
+}
+
+/// A count with its noun, which gets an s unless the count is 1.
+pub fn counted<N: Display + PartialEq + From<u8>>(count: N, noun: &str) -> String {
+    let ending = if count == N::from(1) { "" } else { "s" };
+    format!("{count} {noun}{ending}")
 }
 
 /// Most characters of a value that an error message shows.

@@ -12,6 +12,7 @@ use crate::stats::aggregate::iqm;
 use crate::stats::profile::profile_intervals;
 use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, StatsError, TaskScores};
+use crate::text::counted;
 
 /// Number of threshold steps of a performance profile.
 const PROFILE_POINTS: usize = 100;
@@ -161,7 +162,7 @@ pub fn performance_profile(
     Ok(PerformanceProfile {
         measure: format!("final success rate (last {WINDOW} episodes)"),
         statistics: Statistics {
-            centre: format!("Runs on {tasks} {}, each", if tasks == 1 { "task" } else { "tasks" }),
+            centre: format!("Runs on {}, each", counted(tasks, "task")),
             interval: "95 % stratified bootstrap interval".to_owned(),
             seeds: seeds().max().unwrap_or(0),
             fewest_seeds: seeds().min(),

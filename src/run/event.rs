@@ -6,6 +6,7 @@ use compact_str::CompactString;
 use serde::{Deserialize, Serialize};
 
 use super::number;
+use crate::text::counted;
 
 /// One finished episode: a row of `metrics.csv` and the body of [`Event::EpisodeFinished`].
 ///
@@ -292,16 +293,11 @@ impl fmt::Display for Event {
             Event::NeedsChanged { episode, needs } => {
                 write!(f, "episode {episode}: need for exploration {needs:.2?} by stage")
             }
-            Event::Finished { episode } => write!(f, "finished after {}", counted(*episode)),
-            Event::Stopped { episode, reason } => write!(f, "stopped after {}: {reason}", counted(*episode)),
-            Event::Failed { episode, reason } => write!(f, "failed after {}: {reason}", counted(*episode)),
+            Event::Finished { episode } => write!(f, "finished after {}", counted(*episode, "episode")),
+            Event::Stopped { episode, reason } => write!(f, "stopped after {}: {reason}", counted(*episode, "episode")),
+            Event::Failed { episode, reason } => write!(f, "failed after {}: {reason}", counted(*episode, "episode")),
         }
     }
-}
-
-/// A number of episodes in words.
-fn counted(episodes: u64) -> String {
-    if episodes == 1 { "1 episode".to_owned() } else { format!("{episodes} episodes") }
 }
 
 /// An event with the time when it was written: a line of `events.jsonl`.

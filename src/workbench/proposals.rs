@@ -8,6 +8,7 @@ use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
 use crate::guidance::{ChosenSubgoals, InterruptibleModel, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::task::{Region, Task};
+use crate::text::counted;
 use crate::trainer::{RunConfig, rollout_model};
 
 /// The inputs of proposals, which exclude the task's own subgoals.
@@ -31,7 +32,7 @@ impl Session {
         let key = inputs(&config);
         let work = move |reporter: &Reporter| search(&config, count, reporter);
         self.start_job(Propose(Some(count)), work, move |session, result| session.take_proposals(&key, count, result?));
-        Ok(format!("looking for {}", subgoals(count)))
+        Ok(format!("looking for {}", counted(count, "subgoal")))
     }
 
     /// Cancels a search for subgoals.
@@ -57,7 +58,7 @@ impl Session {
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
         Ok(format!(
             "{}{all} proposed: each stage was reached by {percent:.0} % of the guided rollouts or more",
-            subgoals(found)
+            counted(found, "subgoal")
         ))
     }
 
@@ -79,10 +80,6 @@ fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Chose
     let progress = |tried| _ = reporter.progress(tried, TRIALS);
     choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
         .map_err(|error| error.to_string())
-}
-
-fn subgoals(count: usize) -> String {
-    if count == 1 { "1 subgoal".to_owned() } else { format!("{count} subgoals") }
 }
 
 #[cfg(test)]

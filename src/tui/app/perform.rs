@@ -9,10 +9,9 @@ use crate::run::RunState;
 use crate::task;
 use crate::trainer::non_default_settings;
 use crate::tui::actions::{Tab, UiAction};
-use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette, Help};
-use crate::tui::screens::{Ui, figures, lists, log, models, runs, scene, schedule, training};
+use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
 use crate::tui::view::{Beside, Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
 
@@ -107,7 +106,7 @@ impl App {
         let effects = match tab {
             Tab::Scene | Tab::Edit => scene::perform(&mut screens.scene, &ui, action),
             Tab::Schedule => schedule::perform(&mut screens.schedule, &ui, action),
-            Tab::Training => match without_effect(screens.curves.range, &ui, action) {
+            Tab::Training => match training::without_effect(&screens.curves, &ui, action) {
                 Some(why) => vec![Effect::info(ui.text(why))],
                 None if scene::is_playback(action) => scene::perform(&mut screens.scene, &ui, action),
                 None => training::perform(&mut screens.curves, &screens.runs, &ui, action),
@@ -350,19 +349,5 @@ impl App {
             }
             tab => lists::select_row(&mut self.screens.lists, tab, row),
         }
-    }
-}
-
-/// Why an action on the Training screen would change nothing that is shown; None if it may.
-fn without_effect(range: Range, ui: &Ui, action: UiAction) -> Option<&'static str> {
-    let is_past = matches!(ui.subject.choice(), Choice::Past(_));
-    match action {
-        UiAction::PlayPause | UiAction::StepOn | UiAction::StepBack if !is_past => {
-            Some("no episode is beside the curves: {crosshair-left} moves the crosshair to one")
-        }
-        UiAction::FarLeft | UiAction::FarRight | UiAction::WholeRange if range == Range::Whole => {
-            Some("all episodes are shown: {zoom-in} shows fewer")
-        }
-        _ => None,
     }
 }

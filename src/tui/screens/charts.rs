@@ -10,8 +10,9 @@ use super::training::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
 use crate::run::{Metric, RunState};
 use crate::stats::rolling::WINDOW;
+use crate::text::counted;
 use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart, shortenings};
-use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel, seeds_in_words};
+use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
 
 /// Something with a curve: a run, with its group if that has several runs, or a whole group.
 #[derive(Clone, Copy)]
@@ -33,7 +34,7 @@ impl<'a> Shown<'a> {
         match self {
             Self::Run(run, None) => run.label.clone(),
             Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.config.seed),
-            Self::Group(group, _) => format!("{}, {}", group.label, seeds_in_words(group.seeds())),
+            Self::Group(group, _) => format!("{}, {}", group.label, counted(group.seeds(), "seed")),
         }
     }
 

@@ -9,6 +9,7 @@ use ratatui::widgets::Widget;
 use super::Ui;
 use super::pane::pane;
 use crate::run::{Metric, RunState};
+use crate::text::counted;
 use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::shortened;
@@ -50,8 +51,7 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     let theme = ui.theme;
     let count = |prior: &crate::guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
-        let stages = prior.stages.len();
-        format!("{clusters} in {stages} {}", if stages == 1 { "stage" } else { "stages" })
+        format!("{clusters} in {}", counted(prior.stages.len(), "stage"))
     };
     if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&view.prior_failure, &view.prior_state) {
         return (format!("failed: {reason}"), Some(theme.bad));

@@ -15,7 +15,7 @@ use super::runs::Runs;
 use super::workbench::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
 use crate::run::Metric;
-use crate::text::printable;
+use crate::text::{counted, printable};
 use crate::tui::actions::UiAction;
 use crate::tui::chart::{ChartCache, Range, Scale};
 use crate::tui::effect::Effect;
@@ -267,11 +267,7 @@ fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
         [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),
         shown => {
             let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
-            let count = |count: usize, word: &str| match count {
-                0 => String::new(),
-                1 => format!("1 {word}"),
-                several => format!("{several} {word}s"),
-            };
+            let count = |count: usize, word| if count > 0 { counted(count, word) } else { String::new() };
             let parts = ["training".to_owned(), count(groups, "group"), count(shown.len() - groups, "run")];
             fitting(&parts, room)
         }
@@ -331,6 +327,20 @@ fn nothing(curves: &CurvesState, ui: &Ui) -> String {
         true => "There is nothing to compare. Mark runs with {mark-run} on the Runs screen ({screen-runs}), or watch one.",
         false => "Nothing has been trained yet. {train} starts a training with the settings on the Scene screen; {screen-runs} shows past runs.",
     })
+}
+
+/// Why an action on this screen would change nothing that is shown; None if it may.
+pub fn without_effect(curves: &CurvesState, ui: &Ui, action: UiAction) -> Option<&'static str> {
+    let is_past = matches!(ui.subject.choice(), Choice::Past(_));
+    match action {
+        UiAction::PlayPause | UiAction::StepOn | UiAction::StepBack if !is_past => {
+            Some("no episode is beside the curves: {crosshair-left} moves the crosshair to one")
+        }
+        UiAction::FarLeft | UiAction::FarRight | UiAction::WholeRange if curves.range == Range::Whole => {
+            Some("all episodes are shown: {zoom-in} shows fewer")
+        }
+        _ => None,
+    }
 }
 
 /// What an action does on this screen.

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Curves, RunSummary, ViewModel, seeds_in_words};
+use super::{Curves, RunSummary, ViewModel};
 use crate::evidence::{FINAL, Groups, LearningRow, distinguish};
 use crate::run::{Metric, RunState};
 use crate::stats::aggregate::trimmed_mean;
 use crate::stats::bootstrap::quantile;
 use crate::stats::{Bootstrap, Estimate};
+use crate::text::counted;
 use crate::workbench::Job;
 
 /// Bootstrap resamples of an interval on screen.
@@ -57,14 +58,14 @@ impl RunGroup {
     pub fn progress(&self, view: &ViewModel) -> String {
         let is_finished = |path: &&PathBuf| view.run(path).is_some_and(|run| run.state == RunState::Finished);
         let finished = self.counted.iter().filter(is_finished).count();
-        format!("{finished} of {} finished", seeds_in_words(self.seeds()))
+        format!("{finished} of {} finished", counted(self.seeds(), "seed"))
     }
 
     /// Its label and number of seeds, and that of its runs if several have the same seed.
     pub fn title(&self) -> String {
         let (seeds, runs) = (self.seeds(), self.runs.len());
         let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
-        format!("{} ({}{of_runs})", self.label, seeds_in_words(seeds))
+        format!("{} ({}{of_runs})", self.label, counted(seeds, "seed"))
     }
 }
 

@@ -37,6 +37,7 @@ use crate::env::{EndReason, Snapshot};
 use crate::guidance::ActionPrior;
 use crate::run::{Metric, Practised, RunState};
 use crate::task::{Region, Task};
+use crate::text::counted;
 use crate::trainer::{RunConfig, Trace};
 use crate::tui::scene::Objects;
 use crate::workbench::{PriorState, run_label};
@@ -276,11 +277,6 @@ impl ViewModel {
     }
 }
 
-/// A number of seeds in words.
-pub fn seeds_in_words(seeds: usize) -> String {
-    if seeds == 1 { "1 seed".to_owned() } else { format!("{seeds} seeds") }
-}
-
 impl RunSummary {
     /// A summary from the settings of a run, before its log is read.
     pub fn new(path: &Path, config: Arc<RunConfig>, state: RunState) -> Self {
@@ -316,8 +312,7 @@ impl RunSummary {
         let first = &self.config.task.name;
         match self.config.further_tasks.len() {
             0 => first.clone(),
-            1 => format!("{first} and 1 more task"),
-            more => format!("{first} and {more} more tasks"),
+            more => format!("{first} and {}", counted(more, "more task")),
         }
     }
 

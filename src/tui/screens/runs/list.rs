@@ -15,7 +15,8 @@ use super::columns::{self, Column};
 use super::{LineKey, Runs};
 use crate::run::RunState;
 use crate::stats::Estimate;
-use crate::tui::view::{Curves, RunGroup, RunSummary, seeds_in_words};
+use crate::text::counted;
+use crate::tui::view::{Curves, RunGroup, RunSummary};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
 use crate::tui::widgets::theme::Theme;
@@ -85,7 +86,7 @@ impl<'a> Line<'a> {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
                 // The runs of a line are ordered by seed.
                 let seeds = runs.chunk_by(|one, next| one.config.seed == next.config.seed).count();
-                let whole = format!("{label} ({})", seeds_in_words(seeds));
+                let whole = format!("{label} ({})", counted(seeds, "seed"));
                 if width(&whole) <= columns {
                     return whole;
                 }
