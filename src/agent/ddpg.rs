@@ -26,8 +26,6 @@ pub struct Ddpg {
     pub(super) proven: Option<Mlp>,
     pub(super) actor_optimiser: Optimiser,
     pub(super) critic_optimiser: Optimiser,
-    /// Factor of the actor's learning rate.
-    pub(super) actor_rate_scale: f32,
     pub(super) device: Cpu,
 }
 
@@ -139,7 +137,6 @@ impl Ddpg {
             critic_optimiser: Optimiser::new(config.optimiser, &[&critic]),
             held: None,
             proven: None,
-            actor_rate_scale: 1.0,
             config: config.clone(),
             options,
             device: Cpu::default(),
@@ -190,11 +187,6 @@ impl Ddpg {
     /// Number of updates made.
     pub fn updates(&self) -> u64 {
         self.critic_optimiser.steps()
-    }
-
-    /// Multiplies the actor's learning rate by `scale` from now on.
-    pub fn set_actor_rate_scale(&mut self, scale: f32) {
-        self.actor_rate_scale = scale;
     }
 
     /// Acts with a copy of the target actor, which averages the actor's recent changes, until another call
@@ -325,7 +317,7 @@ impl Ddpg {
         metrics.actor_gradient_norm = self.actor_optimiser.update(
             &mut [&mut self.actor],
             &mut loss.backward(),
-            self.config.actor_learning_rate * self.actor_rate_scale,
+            self.config.actor_learning_rate,
         )? as f32;
 
         // θ' ← τ θ + (1 - τ) θ'

@@ -142,11 +142,6 @@ impl Learner {
         &mut self.ddpg
     }
 
-    /// Multiplies the actor's learning rate by `scale` from now on.
-    pub fn set_actor_rate_scale(&mut self, scale: f32) {
-        self.ddpg.set_actor_rate_scale(scale);
-    }
-
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
     /// `self.ddpg().act(observation)`. With options, noise is added before the choice among them.
     ///

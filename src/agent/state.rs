@@ -177,7 +177,6 @@ impl Ddpg {
             proven: has_proven_policy.then(|| network(&actor, "proven_actor")).transpose()?,
             actor_optimiser: load_optimiser(file, "actor_optimiser", &config)?,
             critic_optimiser: load_optimiser(file, "critic_optimiser", &config)?,
-            actor_rate_scale: 1.0,
             device: Default::default(),
             options,
             config,

@@ -455,21 +455,3 @@ fn a_share_of_the_minibatch_is_from_segments() {
     learner.sample(32);
     assert_eq!(learner.batch.imitated, 8);
 }
-
-#[test]
-fn the_rate_of_the_actor_is_scaled() {
-    let config = DdpgConfig { optimiser: OptimiserKind::Sgd, ..small() };
-    let ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
-    let moved = |scale: f32| {
-        let mut updated = ddpg.clone();
-        updated.set_actor_rate_scale(scale);
-        updated.update(&any_batch(2)).unwrap();
-        let bias = |ddpg: &Ddpg| tensors(ddpg).into_iter().find(|(name, _)| name == "actor.2.bias").unwrap().1;
-        let (before, after) = (bias(&ddpg), bias(&updated));
-        after.iter().zip(before).map(|(after, before)| f64::from(*after) - f64::from(before)).collect::<Vec<f64>>()
-    };
-    assert!(moved(0.0).iter().all(|step| *step == 0.0));
-    for (half, whole) in moved(0.5).into_iter().zip(moved(1.0)) {
-        assert!(whole != 0.0 && (half - 0.5 * whole).abs() < 0.01 * whole.abs(), "{half} and {whole}");
-    }
-}

@@ -8,9 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::fork::Fork;
 use super::method::{Method, PriorSource};
-use super::parts::{
-    ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement,
-};
+use super::parts::{Evaluation, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement};
 use crate::agent::{self, DdpgConfig};
 use crate::guidance::{self, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use crate::physics::{ACTION_SET, ToolSplit};
@@ -50,13 +48,13 @@ pub struct RunConfig {
     /// Annealing of the exploration noise.
     #[serde(default)]
     pub noise_decay: NoiseDecay,
-    /// Annealing of the actor's learning rate.
-    #[serde(default)]
-    pub actor_rate_decay: ActorRateDecay,
     /// With exploration by need: a copy of the policy acts until more than this share of its last
     /// greedy attempts at some stage has failed, and is then replaced; none if the actor itself acts.
     #[serde(default)]
     pub hold_tolerance: Option<f32>,
+    /// With exploration by need: the number of steps for each update while no stage needs exploration.
+    #[serde(default = "default_mastered_update_interval")]
+    pub mastered_update_interval: u32,
     /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;
     /// none for the task's own.
     #[serde(default)]
@@ -121,6 +119,10 @@ fn default_episodes() -> u32 {
     2000
 }
 
+fn default_mastered_update_interval() -> u32 {
+    1
+}
+
 fn default_tool_candidates() -> usize {
     8
 }
@@ -133,28 +135,22 @@ fn default_epsilon() -> EpsilonSchedule {
 const MOST_TASKS: usize = 1000;
 
 /// The numeric settings of the run itself.
-const SETTINGS: [Setting; 21] = [
+const SETTINGS: [Setting; 20] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
     Setting::number("noise_decay.share", 0.0, 1.0, "share of the episodes after which the scale would be 0"),
-    Setting::number(
-        "actor_rate_decay.begin",
-        0.0,
-        1.0,
-        "share of the episodes after which the actor's learning rate shrinks",
-    ),
-    Setting::number(
-        "actor_rate_decay.final_scale",
-        0.0,
-        1.0,
-        "scale of the actor's learning rate at the end; 1 keeps it constant",
-    ),
     Setting {
         path: "hold_tolerance",
         range: Range::NumberOrNull(0.0, 1.0),
         about: "share of failed greedy attempts above which the held policy is exchanged; null to hold none",
     },
+    Setting::count(
+        "mastered_update_interval",
+        1,
+        1000,
+        "steps for each update while no stage needs exploration, with exploration by need",
+    ),
     Setting {
         path: "start_noise",
         range: Range::NumberOrNull(0.0, 1.0),
@@ -230,8 +226,8 @@ impl RunConfig {
             epsilon: default_epsilon(),
             granularity: Granularity::default(),
             noise_decay: NoiseDecay::default(),
-            actor_rate_decay: ActorRateDecay::default(),
             hold_tolerance: None,
+            mastered_update_interval: default_mastered_update_interval(),
             start_noise: None,
             observation: Observation::default(),
             tools: None,

@@ -9,14 +9,28 @@ use super::exploration::Attempts;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Hold {
-    /// Latest attempts of the acting policy.
-    attempts: Attempts,
-    /// Number of its attempts since it began to act.
-    age: u64,
+    /// Latest attempts of the acting policy since it began or returned to act.
+    latest: Attempts,
+    /// All attempts of the acting policy.
+    acting: Record,
     /// Whether the acting policy is the proven one.
     proven_acts: bool,
-    /// Number of attempts of the proven policy before it first failed; none if no policy is proven.
-    proven_age: Option<u64>,
+    /// All attempts of the proven policy, until it last failed; none if no policy is proven.
+    proven: Option<Record>,
+}
+
+/// The attempts of a policy at all stages.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Record {
+    attempts: u64,
+    failures: u64,
+}
+
+impl Record {
+    fn failed_share(self) -> f64 {
+        self.failures as f64 / self.attempts as f64
+    }
 }
 
 /// The acting policy has failed too often; decides what acts next.
@@ -38,24 +52,27 @@ impl Hold {
 
     /// Records a greedy attempt at a stage. The policy has failed when more than the share `tolerance` of
     /// its last `kept` attempts at the stage did not reach it. It becomes the proven one if it made at
-    /// least `kept` attempts, and more than the one proven so far.
+    /// least `kept` attempts, and a smaller share of them failed than of those of the one proven so far.
     pub fn note(&mut self, stage: usize, reached: bool, kept: u32, tolerance: f32) -> Option<Failure> {
-        self.attempts.note(stage, reached, kept);
-        self.age += 1;
-        if self.attempts.failures(stage) <= tolerance {
+        self.latest.note(stage, reached, kept);
+        self.acting.attempts += 1;
+        self.acting.failures += u64::from(!reached);
+        if self.latest.failures(stage) <= tolerance {
             return None;
         }
-        let least = self.proven_age.map_or(u64::from(kept), |age| age + 1);
-        let failure = match self.proven_acts {
-            false if self.age >= least => Failure::Proven,
-            false if self.proven_age.is_some() => Failure::Worse,
-            _ => Failure::Unproven,
+        let is_better = self.proven.is_none_or(|proven| self.acting.failed_share() < proven.failed_share());
+        let failure = match self.proven {
+            _ if self.proven_acts => Failure::Unproven,
+            _ if is_better && self.acting.attempts >= kept.into() => Failure::Proven,
+            Some(_) => Failure::Worse,
+            None => Failure::Unproven,
         };
-        *self = Self {
-            proven_acts: failure == Failure::Worse,
-            proven_age: if failure == Failure::Proven { Some(self.age) } else { self.proven_age },
-            ..Self::default()
-        };
+        if self.proven_acts || failure == Failure::Proven {
+            self.proven = Some(self.acting);
+        }
+        self.proven_acts = failure == Failure::Worse;
+        self.acting = self.proven.filter(|_| self.proven_acts).unwrap_or_default();
+        self.latest = Attempts::default();
         Some(failure)
     }
 }
@@ -88,7 +105,11 @@ mod tests {
         assert_eq!(play(&mut hold, 10), Failure::Proven);
         assert_eq!(play(&mut hold, 3), Failure::Worse);
         assert_eq!(play(&mut hold, 5), Failure::Unproven, "the proven one fails: a new one is tried");
-        assert_eq!(play(&mut hold, 20), Failure::Proven, "better than the proven one");
+        // The proven one has failed 4 of 19 times by now.
+        assert_eq!(play(&mut hold, 7), Failure::Worse, "2 of 9 failed");
+        assert_eq!(play(&mut hold, 9), Failure::Unproven);
+        // 6 of 30 by now.
+        assert_eq!(play(&mut hold, 9), Failure::Proven, "2 of 11 failed");
     }
 
     #[test]

@@ -132,7 +132,7 @@ impl Method {
             "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "model_replay" => self == Self::ModelReplay,
             "planner" => self == Self::Planning,
-            "ddpg" | "observation" | "noise_decay" | "actor_rate_decay" | "hold_tolerance" | "evaluation" => {
+            "ddpg" | "observation" | "noise_decay" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => {
                 self.learns()
             }
             _ => true,

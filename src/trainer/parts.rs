@@ -67,32 +67,6 @@ impl NoiseDecay {
     }
 }
 
-/// Annealing of the actor's learning rate: after the share `begin` of the episodes, its scale falls
-/// linearly from 1 to `final_scale` at the end.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ActorRateDecay {
-    /// Share of the run's episodes after which it begins.
-    pub begin: f32,
-    /// Scale of the rate at the end; 1 keeps it constant.
-    pub final_scale: f32,
-}
-
-impl Default for ActorRateDecay {
-    fn default() -> Self {
-        Self { begin: 0.3, final_scale: 1.0 }
-    }
-}
-
-impl ActorRateDecay {
-    /// Scale of the rate in an episode, counted from 0, of a run of `episodes` episodes.
-    pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
-        let begin = self.begin * episodes as f32;
-        let share = ((episode as f32 - begin) / (episodes as f32 - begin).max(1.0)).clamp(0.0, 1.0);
-        1.0 + (self.final_scale - 1.0) * share
-    }
-}
-
 /// Evaluation of the greedy policy during training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

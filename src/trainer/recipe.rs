@@ -6,6 +6,7 @@ use super::config::RunConfig;
 use super::method::{Method, PriorSource};
 use super::parts::Observation;
 use super::setting::non_default_settings;
+use crate::agent::DdpgConfig;
 use crate::env::{BALL_POSITION, TARGET_POSITION};
 use crate::guidance::{ClusterCount, EpsilonSchedule};
 use crate::nn::Activation;
@@ -25,8 +26,8 @@ impl RunConfig {
             adapt(&mut config);
         }
         if tools.is_some() {
-            // Observations are many times as long, so limit the memory.
-            config.ddpg.replay_capacity = 50_000;
+            // Observations are many times as long, so limit the memory and the time of an update.
+            (config.ddpg.replay_capacity, config.ddpg.hidden) = (50_000, DdpgConfig::default().hidden);
             config.ddpg.action_origin = config.ddpg.action_origin.map(|_| TARGET_POSITION);
             config.refinement.every = 0;
             config.prior = PriorSource::TruePhysics;
@@ -100,10 +101,9 @@ fn adapt(config: &mut RunConfig) {
     config.practice.rollouts = 200;
     // Longer than the episodes of most tasks, which limit it too.
     config.guidance.longest_horizon = 32;
-    config.actor_rate_decay.final_scale = 0.05;
-    config.hold_tolerance = Some(0.1);
+    (config.hold_tolerance, config.mastered_update_interval) = (Some(0.1), 4);
     let ddpg = &mut config.ddpg;
     (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, 0.1);
     (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);
-    (ddpg.activation, ddpg.action_origin) = (Activation::RmsRelu, Some(BALL_POSITION));
+    (ddpg.hidden, ddpg.activation, ddpg.action_origin) = (128, Activation::RmsRelu, Some(BALL_POSITION));
 }

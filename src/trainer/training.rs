@@ -216,7 +216,6 @@ impl Training {
         let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
         let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
         self.learner.set_noise_scale(noise_scale);
-        self.learner.set_actor_rate_scale(self.config.actor_rate_decay.scale(episode, self.config.episodes));
         self.hold_or_release();
         self.learner.start_episode();
         self.env.reset(&mut self.progress.streams.environment);
@@ -293,7 +292,14 @@ impl Training {
         if step.reached_stage() {
             self.learner.reach(stage);
         }
-        Ok(self.learner.learn()?)
+        Ok(if self.skips_update() { None } else { self.learner.learn()? })
+    }
+
+    /// Whether no update follows the latest transition, because every stage is mastered.
+    fn skips_update(&self) -> bool {
+        let needs = self.current_needs();
+        let is_mastered = !needs.is_empty() && needs.iter().all(|need| *need == 0.0);
+        is_mastered && !self.learner.recorded().is_multiple_of(self.config.mastered_update_interval.into())
     }
 
     /// For [`Method::ModelReplay`], adds transitions imagined by the model from the episode's states to the

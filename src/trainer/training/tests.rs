@@ -90,6 +90,24 @@ fn a_held_policy_acts_until_it_fails() {
 }
 
 #[test]
+fn a_mastered_task_needs_fewer_updates() {
+    let learned = |interval, schedule: &str| {
+        let mut config = RunConfig { method: Method::DdpgAdaptive, mastered_update_interval: interval, ..easy() };
+        config.ddpg.warmup_steps = 0;
+        let mut training = Training::new(config, None).unwrap();
+        training.set_schedule(schedule.parse().unwrap());
+        (0..12).for_each(|_| drop(training.run_episode().unwrap()));
+        (training.transitions(), training.ddpg().updates())
+    };
+    let (steps, updates) = learned(4, "need:0:0:1");
+    assert_eq!((steps, updates), (24, 7), "the first of all steps, then every fourth");
+    for (interval, schedule) in [(1, "need:0:0:1"), (4, "need:0:0:20"), (4, "0")] {
+        let (steps, updates) = learned(interval, schedule);
+        assert_eq!(updates, steps, "{interval} {schedule}");
+    }
+}
+
+#[test]
 fn only_a_planner_acts_with_its_model() {
     let mut config = config(Method::ModelReplay);
     config.model_replay.rollouts = 1;
