@@ -45,7 +45,13 @@ impl ActionSet {
 
     /// Tools of the catalogue; a number outside it is the no-op.
     pub fn of_catalogue(numbers: &[usize]) -> Self {
-        Self::new(numbers.iter().map(|&number| (number, catalogue_tool(number).copied())))
+        // A reset draws a new set, whose angles would take sines and cosines.
+        static FEATURES: LazyLock<Vec<[f32; TOOL_FEATURES]>> =
+            LazyLock::new(|| (0..=NO_OP).map(|number| tool_features(catalogue_tool(number))).collect());
+        let entries = numbers.iter().map(|&number| (number, catalogue_tool(number).copied())).collect();
+        let mut features = Vec::with_capacity(numbers.len() * TOOL_FEATURES);
+        numbers.iter().for_each(|&number| features.extend(FEATURES[number.min(NO_OP)]));
+        Self { entries, features: features.into() }
     }
 
     /// Number of entries, the no-op included.

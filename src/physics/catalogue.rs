@@ -84,7 +84,9 @@ impl ToolSplit {
 
     /// Draws an action set as CREATE does at every reset: the no-op, then distinct tools, all equally likely.
     pub fn draw(self, rng: &mut impl Rng) -> Vec<usize> {
-        let tools = self.tools();
+        // Decoding the split takes longer than drawing from it.
+        static TOOLS: LazyLock<[Vec<usize>; 4]> = LazyLock::new(|| ToolSplit::ALL.map(ToolSplit::tools));
+        let tools = &TOOLS[self as usize];
         let drawn = index::sample(rng, tools.len(), ACTION_SET - 1);
         [NO_OP].into_iter().chain(drawn.into_iter().map(|index| tools[index])).collect()
     }
