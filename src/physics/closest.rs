@@ -110,17 +110,17 @@ impl Pair<'_> {
         let (mut hull, mut grown): (Hull, Hull) = (smallvec![v0, v1, v2], Hull::new());
         let (mut hull, mut grown) = (&mut hull, &mut grown);
         for round in 1.. {
-            let count = hull.len();
-            let mut least = f64::INFINITY;
-            let mut side = 0;
-            for j in 0..count {
-                let i = (j + count - 1) % count;
-                let distance = edge_distance(hull[i].between, hull[j].between);
+            // The side nearest to the origin ends at corner `end`.
+            let mut start = &hull[hull.len() - 1];
+            let (mut least, mut end, mut v0) = (f64::INFINITY, usize::from(hull.len() > 1), hull[0]);
+            for (index, corner) in hull.iter().enumerate() {
+                let distance = edge_distance(start.between, corner.between);
                 if distance < least {
-                    (least, side) = (distance, i);
+                    (least, end, v0) = (distance, index, *start);
                 }
+                start = corner;
             }
-            let (v0, v1) = (hull[side], hull[(side + 1) % count]);
+            let v1 = hull[end];
             let p = self.support((v1.between - v0.between).perp());
             let is_known = p.corners == v0.corners || p.corners == v1.corners;
             if is_known || !is_left(v0.between, v1.between, p.between) || round >= MAX_ROUNDS {
@@ -128,12 +128,11 @@ impl Pair<'_> {
             }
             grown.clear();
             grown.push(p);
-            for i in 0..count {
-                let index = (side + 1 + i) % count;
-                let before = grown[grown.len() - 1].between;
-                let after = if i + 1 < count { hull[(index + 1) % count].between } else { p.between };
-                if is_left(before, after, hull[index].between) {
-                    grown.push(hull[index]);
+            let corners = hull[end..].iter().chain(&hull[..end]);
+            let next = corners.clone().skip(1).map(|corner| corner.between).chain([p.between]);
+            for (corner, after) in corners.zip(next) {
+                if is_left(grown[grown.len() - 1].between, after, corner.between) {
+                    grown.push(*corner);
                 }
             }
             std::mem::swap(&mut hull, &mut grown);
