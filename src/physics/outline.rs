@@ -170,32 +170,39 @@ impl Outline {
 
     /// The outline, given in a body's frame, in world coordinates.
     pub fn placed(&self, frame: &Frame) -> Self {
-        match self {
-            Self::Disc { centre, radius } => Self::Disc { centre: frame.point(*centre), radius: *radius },
-            Self::Segment { a, b, normal, radius } => {
-                Self::Segment { a: frame.point(*a), b: frame.point(*b), normal: frame.vector(*normal), radius: *radius }
-            }
-            Self::Polygon(polygon) => {
-                let mut placed = *polygon;
-                for corner in &mut placed.corners[..placed.count] {
-                    *corner = Corner { position: frame.point(corner.position), normal: frame.vector(corner.normal) };
-                }
-                Self::Polygon(placed)
-            }
-        }
+        let mut placed = *self;
+        placed.move_to(self, frame);
+        placed
     }
 
-    /// Sets it to the outline `local` of a body in world coordinates, like [`placed`](Self::placed).
+    /// Sets it to the outline `local` of its body in world coordinates, like [`placed`](Self::placed).
     pub fn place(&mut self, local: &Self, body: &Body) {
         match (&mut *self, local) {
             // Fast path for most moving shapes: a centred disc does not depend on the rotation.
             (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) if *local == Vector::ZERO => {
                 *centre = body.position;
             }
-            _ => *self = local.placed(&body.frame()),
+            _ => self.move_to(local, &body.frame()),
         }
     }
 
+    /// Writes only what a frame changes: an outline is large, and every step moves several.
+    fn move_to(&mut self, local: &Self, frame: &Frame) {
+        match (self, local) {
+            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) => *centre = frame.point(*local),
+            (Self::Segment { a, b, normal, .. }, Self::Segment { a: local_a, b: local_b, normal: local, .. }) => {
+                (*a, *b, *normal) = (frame.point(*local_a), frame.point(*local_b), frame.vector(*local));
+            }
+            (Self::Polygon(placed), Self::Polygon(local)) => {
+                for (corner, local) in placed.corners.iter_mut().zip(local.corners()) {
+                    *corner = Corner { position: frame.point(local.position), normal: frame.vector(local.normal) };
+                }
+            }
+            _ => unreachable!("a body's outline keeps its kind"),
+        }
+    }
+
+    #[inline]
     pub fn bounds(&self) -> Bounds {
         match self {
             Self::Disc { centre, radius } => around(*centre, *centre, *radius),
