@@ -112,53 +112,84 @@ impl Joint {
         }
     }
 
-    /// Applies the impulses of the previous step again.
-    pub fn warm_start(&self, bodies: &mut [Body]) {
-        self.push(bodies, self.impulse);
-    }
-
     /// One iteration. Returns whether the impulse changed.
-    pub fn solve(&mut self, bodies: &mut [Body]) -> bool {
-        let [plank, other] = self.bodies.map(|body| body as usize);
-        let (a, b) = (&bodies[plank], &bodies[other]);
+    #[inline]
+    fn solve(&mut self, plank: &mut Body, other: &mut Body) -> bool {
         let old = self.impulse;
         // A pin holds the plank's centre; the ground, to which pins and slides are fixed, does not move.
         match self.kind {
-            Kind::Pin { normal, mass, target } => self.impulse.x += (target + a.velocity.dot(normal)) * mass,
+            Kind::Pin { normal, mass, target } => self.impulse.x += (target + plank.velocity.dot(normal)) * mass,
             Kind::Slide { normal, .. } if normal == Vector::ZERO => return false,
             Kind::Slide { normal, mass, target, .. } => {
-                let velocity = a.velocity_at(self.arms[0]);
+                let velocity = plank.velocity_at(self.arms[0]);
                 self.impulse.x = (old.x + (target + velocity.dot(normal)) * mass).min(0.0);
             }
             Kind::Pivot { rows, target } => {
-                let missing = target - (b.velocity_at(self.arms[1]) - a.velocity_at(self.arms[0]));
+                let missing = target - (other.velocity_at(self.arms[1]) - plank.velocity_at(self.arms[0]));
                 self.impulse += Vector::new(missing.dot(rows[0]), missing.dot(rows[1]));
             }
-            Kind::Gear { mass, target } => self.impulse.x += (target - (b.spin - a.spin)) * mass,
+            Kind::Gear { mass, target } => self.impulse.x += (target - (other.spin - plank.spin)) * mass,
         }
         let change = self.impulse - old;
-        self.push(bodies, change);
+        self.push(plank, other, change);
         change != Vector::ZERO
     }
 
     /// Applies an impulse to the bodies.
-    fn push(&self, bodies: &mut [Body], impulse: Vector) {
-        let [plank, other] = self.bodies.map(|body| body as usize);
+    #[inline]
+    fn push(&self, plank: &mut Body, other: &mut Body, impulse: Vector) {
         match self.kind {
-            Kind::Pin { normal, .. } => {
-                let plank = &mut bodies[plank];
-                plank.velocity -= normal * impulse.x * plank.inverse_mass;
-            }
-            Kind::Slide { normal, .. } => bodies[plank].push(normal * -impulse.x, self.arms[0]),
+            Kind::Pin { normal, .. } => plank.velocity -= normal * impulse.x * plank.inverse_mass,
+            Kind::Slide { normal, .. } => plank.push(normal * -impulse.x, self.arms[0]),
             Kind::Pivot { .. } => {
-                bodies[plank].push(-impulse, self.arms[0]);
-                bodies[other].push(impulse, self.arms[1]);
+                plank.push(-impulse, self.arms[0]);
+                other.push(impulse, self.arms[1]);
             }
             Kind::Gear { .. } => {
-                bodies[plank].spin -= impulse.x * bodies[plank].inverse_moment;
-                bodies[other].spin += impulse.x * bodies[other].inverse_moment;
+                plank.spin -= impulse.x * plank.inverse_moment;
+                other.spin += impulse.x * other.inverse_moment;
             }
         }
+    }
+}
+
+/// One iteration over the active joints. Returns whether an impulse changed.
+pub(super) fn solve(joints: &mut [Joint], active: &[u32], bodies: &mut [Body]) -> bool {
+    let mut changed = false;
+    for_each(joints, active, bodies, |joint, plank, other| changed |= joint.solve(plank, other));
+    changed
+}
+
+/// Applies the impulses of the previous step again.
+pub(super) fn warm_start(joints: &mut [Joint], active: &[u32], bodies: &mut [Body]) {
+    for_each(joints, active, bodies, |joint, plank, other| joint.push(plank, other, joint.impulse));
+}
+
+/// Calls `act` with the active joints in turn and their two bodies, of which only the velocities may change. Joints
+/// take as long as the chain of operations on these velocities: joints of one plank, which are neighbours in the list,
+/// share copies, so that the velocities do not pass through memory between them.
+#[inline]
+fn for_each(
+    joints: &mut [Joint],
+    active: &[u32],
+    bodies: &mut [Body],
+    mut act: impl FnMut(&mut Joint, &mut Body, &mut Body),
+) {
+    let mut rest = active;
+    while let Some(&first) = rest.first() {
+        let plank = joints[first as usize].bodies[0];
+        let count = rest.iter().take_while(|joint| joints[**joint as usize].bodies[0] == plank).count();
+        let (own, after) = rest.split_at(count);
+        rest = after;
+        // A see-saw's weight; all other joints are with the ground.
+        let other = own.iter().map(|&joint| joints[joint as usize].bodies[1]).max().unwrap_or(GROUND as u32);
+        let [plank, other] = [plank, other].map(|body| body as usize);
+        let (mut a, mut b) = (bodies[plank], bodies[other]);
+        for &joint in own {
+            act(&mut joints[joint as usize], &mut a, &mut b);
+        }
+        (bodies[plank].velocity, bodies[plank].spin) = (a.velocity, a.spin);
+        (bodies[other].velocity, bodies[other].spin) = (b.velocity, b.spin);
     }
 }
 

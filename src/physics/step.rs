@@ -4,6 +4,7 @@ use super::body::GROUND;
 use super::broad::{Candidate, Extent};
 use super::collide::{Side, collide};
 use super::contact::{Contact, ITERATIONS, PERSISTENCE, State};
+use super::joint;
 use super::rules::Rule;
 use super::touch::{ObjectId, Touch};
 use super::world::World;
@@ -172,17 +173,13 @@ impl World {
         for &index in order.iter() {
             contacts[index as usize].warm_start(bodies);
         }
-        for &index in active_joints.iter() {
-            joints[index as usize].warm_start(bodies);
-        }
+        joint::warm_start(joints, active_joints, bodies);
         for _ in 0..ITERATIONS {
             let mut changed = false;
             for &index in order.iter() {
                 changed |= contacts[index as usize].solve(bodies);
             }
-            for &index in active_joints.iter() {
-                changed |= joints[index as usize].solve(bodies);
-            }
+            changed |= joint::solve(joints, active_joints, bodies);
             // Further iterations would not change anything.
             if !changed {
                 break;
