@@ -100,7 +100,7 @@ struct Span {
 }
 
 /// Multiplications below which a second thread costs more than it saves.
-const MULTIPLICATIONS_PER_THREAD: usize = 1 << 20;
+const MULTIPLICATIONS_PER_THREAD: usize = 5 << 19;
 
 /// Rows below which a separate span costs more than uneven shares.
 const MIN_SPAN_ROWS: usize = 8;
