@@ -58,7 +58,8 @@ pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way
 /// stage is reached from the previous one. The best candidate needs the fewest rollouts to reach every stage once,
 /// one stage after the other; ties go to the one that comes nearest to the goal. The search ends early at a
 /// candidate that needs at most four rollouts. If no candidate reaches the goal, the search is repeated with rollouts
-/// that may last as long as an episode, whatever [`GuidanceConfig::longest_horizon`] says. `progress` is called with the number of candidates tried so far.
+/// that may last as long as an episode, whatever [`GuidanceConfig::longest_horizon`] says. `progress` is called with
+/// the number of candidates tried so far.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).

@@ -297,9 +297,11 @@ impl Training {
 
     /// Whether no update follows the latest transition, because every stage is mastered.
     fn skips_update(&self) -> bool {
+        if self.learner.recorded().is_multiple_of(self.config.mastered_update_interval.into()) {
+            return false;
+        }
         let needs = self.current_needs();
-        let is_mastered = !needs.is_empty() && needs.iter().all(|need| *need == 0.0);
-        is_mastered && !self.learner.recorded().is_multiple_of(self.config.mastered_update_interval.into())
+        !needs.is_empty() && needs.iter().all(|need| *need == 0.0)
     }
 
     /// For [`Method::ModelReplay`], adds transitions imagined by the model from the episode's states to the
