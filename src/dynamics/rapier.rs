@@ -86,7 +86,7 @@ impl Rapier {
             return false;
         }
         let apart = place - Vector::from(tool.position);
-        let (sin, cos) = libm::sincos(-tool.angle);
+        let (sin, cos) = pxfm::f_sincos(-tool.angle);
         let (x, y) = (cos * apart.x - sin * apart.y, sin * apart.x + cos * apart.y);
         y > x.abs() && f64::from(tool.surface([place.x as f32, place.y as f32]).0) <= exact(self.ball.radius)
     }

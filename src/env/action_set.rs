@@ -118,8 +118,8 @@ pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
     properties.copy_from_slice(&[
         (tool.size / 20.0) as f32,
         only(tool.kind.is_segment(), tool.radius),
-        libm::cos(tool.angle) as f32,
-        libm::sin(tool.angle) as f32,
+        pxfm::f_cos(tool.angle) as f32,
+        pxfm::f_sin(tool.angle) as f32,
         only(!tool.kind.is_sensor(), tool.elasticity),
         only(!tool.kind.is_sensor(), tool.friction),
         only(is(&[Cannon, Fan]), tool.force / 100.0),

@@ -79,7 +79,7 @@ impl ObjectWriter<'_> {
         self.numbers.extend(ROLES.iter().map(|other| f32::from(u8::from(*other == role))));
         let [vx, vy] = motion.velocity.map(|v| v as f32 / VELOCITY_SCALE);
         let [x, y] = to_normalised(motion.position).map(|p| p as f32);
-        let (sin, cos) = libm::sincos(motion.angle);
+        let (sin, cos) = pxfm::f_sincos(motion.angle);
         self.numbers.extend([vx, vy, x, y, motion.angular_velocity as f32, cos as f32, sin as f32]);
         self.numbers.extend(properties);
     }

@@ -44,7 +44,7 @@ pub(super) fn observe_rays(task: &Task, now: &Snapshot) -> Vec<f32> {
     numbers.push((task.stage_count() - stage.min(task.subgoals.len())) as f32 / 4.0);
     numbers.extend(tool_features(Some(&task.placeable.tool([0.0; 2]))));
     let directions: [[f32; 2]; RAYS] = std::array::from_fn(|ray| {
-        let (sin, cos) = libm::sincosf(TAU * ray as f32 / RAYS as f32);
+        let (sin, cos) = pxfm::f_sincosf(TAU * ray as f32 / RAYS as f32);
         [cos, sin]
     });
     for origin in [ball.position, to_units(target.0)] {

@@ -2,7 +2,8 @@
 
 use rapier2d::prelude::*;
 
-use super::outline::{Bounds, Frame, Outline, direction};
+use super::direction::direction;
+use super::outline::{Bounds, Frame, Outline};
 use super::units::DT;
 use crate::validation::{ValidationError, in_range};
 
@@ -293,12 +294,6 @@ impl Body {
     pub fn push_bias(&mut self, impulse: Vector, arm: Vector) {
         self.bias_velocity += impulse * self.inverse_mass;
         self.bias_spin += self.inverse_moment * arm.perp_dot(impulse);
-    }
-
-    /// Inverse of the effective mass for an impulse in this direction at the end of an arm.
-    pub fn inverse_mass_along(&self, arm: Vector, direction: Vector) -> f64 {
-        let lever = arm.perp_dot(direction);
-        self.inverse_mass + self.inverse_moment * lever * lever
     }
 }
 

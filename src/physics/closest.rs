@@ -50,7 +50,10 @@ impl Difference {
 pub(super) fn closest(first: Side, second: Side, hint: u32) -> Closest {
     let pair = Pair { first: first.outline, second: second.outline };
     let (start, end) = if hint == 0 {
-        let axis = (first.bounds.centre() - second.bounds.centre()).perp();
+        let (low, high) = (second.bounds.low * 0.5, second.bounds.high * 0.5);
+        // As in the engine, the second centre's x and y are subtracted in different orders: ties depend on it.
+        let centre = first.bounds.centre();
+        let axis = Vector::new(centre.x - high.x - low.x, centre.y - low.y - high.y).perp();
         (pair.support(axis), pair.support(-axis))
     } else {
         let corner = |shift: u32| (hint >> shift & 0xff) as usize;

@@ -109,16 +109,16 @@ fn edge_contact(first: Side, second: Side, hint: u32) -> Touching {
     }
     let (e1, e2) = (facing(first, normal), facing(second, -normal));
     let across = |edge: &Edge, end: usize| edge.ends[end].0.perp_dot(normal);
-    let spread = |edge: &Edge| 1.0 / (across(edge, 1) - across(edge, 0) + f64::MIN_POSITIVE);
+    let spread = |edge: &Edge| 1.0 / (across(edge, 1) + f64::MIN_POSITIVE - across(edge, 0));
     let (spread1, spread2) = (spread(&e1), spread(&e2));
-    // The point of a side that corresponds to an end of the other side.
-    let on = |edge: &Edge, from: f64, spread: f64| {
+    // The point of a side that corresponds to an end of the other side, with the offset of its surface.
+    let on = |edge: &Edge, from: f64, spread: f64, offset: Vector| {
         let t = ((from - across(edge, 0)) * spread).min(1.0).max(0.0);
-        edge.ends[0].0 * (1.0 - t) + edge.ends[1].0 * t
+        (edge.ends[1].0 * t + offset) + edge.ends[0].0 * (1.0 - t)
     };
     for (end1, end2) in [(0, 1), (1, 0)] {
-        let p1 = normal * e1.radius + on(&e1, across(&e2, end2), spread1);
-        let p2 = normal * -e2.radius + on(&e2, across(&e1, end1), spread2);
+        let p1 = on(&e1, across(&e2, end2), spread1, normal * e1.radius);
+        let p2 = on(&e2, across(&e1, end1), spread2, normal * -e2.radius);
         if (p2 - p1).dot(normal) <= 0.0 {
             touching.push(p1, p2, pair_number(e1.ends[end1].1, e2.ends[end2].1));
         }

@@ -1,5 +1,8 @@
 //! Contact response with the order and constants of CREATE's engine (Chipmunk 7 at a fixed step of 1/30 s):
 //! accumulated impulses, separate bias velocities for overlap, elasticity from the velocity before gravity.
+//!
+//! Here and in the joints, the order of every addition is the engine's: another order changes the last digit, and a
+//! few hundred steps later the path.
 
 use rapier2d::prelude::*;
 
@@ -14,6 +17,8 @@ const SLOP: f64 = 0.1_f32 as f64;
 /// Fraction of the remaining penetration, or of a joint's separation, that one step removes: 1 - 0.9^(60 dt), with
 /// the engine's 0.9 in single precision. A test computes it.
 pub(super) const BIAS_SHARE: f64 = 0.190_000_042_915_343_67;
+/// Target velocity per unit of penetration or separation.
+pub(super) const PULL: f64 = -BIAS_SHARE / DT;
 /// Steps after which a lost contact forgets its accumulated impulses.
 pub(super) const PERSISTENCE: u64 = 3;
 
@@ -153,15 +158,18 @@ impl Contact {
         let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
         let normal = self.normal;
         for place in &mut self.places[..self.count] {
+            let arms = [place.arm, place.other_arm];
             let mass = |direction: Vector| {
-                1.0 / (a.inverse_mass_along(place.arm, direction) + b.inverse_mass_along(place.other_arm, direction))
+                let [own, other] = arms.map(|arm| arm.perp_dot(direction));
+                let turning = own * own * a.inverse_moment + other * other * b.inverse_moment;
+                1.0 / (turning + (a.inverse_mass + b.inverse_mass))
             };
             place.normal_mass = mass(normal);
             place.tangent_mass = mass(normal.perp());
-            let distance = (place.other_arm - place.arm + between).dot(normal);
-            place.target_bias = -BIAS_SHARE * (distance + SLOP).min(0.0) / DT;
+            let distance = (between + place.other_arm - place.arm).dot(normal);
+            place.target_bias = (distance + SLOP).min(0.0) * PULL;
             place.bias_impulse = 0.0;
-            let velocity = b.velocity_at(place.other_arm) - a.velocity_at(place.arm);
+            let velocity = relative([a.velocity, b.velocity], [a.spin, b.spin], arms);
             place.target_bounce = velocity.dot(normal) * self.elasticity;
         }
     }
@@ -186,13 +194,20 @@ impl Contact {
         let mut changed = false;
         for place in &mut self.places[..self.count] {
             let (a, b) = (&bodies[first], &bodies[second]);
-            let bias = (b.bias_at(place.other_arm) - a.bias_at(place.arm)).dot(normal);
-            let velocity = b.velocity_at(place.other_arm) - a.velocity_at(place.arm);
+            let arms = [place.arm, place.other_arm];
+            let (bias, velocity) = if second == GROUND {
+                // The same numbers with fewer operations.
+                (-a.bias_at(place.arm), -a.velocity_at(place.arm))
+            } else {
+                let bias = relative([a.bias_velocity, b.bias_velocity], [a.bias_spin, b.bias_spin], arms);
+                (bias, relative([a.velocity, Vector::ZERO], [a.spin, b.spin], arms) + b.velocity)
+            };
 
             let old_bias = place.bias_impulse;
-            place.bias_impulse = not_negative(old_bias + (place.target_bias - bias) * place.normal_mass);
+            let change = plus_dot(place.target_bias, -bias, normal) * place.normal_mass;
+            place.bias_impulse = not_negative(old_bias + change);
             let old_normal = place.normal_impulse;
-            let change = -(place.target_bounce + velocity.dot(normal)) * place.normal_mass;
+            let change = -plus_dot(place.target_bounce, velocity, normal) * place.normal_mass;
             place.normal_impulse = not_negative(old_normal + change);
             let limit = self.friction * place.normal_impulse;
             let old_tangent = place.tangent_impulse;
@@ -217,6 +232,16 @@ impl Contact {
         }
         changed
     }
+}
+
+/// Velocity of the end of the second arm relative to that of the first.
+fn relative(velocities: [Vector; 2], spins: [f64; 2], arms: [Vector; 2]) -> Vector {
+    (velocities[1] - velocities[0]) + arms[1].perp() * spins[1] - arms[0].perp() * spins[0]
+}
+
+/// The number plus the product of two vectors.
+pub(super) fn plus_dot(number: f64, a: Vector, b: Vector) -> f64 {
+    (number + a.y * b.y) + a.x * b.x
 }
 
 /// The impulse with these components along and across the normal.

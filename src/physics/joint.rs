@@ -4,12 +4,9 @@
 use rapier2d::prelude::*;
 
 use super::body::{Body, GROUND};
-use super::contact::BIAS_SHARE;
+use super::contact::{BIAS_SHARE, PULL, plus_dot};
 use super::outline::normalised;
 use super::units::DT;
-
-/// Target velocity per unit of separation.
-const PULL: f64 = -BIAS_SHARE / DT;
 
 /// A joint between a plank and another body or the ground.
 #[derive(Debug, Clone, Copy)]
@@ -33,8 +30,8 @@ enum Kind {
     Pin { normal: Vector, mass: f64, target: f64 },
     /// Keeps the anchors at most `longest` apart.
     Slide { longest: f64, normal: Vector, mass: f64, target: f64 },
-    /// Keeps the anchors together in every direction; `rows` is the matrix that maps velocities to impulses.
-    Pivot { rows: [Vector; 2], target: Vector },
+    /// Keeps the anchors together in every direction; the symmetric matrix maps velocities to impulses.
+    Pivot { matrix: [Vector; 2], target: Vector },
     /// Keeps the angles equal.
     Gear { mass: f64, target: f64 },
 }
@@ -54,7 +51,7 @@ impl Joint {
 
     /// Holds a body's centre at a point of a plank.
     pub fn pivot(plank: u32, anchor: Vector, body: u32) -> Self {
-        let kind = Kind::Pivot { rows: [Vector::ZERO; 2], target: Vector::ZERO };
+        let kind = Kind::Pivot { matrix: [Vector::ZERO; 2], target: Vector::ZERO };
         Self::new([plank, body], [anchor, Vector::ZERO], Vector::ZERO, kind)
     }
 
@@ -78,16 +75,19 @@ impl Joint {
         self.arms = [a.frame().vector(self.anchors[0]), b.frame().vector(self.anchors[1])];
         let [arm, other_arm] = self.arms;
         let end = if self.bodies[1] == GROUND as u32 { self.place } else { b.position };
-        // The order of the additions matters: a see-saw starts exactly at its limit, where rounding decides.
         let apart = (end - a.position) + other_arm - arm;
-        let along =
-            |normal: Vector| 1.0 / (a.inverse_mass_along(arm, normal) + b.inverse_mass_along(other_arm, normal));
+        // Pins and slides are fixed to the ground, which adds nothing.
+        let along = |normal: Vector| {
+            let lever = arm.perp_dot(normal);
+            1.0 / (a.inverse_mass + lever * lever * a.inverse_moment)
+        };
+        let target_for = |separation: f64| -BIAS_SHARE * separation / DT;
         match &mut self.kind {
             Kind::Pin { normal, mass, target } => {
                 let distance = apart.length();
                 *normal = apart * (1.0 / if distance != 0.0 { distance } else { f64::INFINITY });
                 *mass = along(*normal);
-                *target = PULL * distance;
+                *target = target_for(distance);
             }
             Kind::Slide { longest, normal, mass, target } => {
                 let distance = apart.length();
@@ -99,15 +99,15 @@ impl Joint {
                     self.impulse = Vector::ZERO;
                 }
                 *mass = along(*normal);
-                *target = PULL * excess;
+                *target = target_for(excess);
             }
-            Kind::Pivot { rows, target } => {
-                *rows = inverse_mass_matrix([a, b], self.arms);
+            Kind::Pivot { matrix, target } => {
+                *matrix = inverse_mass_matrix([a, b], self.arms);
                 *target = apart * PULL;
             }
             Kind::Gear { mass, target } => {
                 *mass = 1.0 / (a.inverse_moment + b.inverse_moment);
-                *target = PULL * (b.angle - a.angle);
+                *target = target_for(b.angle - a.angle);
             }
         }
     }
@@ -118,15 +118,16 @@ impl Joint {
         let old = self.impulse;
         // A pin holds the plank's centre; the ground, to which pins and slides are fixed, does not move.
         match self.kind {
-            Kind::Pin { normal, mass, target } => self.impulse.x += (target + plank.velocity.dot(normal)) * mass,
+            Kind::Pin { normal, mass, target } => self.impulse.x += plus_dot(target, plank.velocity, normal) * mass,
             Kind::Slide { normal, .. } if normal == Vector::ZERO => return false,
             Kind::Slide { normal, mass, target, .. } => {
                 let velocity = plank.velocity_at(self.arms[0]);
-                self.impulse.x = (old.x + (target + velocity.dot(normal)) * mass).min(0.0);
+                self.impulse.x = (old.x + plus_dot(target, velocity, normal) * mass).min(0.0);
             }
-            Kind::Pivot { rows, target } => {
-                let missing = target - (other.velocity_at(self.arms[1]) - plank.velocity_at(self.arms[0]));
-                self.impulse += Vector::new(missing.dot(rows[0]), missing.dot(rows[1]));
+            Kind::Pivot { matrix, target } => {
+                let [arm, other_arm] = self.arms.map(Vector::perp);
+                let missing = target - (other.velocity - plank.velocity) + arm * plank.spin - other_arm * other.spin;
+                self.impulse = matrix[0] * missing.x + (matrix[1] * missing.y + old);
             }
             Kind::Gear { mass, target } => self.impulse.x += (target - (other.spin - plank.spin)) * mass,
         }
@@ -193,15 +194,13 @@ fn for_each(
     }
 }
 
-/// The matrix that maps velocities at the ends of two arms to impulses, by rows.
-fn inverse_mass_matrix(bodies: [&Body; 2], arms: [Vector; 2]) -> [Vector; 2] {
-    let sum = bodies[0].inverse_mass + bodies[1].inverse_mass;
-    let (mut xx, mut xy, mut yy) = (sum, 0.0, sum);
-    for (body, arm) in bodies.into_iter().zip(arms) {
-        xx += arm.y * arm.y * body.inverse_moment;
-        xy += -arm.x * arm.y * body.inverse_moment;
-        yy += arm.x * arm.x * body.inverse_moment;
-    }
+/// The symmetric matrix that maps velocities at the ends of two arms to impulses.
+fn inverse_mass_matrix([a, b]: [&Body; 2], [arm, other]: [Vector; 2]) -> [Vector; 2] {
+    let (turn, other_turn) = (a.inverse_moment, b.inverse_moment);
+    let sum = a.inverse_mass + b.inverse_mass;
+    let xx = (arm.y * arm.y * turn + other.y * other.y * other_turn) + sum;
+    let yy = (arm.x * arm.x * turn + other.x * other.x * other_turn) + sum;
+    let xy = arm.y * turn * -arm.x - other.y * other_turn * other.x;
     let inverse = 1.0 / (xx * yy - xy * xy);
     [Vector::new(yy * inverse, -xy * inverse), Vector::new(-xy * inverse, xx * inverse)]
 }

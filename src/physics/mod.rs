@@ -54,6 +54,7 @@ mod catalogue;
 mod closest;
 mod collide;
 mod contact;
+mod direction;
 mod joint;
 mod outline;
 mod plank;

@@ -4,6 +4,7 @@
 use rapier2d::prelude::*;
 
 use super::body::Body;
+use super::direction::direction;
 
 /// Largest number of corners of a polygon.
 pub(super) const MAX_CORNERS: usize = 6;
@@ -30,12 +31,6 @@ impl Frame {
     pub fn vector(&self, vector: Vector) -> Vector {
         turned(vector, self.rotation)
     }
-}
-
-/// Unit vector of an angle, the same on every machine.
-pub(super) fn direction(angle: f64) -> Vector {
-    let (sin, cos) = libm::sincos(angle);
-    Vector::new(cos, sin)
 }
 
 /// A vector rotated by an angle given as cosine and sine.
@@ -222,6 +217,17 @@ impl Outline {
         match self {
             Self::Disc { radius, .. } | Self::Segment { radius, .. } => *radius,
             Self::Polygon(_) => 0.0,
+        }
+    }
+
+    /// Whether both are segments on one straight line. The engine finds that such segments touch, however far apart
+    /// they are: belts and floors that are placed at the edge of the screen, for example.
+    pub fn is_in_line_with(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Segment { a, b, .. }, Self::Segment { a: c, b: d, .. }) => {
+                [c, d].iter().all(|&&point| (*b - *a).perp_dot(point - *a) == 0.0)
+            }
+            _ => false,
         }
     }
 

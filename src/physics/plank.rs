@@ -3,8 +3,8 @@
 use rapier2d::prelude::*;
 
 use super::body::{Body, Motion};
+use super::direction::direction;
 use super::joint::Joint;
-use super::outline::direction;
 use super::tool::Tool;
 use super::tool_kind::ToolKind;
 use super::world::World;
@@ -28,7 +28,7 @@ impl World {
         self.add_joint(Joint::pin(plank, place));
         if tool.kind != ToolKind::Hinge {
             let anchor = direction(tool.tilt()) * -LIMIT_ARM;
-            let longest = 2.0 * LIMIT_ARM * libm::sin(tool.max_angle / 2.0);
+            let longest = 2.0 * LIMIT_ARM * direction(tool.max_angle / 2.0).y;
             self.add_joint(Joint::slide(plank, anchor, place - Vector::X * LIMIT_ARM, longest));
         }
         if tool.kind == ToolKind::SeeSaw {

@@ -6,7 +6,7 @@
 use rapier2d::prelude::Vector;
 
 use super::body::Body;
-use super::outline::direction;
+use super::direction::{direction, tool_direction};
 use super::tool::Tool;
 use super::tool_kind::ToolKind;
 
@@ -41,7 +41,7 @@ pub(super) type Rule = fn(&Actor, &mut Body) -> bool;
 /// Cannon: moves the body to its muzzle and fires it.
 pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
     let Tool { position, angle, force, .. } = cannon.tool;
-    let aim = direction(angle);
+    let aim = tool_direction(angle);
     body.put_to_rest(Vector::from(position) + aim * Vector::from(MUZZLE));
     body.velocity += (aim * force) * body.inverse_mass;
     false
@@ -49,7 +49,7 @@ pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
 
 /// Fan: applies a force to the body's centre for this step.
 pub(super) fn blow(fan: &Actor, body: &mut Body) -> bool {
-    let local = direction(fan.tool.angle - body.angle) * fan.tool.force;
+    let local = tool_direction(fan.tool.angle - body.angle) * fan.tool.force;
     body.force += body.frame().vector(local);
     body.idle = 0.0;
     false
@@ -65,7 +65,7 @@ pub(super) fn carry(belt: &Actor, body: &mut Body) -> bool {
 /// Ladder: sets a velocity along the ladder, with the horizontal part four times as large.
 pub(super) fn climb(ladder: &Actor, body: &mut Body) -> bool {
     let Tool { velocity, angle, .. } = ladder.tool;
-    let along = direction(angle);
+    let along = tool_direction(angle);
     body.velocity = Vector::new(4.0 * velocity * along.x, velocity * along.y);
     body.idle = 0.0;
     false

@@ -16,7 +16,7 @@ const IDLE_TIME: f64 = 0.3;
 impl World {
     /// Updates idle times, wakes bodies touched by awake ones and puts idle groups to sleep.
     pub(super) fn update_sleep(&mut self) {
-        let gained = self.gravity.length_squared() * DT * DT;
+        let gained = self.gravity.length_squared() * (DT * DT);
         for &body in &self.awake {
             self.bodies[body as usize].count_idle(gained);
         }

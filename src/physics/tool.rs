@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI, TAU};
 use rapier2d::parry::query::{self, Ray, RayCast};
 use rapier2d::prelude::*;
 
-use super::outline::{Frame, Outline, direction};
+use super::direction::direction;
+use super::outline::{Frame, Outline};
 use super::tool_kind::{ToolKind, regular};
 use crate::validation::{ValidationError, in_range};
 

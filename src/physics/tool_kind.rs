@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI, TAU};
 use rapier2d::prelude::Vector;
 use serde::{Deserialize, Serialize};
 
-use super::outline::{Frame, Outline, direction};
+use super::direction::tool_direction;
+use super::outline::{Frame, Outline};
 use super::rules::{self, Rule};
 use super::tool::Tool;
 use crate::spelling::by_name;
@@ -214,7 +215,7 @@ pub(super) fn regular(count: usize, angle: f64, size: f64) -> Vec<Vector> {
     let mut angle = angle;
     let corner = |_| {
         angle += TAU / count as f64;
-        direction(angle) * size
+        tool_direction(angle) * size
     };
     (0..count).map(corner).collect()
 }
@@ -251,21 +252,21 @@ fn segment_along(tool: &Tool, along: Vector) -> (Outline, Frame) {
 }
 
 fn segment(tool: &Tool) -> (Outline, Frame) {
-    segment_along(tool, direction(tool.angle) * tool.size)
+    segment_along(tool, tool_direction(tool.angle) * tool.size)
 }
 
 fn upright(tool: &Tool) -> (Outline, Frame) {
-    segment_along(tool, direction(tool.angle).perp() * tool.size)
+    segment_along(tool, tool_direction(tool.angle).perp() * tool.size)
 }
 
 /// Beyond 90 degrees it is rotated by half a turn, so that its upper side stays up.
 fn trampoline(tool: &Tool) -> (Outline, Frame) {
     let angle = if tool.angle > FRAC_PI_2 { tool.angle + PI } else { tool.angle };
-    segment_along(tool, direction(angle) * tool.size)
+    segment_along(tool, tool_direction(angle) * tool.size)
 }
 
 fn plank(tool: &Tool) -> (Outline, Frame) {
-    let half = direction(tool.tilt()) * tool.size / 2.0;
+    let half = tool_direction(tool.tilt()) * tool.size / 2.0;
     (Outline::segment(-half, half, tool.radius), unrotated(tool.position))
 }
 

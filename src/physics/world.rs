@@ -131,7 +131,7 @@ impl World {
     /// Adds a moving box and returns its index; balls and boxes share one numbering.
     pub fn add_box(&mut self, moving: MovingBox, motion: impl Into<Motion>) -> usize {
         let (mass, side) = (exact(moving.mass), exact(moving.size));
-        let body = Body::new(mass, mass * (side * side + side * side) / 12.0, motion.into());
+        let body = Body::new(mass, mass * (1.0 / 12.0) * (side * side + side * side), motion.into());
         let material = [moving.elasticity, moving.friction].map(exact);
         self.add_mover(body, Outline::rectangle(side, side), material, Mover::Box(moving))
     }
@@ -385,7 +385,8 @@ impl World {
         };
         let near = |shape: u32| {
             let shape = &self.shapes[shape as usize];
-            shape.bounds.intersects(&bounds) && overlap(&shape.outline, &outline, 0)
+            let may_touch = shape.bounds.intersects(&bounds) || shape.outline.is_in_line_with(&outline);
+            may_touch && overlap(&shape.outline, &outline, 0)
         };
         let ball = (0..self.balls.len()).find(ball).map(ObjectId::Ball);
         let sensor = || self.sensors.iter().position(|shape| shape.is_some_and(near)).map(ObjectId::Sensor);

@@ -139,7 +139,7 @@ impl Image<'_> {
             (GoalShape::Star, _) => {
                 let corner = |index: usize| {
                     let reach = if index.is_multiple_of(2) { radius } else { radius / 2.0 };
-                    let (sin, cos) = libm::sincos(std::f64::consts::PI * (0.5 + index as f64 / 5.0));
+                    let (sin, cos) = pxfm::f_sincos(std::f64::consts::PI * (0.5 + index as f64 / 5.0));
                     pixel([x + reach * cos, y + reach * sin])
                 };
                 let corners: [Pixel; 10] = std::array::from_fn(corner);
@@ -192,7 +192,7 @@ impl Image<'_> {
     /// A plank, the triangle under its centre, and the weight of a see-saw.
     fn plank(&mut self, tool: &Tool, index: usize) {
         let (Some(Motion { position: [x, y], angle, .. }), weight) = self.world().plank(index) else { return };
-        let (sin, cos) = libm::sincos(angle + tool.tilt());
+        let (sin, cos) = pxfm::f_sincos(angle + tool.tilt());
         let [along_x, along_y] = [cos, sin].map(|part| part * tool.size / 2.0);
         let ends = [[x - along_x, y - along_y], [x + along_x, y + along_y]].map(pixel);
         self.canvas.line(ends[0], ends[1], false, PLANK);
