@@ -97,7 +97,7 @@ fn run(folder: &Path, config: &RunConfig, episodes: u64) {
         let action = PlayedAction { action: [0.4, wave / 2.0], tool: None, source: Source::Policy };
         let played = PlayedEpisode { episode, actions: vec![action; 10], ..PlayedEpisode::default() };
         writer.record(&Event::EpisodeFinished(record)).expect("room on the disk");
-        writer.keep(&played).expect("room on the disk");
+        writer.record_actions(&played).expect("room on the disk");
     }
     writer.record(&Event::Finished { episode: episodes }).expect("room on the disk");
 }

@@ -23,7 +23,6 @@ fn metrics(run: &Path) -> String {
     std::fs::read_to_string(run.join("metrics.csv")).unwrap()
 }
 
-#[cfg(unix)]
 #[test]
 fn a_full_disk_stops_a_run_that_can_be_resumed_when_there_is_space() {
     let folder = tempfile::tempdir().unwrap();
@@ -70,7 +69,6 @@ fn a_run_in_use_is_refused() {
 }
 
 /// A run of another process is controlled from a shell, also after it has detached from its terminal.
-#[cfg(unix)]
 #[test]
 fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     let folder = tempfile::tempdir().unwrap();
@@ -99,7 +97,6 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
 }
 
 /// Waits for a change that another process makes.
-#[cfg(unix)]
 fn wait_until(mut holds: impl FnMut() -> bool) {
     while !holds() {
         std::thread::sleep(std::time::Duration::from_millis(5));
@@ -107,7 +104,6 @@ fn wait_until(mut holds: impl FnMut() -> bool) {
 }
 
 /// Starts a training in the parent of its folder and waits until it has finished more than this many episodes.
-#[cfg(unix)]
 fn under_way(arguments: &[&str], run: &Path, episodes: usize) -> std::process::Child {
     let mut child = program::command(run.parent().unwrap(), arguments)
         .stdout(std::process::Stdio::null())
@@ -123,14 +119,12 @@ fn under_way(arguments: &[&str], run: &Path, episodes: usize) -> std::process::C
     child
 }
 
-#[cfg(unix)]
 fn signal(child: &std::process::Child, signal: rustix::process::Signal) {
     let id = rustix::process::Pid::from_child(child);
     rustix::process::kill_process(id, signal).unwrap();
 }
 
 /// The messages of a program that must have ended with this status.
-#[cfg(unix)]
 #[track_caller]
 fn messages(output: &std::process::Output, status: i32) -> String {
     let messages = program::text(&output.stderr);
@@ -138,7 +132,6 @@ fn messages(output: &std::process::Output, status: i32) -> String {
     messages
 }
 
-#[cfg(unix)]
 #[test]
 fn a_signal_saves_everything_and_says_how_to_continue() {
     use rustix::process::Signal;
@@ -163,7 +156,6 @@ fn a_signal_saves_everything_and_says_how_to_continue() {
     }
 }
 
-#[cfg(unix)]
 fn make_pipe(path: &Path) {
     assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
 }
@@ -184,7 +176,6 @@ fn a_second_signal_ends_the_program_at_once() {
 }
 
 /// The output of a program that must end within two minutes.
-#[cfg(unix)]
 fn ended(mut child: std::process::Child) -> std::process::Output {
     let begun = std::time::Instant::now();
     while child.try_wait().unwrap().is_none() {
@@ -251,7 +242,6 @@ fn a_signal_ends_every_long_command_with_one_line() {
 }
 
 /// Uses the largest settings for work within one episode or before the first.
-#[cfg(unix)]
 #[test]
 fn a_signal_ends_a_training_during_a_very_long_episode() {
     let planning = "--set planner.rollouts=10000 --set planner.iterations=1000 --set planner.horizon=100";
@@ -308,7 +298,6 @@ fn a_signal_right_after_the_start_is_handled() {
     assert!(message.starts_with("stopped after "), "{message}");
 }
 
-#[cfg(unix)]
 #[test]
 fn a_sweep_and_a_study_end_on_a_signal_and_can_be_continued() {
     use rustix::process::Signal;
@@ -341,7 +330,6 @@ fn a_sweep_and_a_study_end_on_a_signal_and_can_be_continued() {
     assert!(message.contains("the same command continues"), "{message}");
 }
 
-#[cfg(unix)]
 #[test]
 fn a_run_whose_folder_is_deleted_or_moved_ends_with_an_error_and_does_not_recreate_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -375,7 +363,6 @@ fn a_folder_with_a_partly_created_run_is_reused() {
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
 }
 
-#[cfg(unix)]
 #[test]
 fn links_are_not_followed_and_pipes_do_not_block() {
     let folder = tempfile::tempdir().unwrap();

@@ -95,7 +95,7 @@ fn errors_are_one_line_and_change_nothing() {
     for kind in ["--plan", "--slurm"] {
         let output = mge(&folder, ["sweep", "good.json", kind, "--out", "a\nb"]);
         assert_eq!(text(&output.stdout), "");
-        fail(output, "has a line break");
+        fail(output, "has a line break or is not UTF-8");
     }
     std::fs::remove_file(folder.path().join("good.json")).unwrap();
     assert_eq!(mge(&folder, ["sweep"]).status.code(), Some(2));

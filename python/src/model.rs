@@ -197,16 +197,6 @@ impl AnyModel {
         Ok(Self::Learned(learned))
     }
 
-    /// The name that a prior records.
-    pub fn name(&self) -> String {
-        match self {
-            Self::Learned(model) => model.name(),
-            Self::Physics => "true physics".to_owned(),
-            Self::Rapier => "rapier".to_owned(),
-            Self::Python(model) => model.name.clone(),
-        }
-    }
-
     /// Runs `using` with this model on the default pool, without holding the GIL. An exception raised by a model in
     /// Python is returned unchanged.
     pub fn used<T: Send>(
@@ -309,13 +299,12 @@ impl Predictor for PythonModel {
 }
 
 impl RolloutModel for PythonModel {
-    fn rollouts(
-        &self,
-        task: &Arc<task::Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
-        rollouts(self, task, starts, sequences)
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>, DynamicsError> {
+        rollouts(self, starts, sequences)
     }
 }
 
@@ -360,7 +349,7 @@ pub fn rollout<'py>(
         }
     };
     let model = AnyModel::of(model, &task.0)?;
-    let rolled = model.used(py, |model| model.rollouts(&task.0, &starts, &sequences))?;
+    let rolled = model.used(py, |model| model.rollouts(&starts, &sequences))?;
     arrays(py, &rolled, length)
 }
 

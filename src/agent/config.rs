@@ -118,7 +118,12 @@ pub const SETTINGS: [Setting; 18] = [
     Setting::number("critic_learning_rate", 1e-12, 1e3, "learning rate of the critic"),
     Setting::count("batch_size", 1, 65_536, "transitions of an update"),
     Setting::number("gamma", 0.0, 1.0, "discount of future rewards"),
-    Setting::number("tau", 1e-6, 1.0, "part of the way that the target networks go in an update"),
+    Setting::number(
+        "tau",
+        1e-6,
+        1.0,
+        "fraction by which the target networks move towards the online networks in an update",
+    ),
     Setting::count("replay_capacity", 1, 10_000_000, "transitions that the replay buffer holds"),
     Setting::count("warmup_steps", 0, 1_000_000_000, "transitions recorded before the first update"),
     Setting::count("updates_per_step", 1, 1000, "updates for every transition recorded after that"),
@@ -130,7 +135,7 @@ pub const SETTINGS: [Setting; 18] = [
     // From 2 on, the process diverges from its mean.
     Setting::number("ou.theta", 1e-6, 1.999, "pull of the exploration noise towards its mean in a step"),
     Setting::number("ou.mu", -1.0, 1.0, "mean of the exploration noise"),
-    Setting::number("ou.sigma", 0.0, 10.0, "standard deviation of a step's kick of the exploration noise"),
+    Setting::number("ou.sigma", 0.0, 10.0, "standard deviation of a step's random increment of the exploration noise"),
     Setting::number("imitation.share", 0.0, 1.0, "share of a minibatch from segments that reached their stage"),
     Setting::number("imitation.weight", 0.0, 1000.0, "weight of the imitation of their actions in the actor's loss"),
 ];

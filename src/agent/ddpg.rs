@@ -196,7 +196,7 @@ impl Ddpg {
     }
 
     /// Stores the held policy for [`return_to_proven_policy`](Self::return_to_proven_policy).
-    pub fn prove_policy(&mut self) {
+    pub fn mark_policy_proven(&mut self) {
         self.proven.clone_from(&self.held);
     }
 

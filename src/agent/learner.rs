@@ -71,7 +71,7 @@ impl Learner {
     /// # Errors
     /// When a setting is invalid or cannot change because the learned state depends on it; names the
     /// setting.
-    pub fn change(&mut self, config: &DdpgConfig) -> Result<(), ValidationError> {
+    pub fn reconfigure(&mut self, config: &DdpgConfig) -> Result<(), ValidationError> {
         config.validate()?;
         let old = &self.ddpg.config;
         let same = [

@@ -99,7 +99,7 @@ pub enum ReplayError {
         value: f32,
     },
     /// The bytes are not a replay buffer written by [`ReplayBuffer::to_bytes`].
-    #[error("the saved replay buffer is damaged ({0}); use an older checkpoint")]
+    #[error("the saved replay buffer is damaged ({0}): `mge fork` can continue from an earlier checkpoint")]
     Damaged(&'static str),
 }
 
@@ -378,6 +378,12 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         ReplayBuffer::new(2, 1, 10).sample(5, &mut rng, &mut batch);
         assert!(batch.is_empty());
+    }
+
+    #[test]
+    fn an_empty_buffer_of_long_observations_is_restored() {
+        let empty = ReplayBuffer::new(4000, 3, 10);
+        assert_eq!(ReplayBuffer::from_bytes(&empty.to_bytes()).unwrap(), empty);
     }
 
     #[test]

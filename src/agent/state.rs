@@ -54,7 +54,9 @@ pub enum StateError {
     #[error(transparent)]
     Replay(#[from] ReplayError),
     /// The replay buffer belongs to another learner.
-    #[error("the saved replay buffer does not belong to the saved agent; use an older checkpoint")]
+    #[error(
+        "the saved replay buffer does not belong to the saved agent: `mge fork` can continue from an earlier checkpoint"
+    )]
     Foreign,
 }
 

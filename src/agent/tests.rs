@@ -182,7 +182,7 @@ fn a_held_policy_stays_while_the_networks_learn() {
     loaded.release_policy();
     let learned = loaded.act(&s);
     assert_ne!(learned, held);
-    ddpg.prove_policy();
+    ddpg.mark_policy_proven();
     ddpg.hold_policy();
     assert_ne!(ddpg.act(&s), held);
     let mut returned = Ddpg::load(&ddpg.save()).unwrap();

@@ -1,6 +1,7 @@
 //! Control of runs that other processes train, and trainings that outlive their terminal.
 
 use std::io;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -68,13 +69,10 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
 /// # Errors
 /// When the system refuses.
 pub fn detach() -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        // Fails if the process leads its group, as when started by a shell or the workbench; it then keeps its session.
-        let _ = rustix::process::setsid();
-        // Replaces the default action of SIGHUP, which a closing terminal sends, by a flag that nothing reads.
-        signal_hook::flag::register(signal_hook::consts::SIGHUP, std::sync::Arc::default())?;
-    }
+    // Fails if the process leads its group, as when started by a shell or the workbench; it then keeps its session.
+    let _ = rustix::process::setsid();
+    // Replaces the default action of SIGHUP, which a closing terminal sends, by a flag that nothing reads.
+    signal_hook::flag::register(signal_hook::consts::SIGHUP, std::sync::Arc::default())?;
     Ok(())
 }
 
@@ -86,13 +84,8 @@ pub fn continue_in_background(runs: &[PathBuf]) -> io::Result<()> {
     let runs: Vec<PathBuf> = runs.iter().map(std::fs::canonicalize).collect::<Result<_, _>>()?;
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["resume", "--detached", "--quiet"]).args(&runs);
-    #[cfg(unix)]
-    {
-        use std::os::unix::process::CommandExt;
-
-        // In its own group, so that a terminal closing before `setsid` does not send it SIGHUP.
-        command.process_group(0);
-    }
+    // In its own group, so that a terminal closing before `setsid` does not send it SIGHUP.
+    command.process_group(0);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
     for run in &runs {
         output::message(format_args!("{} continues in the background", run.display()));

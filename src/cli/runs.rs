@@ -233,10 +233,10 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
             "steps": trace.steps.len(),
             "actions": actions,
         });
-        if !trace.tools.is_empty() {
-            let number = |step: &TracedStep| trace.tools.get(step.tool?).copied();
+        if !trace.start.tools.is_empty() {
+            let number = |step: &TracedStep| trace.start.tools.get(step.tool?).copied();
             let kind = |step: &TracedStep| trace.tool_of(step).map(|tool| tool.kind);
-            line["action_set"] = json!(trace.tools);
+            line["action_set"] = json!(trace.start.tools);
             line["tools"] = json!(trace.steps.iter().map(number).collect::<Vec<_>>());
             line["types"] = json!(trace.steps.iter().map(kind).collect::<Vec<_>>());
         }

@@ -96,7 +96,7 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
 
 fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Option<&Path>) -> Outcome {
     let mut task = task::load(name)?;
-    let (model, _) =
+    let model =
         rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, rapier, true, or a model file")?;
     let mut progress = Progress::new(TRIALS as u64, false);
     let config = GuidanceConfig::default();

@@ -287,7 +287,7 @@ fn scene_errors(
         })?,
         hits: predictors.map(|predictor| {
             parts.next(&task.name)?;
-            let predicted = rollouts(predictor, task, &hit_starts, &hit_sequences)?;
+            let predicted = rollouts(predictor, &hit_starts, &hit_sequences)?;
             Ok(HitPredictions::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
         })?,
     })

@@ -4,7 +4,7 @@ use super::error::Result;
 use super::predictor::Predictor;
 use crate::env::{Action, ActionSet, Choice, Placement, Snapshot};
 use crate::physics::{BallState, SCREEN, Tool, to_normalised, to_units};
-use crate::task::{Region, SubgoalCheck, Task};
+use crate::task::{Region, SubgoalCheck};
 
 /// Largest predicted gap between the surfaces of ball and tool that counts as a touch, in units;
 /// above 0 because the ball is predicted only once per interval.
@@ -63,15 +63,12 @@ struct Target {
 ///
 /// # Errors
 /// When the predictor cannot predict a scene of the task.
-pub fn rollouts(
-    predictor: &dyn Predictor,
-    task: &Task,
-    starts: &[&Snapshot],
-    sequences: &[Vec<Action>],
-) -> Result<Vec<Rollout>> {
-    let stages = task.stages();
-    let next = |start: &Snapshot| vec![Target { region: stages[start.stage().min(stages.len() - 1)], at_end: false }];
-    roll_out(predictor, task, None, next, starts, sequences)
+pub fn rollouts(predictor: &dyn Predictor, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    let next = |start: &Snapshot| {
+        let stages = start.task().stages();
+        vec![Target { region: stages[start.stage().min(stages.len() - 1)], at_end: false }]
+    };
+    roll_out(predictor, None, next, starts, sequences)
 }
 
 /// Like [`rollouts`], for an agent that chooses among the tools of `set`, until any stage that can be
@@ -81,43 +78,43 @@ pub fn rollouts(
 /// When the predictor cannot predict a scene of the task or one of the tools.
 pub fn rollouts_with_tools(
     predictor: &dyn Predictor,
-    task: &Task,
     set: &ActionSet,
     starts: &[&Snapshot],
     sequences: &[Vec<Choice>],
 ) -> Result<Vec<Rollout>> {
-    let at_end = task.rules.subgoal_check == SubgoalCheck::ActionEnd;
     let open = |start: &Snapshot| {
+        let task = start.task();
+        let at_end = task.rules.subgoal_check == SubgoalCheck::ActionEnd;
         let subgoals = task.subgoals.iter().zip(start.reached()).filter(|(_, reached)| !**reached);
         let subgoals = subgoals.map(|(region, _)| Target { region: *region, at_end });
         let goal = (!start.goal_reached()).then(|| Target { region: task.goal.region(), at_end: false });
         let open = subgoals.chain(goal);
         if task.rules.in_order { open.take(1).collect() } else { open.collect() }
     };
-    roll_out(predictor, task, Some(set), open, starts, sequences)
+    roll_out(predictor, Some(set), open, starts, sequences)
 }
 
 fn roll_out<C: Copy + Into<Choice>>(
     predictor: &dyn Predictor,
-    task: &Task,
     set: Option<&ActionSet>,
     targets: impl Fn(&Snapshot) -> Vec<Target>,
     starts: &[&Snapshot],
     sequences: &[Vec<C>],
 ) -> Result<Vec<Rollout>> {
     let mut rollouts: Vec<OngoingRollout> =
-        starts.iter().map(|start| OngoingRollout::new(task, targets(start), start)).collect();
+        starts.iter().map(|start| OngoingRollout::new(targets(start), start)).collect();
+    let steps = starts.first().map_or(0, |start| start.task().rules.steps_per_action);
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
     for index in 0..horizon {
         for (rollout, sequence) in rollouts.iter_mut().zip(sequences) {
             match sequence.get(index) {
                 Some(&choice) if !rollout.over && index < rollout.actions_left => {
-                    rollout.place(task, set, choice.into());
+                    rollout.place(set, choice.into());
                 }
                 _ => rollout.over = true,
             }
         }
-        for _ in 0..task.rules.steps_per_action / predictor.interval() {
+        for _ in 0..steps / predictor.interval() {
             advance(predictor, &mut rollouts)?;
         }
         for rollout in rollouts.iter_mut().filter(|rollout| rollout.is_in_action()) {
@@ -140,7 +137,8 @@ fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout]) -> Result
 }
 
 impl OngoingRollout {
-    fn new(task: &Task, targets: Vec<Target>, start: &Snapshot) -> Self {
+    fn new(targets: Vec<Target>, start: &Snapshot) -> Self {
+        let task = start.task();
         let tools: Vec<Tool> = start.world().tools().copied().collect();
         let ball = start.ball();
         Self {
@@ -157,12 +155,12 @@ impl OngoingRollout {
     }
 
     /// Places the task's tool, or the chosen tool of `set`. The no-op and choices outside the set place nothing.
-    fn place(&mut self, task: &Task, set: Option<&ActionSet>, Choice { tool, place: action }: Choice) {
+    fn place(&mut self, set: Option<&ActionSet>, Choice { tool, place: action }: Choice) {
         self.snapshot.set_ball(self.ball);
         let placement = match set {
-            None => self.snapshot.place(task, action),
+            None => self.snapshot.place(action),
             Some(set) => match set.get(tool).flatten() {
-                Some(tool) => self.snapshot.place_tool(task, tool, action),
+                Some(tool) => self.snapshot.place_tool(tool, action),
                 None => Placement::NoOp,
             },
         };

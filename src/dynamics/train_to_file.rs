@@ -67,7 +67,7 @@ pub fn checkpoint_of(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// As [`Training::new`] and [`Training::resume`]; when the checkpoint belongs to a training with
-/// other settings, or a file cannot be read or written.
+/// other settings, `path` is a file of another kind, or a file cannot be read or written.
 pub fn train_to_file(
     path: &Path,
     config: ModelConfig,
@@ -76,6 +76,10 @@ pub fn train_to_file(
     command: &str,
     mut on_progress: impl FnMut(&Progress) -> bool,
 ) -> Result<TrainedModel> {
+    if path.exists() && !matches!(Model::load(path), Ok(_) | Err(DynamicsError::Io { .. })) {
+        let reason = "it exists and is not a dynamics model: choose another name, or remove it".to_owned();
+        return Err(DynamicsError::Content { origin: path.display().to_string(), reason });
+    }
     let checkpoint = checkpoint_of(path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
     let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, LARGEST));
@@ -134,7 +138,17 @@ mod tests {
         assert_ne!(of("a.safetensors"), of("a.model"));
     }
 
-    #[cfg(unix)]
+    #[test]
+    fn a_file_of_another_kind_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("task.json");
+        std::fs::write(&path, "{}").unwrap();
+        let settings = TrainConfig { epochs: 1, observations: 1, ..TrainConfig::default() };
+        let outcome = train_to_file(&path, ModelConfig::default(), settings, &[ToolKind::Box], "", |_| true);
+        assert!(outcome.unwrap_err().to_string().contains("is not a dynamics model"));
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "{}");
+    }
+
     #[test]
     fn a_device_in_place_of_the_checkpoint_is_not_read() {
         let folder = tempfile::tempdir().unwrap();

@@ -108,13 +108,12 @@ pub const TOOL_PROPERTIES: [&str; 12] = [
 
 /// The [`TOOL_FEATURES`] of a tool; properties that its type does not use are 0. The no-op is all zeros.
 pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
-    use ToolKind::{Belt, Cannon, Fan, HingeConstrained, Ladder, SeeSaw};
+    use ToolKind::SeeSaw;
     let mut features = [0.0; TOOL_FEATURES];
     let Some(tool) = tool else { return features };
     let (kinds, properties) = features.split_at_mut(ToolKind::ALL.len());
     kinds[tool.kind.index()] = 1.0;
     let only = |used: bool, value: f64| if used { value as f32 } else { 0.0 };
-    let is = |kinds: &[ToolKind]| kinds.contains(&tool.kind);
     properties.copy_from_slice(&[
         (tool.size / 20.0) as f32,
         only(tool.kind.is_segment(), tool.radius),
@@ -122,9 +121,9 @@ pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
         pxfm::f_sin(tool.angle) as f32,
         only(!tool.kind.is_sensor(), tool.elasticity),
         only(!tool.kind.is_sensor(), tool.friction),
-        only(is(&[Cannon, Fan]), tool.force / 100.0),
-        only(is(&[Belt, Ladder]), tool.velocity / 10.0),
-        only(is(&[HingeConstrained, SeeSaw]), tool.max_angle / std::f64::consts::FRAC_PI_2),
+        only(tool.kind.has_force(), tool.force / 100.0),
+        only(tool.kind.has_velocity(), tool.velocity / 10.0),
+        only(tool.kind.has_max_angle(), tool.max_angle / std::f64::consts::FRAC_PI_2),
         only(tool.kind == SeeSaw && tool.on_left, 1.0),
         only(tool.kind == SeeSaw, tool.weight / 10.0),
         only(tool.kind.is_hinged(), tool.roll_friction - 1.0),

@@ -3,8 +3,8 @@
 
 use super::action_set::{ActionSet, TOOL_FEATURES, tool_features};
 use super::episode::{MARKER, Snapshot, TARGET, goal_object};
-use super::observation::{VELOCITY_SCALE, kept_tools};
-use crate::physics::{ACTION_SET, Motion, ObjectId, ToolKind, World, exact, to_normalised, to_units};
+use super::observation::{VELOCITY_SCALE, bounds, kept_tools};
+use crate::physics::{ACTION_SET, Motion, ObjectId, ToolKind, exact, to_normalised, to_units};
 use crate::task::{GoalShape, Task};
 
 /// Default number of object slots; see [`Environment::with_slots`](super::Environment::with_slots). If there are more
@@ -45,14 +45,14 @@ pub(super) fn description_parts(task: &Task, slots: usize) -> Vec<ObservationPar
 }
 
 /// Describes an episode, with `slots` object slots, and the first [`ACTION_SET`] tools of an action set.
-pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usize) -> Vec<f32> {
-    let objects = slots * SCENE_FEATURES;
+pub(super) fn describe(now: &Snapshot, set: &ActionSet, slots: usize) -> Vec<f32> {
+    let (task, objects) = (now.task(), slots * SCENE_FEATURES);
     let length = objects + progress_len(task) + ACTION_SET * TOOL_FEATURES;
     let mut numbers = Vec::with_capacity(length);
     let mut writer = ObjectWriter { numbers: &mut numbers, free: slots };
-    writer.push_movers(task, now.world());
-    writer.push_regions(task, now);
-    writer.push_tools(task, now.world());
+    writer.push_movers(now);
+    writer.push_regions(now);
+    writer.push_tools(now);
     numbers.resize(objects, 0.0);
     let flags = now.reached().iter().chain(now.reached_by_marker()).copied();
     let flags = flags.chain([now.target_moved(), now.goal_reached()]);
@@ -85,7 +85,8 @@ impl ObjectWriter<'_> {
     }
 
     /// Balls and boxes, in the order of their index in the world.
-    fn push_movers(&mut self, task: &Task, world: &World) {
+    fn push_movers(&mut self, now: &Snapshot) {
+        let (task, world) = (now.task(), now.world());
         let goal = goal_object(task);
         for index in 0..world.ball_count() {
             let material = world.ball_material(index);
@@ -103,7 +104,8 @@ impl ObjectWriter<'_> {
     }
 
     /// The goal, unless it is a ball, and the subgoals not yet reached.
-    fn push_regions(&mut self, task: &Task, now: &Snapshot) {
+    fn push_regions(&mut self, now: &Snapshot) {
+        let task = now.task();
         let rest = |position: [f32; 2]| Motion::at_rest(to_units(position.map(exact)));
         if task.goal.shape != GoalShape::Ball {
             self.push("goal", &rest(task.goal.position), properties(task.goal.radius, None));
@@ -116,9 +118,9 @@ impl ObjectWriter<'_> {
         }
     }
 
-    fn push_tools(&mut self, task: &Task, world: &World) {
-        for (index, tool) in kept_tools(world, task.tools.len(), self.free) {
-            let motion = world.plank(index).0.unwrap_or(Motion::at_rest(tool.position));
+    fn push_tools(&mut self, now: &Snapshot) {
+        for (index, tool) in kept_tools(now, self.free) {
+            let motion = now.world().plank(index).0.unwrap_or(Motion::at_rest(tool.position));
             self.push("tool", &motion, tool_features(Some(tool)));
         }
     }
@@ -140,11 +142,9 @@ pub(super) fn description_bounds(task: &Task, slots: usize) -> [Vec<f32>; 2] {
     const PROPERTIES: usize = ROLES.len() + MOTION_FEATURES;
     let is_kind = |column: usize| column < ToolKind::ALL.len();
     let object = |column: usize| column < ROLES.len() || (column >= PROPERTIES && is_kind(column - PROPERTIES));
-    let flags: Vec<bool> = (0..slots * SCENE_FEATURES)
+    let flags = (0..slots * SCENE_FEATURES)
         .map(|index| object(index % SCENE_FEATURES))
         .chain((0..progress_len(task)).map(|_| true))
-        .chain((0..ACTION_SET * TOOL_FEATURES).map(|index| is_kind(index % TOOL_FEATURES)))
-        .collect();
-    [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)]
-        .map(|(open, bound)| flags.iter().map(|flag| if *flag { bound } else { open }).collect())
+        .chain((0..ACTION_SET * TOOL_FEATURES).map(|index| is_kind(index % TOOL_FEATURES)));
+    bounds(flags)
 }

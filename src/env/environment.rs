@@ -31,9 +31,8 @@ pub struct Start {
 /// The agent has either the task's own tool or an action set; see [`with_tools`](Self::with_tools).
 #[derive(Debug, Clone)]
 pub struct Environment {
-    /// `loaded` is the task as loaded, `task` the task being played, with its random shifts applied.
+    /// The task as loaded; that of `now` has its random shifts applied.
     loaded: Arc<Task>,
-    task: Arc<Task>,
     start: Start,
     split: Option<ToolSplit>,
     /// The action set; None if the agent has the task's own tool.
@@ -51,19 +50,11 @@ pub struct Environment {
 impl Environment {
     /// An environment at the task's start without noise.
     pub fn new(task: Arc<Task>) -> Self {
-        Self::shifted(task, [0.0; 2])
-    }
-
-    /// An environment at a start shifted by noise, as [`Environment::shift`] reported it for an earlier episode.
-    pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
-        let now = Snapshot::new(&task, shift);
-        let start = Start { shift, ..Start::default() };
-        let is_first = shift == [0.0; 2] && task.shifts.is_empty();
-        let first = is_first.then(|| Arc::new(now.clone()));
+        let now = Snapshot::new(task.clone(), [0.0; 2]);
+        let first = task.shifts.is_empty().then(|| Arc::new(now.clone()));
         Self {
-            loaded: task.clone(),
-            task,
-            start,
+            loaded: task,
+            start: Start::default(),
             split: None,
             set: None,
             slots: SCENE_SLOTS,
@@ -129,14 +120,9 @@ impl Environment {
         &self.start
     }
 
-    /// How far noise has shifted the start of the current episode, normalised.
-    pub fn shift(&self) -> [f32; 2] {
-        self.start.shift
-    }
-
     /// The task being played, with its random shifts applied.
     pub fn task(&self) -> &Arc<Task> {
-        &self.task
+        self.now.task()
     }
 
     /// The task as loaded, without random shifts; every reset begins from it.
@@ -156,21 +142,19 @@ impl Environment {
 
     /// Starts an episode from the start of an earlier one of the same task.
     pub fn begin(&mut self, start: Start) {
-        if !self.loaded.shifts.is_empty() {
-            self.task = Arc::new(self.loaded.shifted(&start.shifts));
-        }
         if self.split.is_some() {
             self.set = Some(ActionSet::of_catalogue(&start.tools));
         }
         match &self.first {
             // Reuses the previous episode's memory, which has the size needed.
             Some(first) if start.shift == [0.0; 2] => self.now.clone_from(first),
-            _ => self.now = Snapshot::new(&self.task, start.shift),
+            _ if self.loaded.shifts.is_empty() => self.now = Snapshot::new(self.loaded.clone(), start.shift),
+            _ => self.now = Snapshot::new(Arc::new(self.loaded.shifted(&start.shifts)), start.shift),
         }
         self.start = start;
     }
 
-    /// Everything that changes during an episode.
+    /// The state of the episode.
     pub fn snapshot(&self) -> &Snapshot {
         &self.now
     }
@@ -192,23 +176,23 @@ impl Environment {
     /// of the objects' properties, the progress and the tools; rays if they are [set](Self::with_rays).
     /// [`observation_parts`](Self::observation_parts) lists its parts.
     pub fn observation(&self) -> Vec<f32> {
-        self.view().observation(&self.task, &self.now)
+        self.view().observation(&self.now)
     }
 
     /// Writes the current [`observation`](Self::observation) to `row`, which has exactly its length.
     pub fn write_observation(&self, row: &mut [f32]) {
-        self.view().write(&self.task, &self.now, row);
+        self.view().write(&self.now, row);
     }
 
     /// Draws the scene like CREATE's image observations: rows from the top, mirrored left to right, three bytes per
     /// pixel.
     pub fn draw(&self, pixels: &mut [u8; IMAGE_LEN]) {
-        image::draw(&self.task, &self.now, self.pictures.as_deref(), pixels);
+        image::draw(&self.now, self.pictures.as_deref(), pixels);
     }
 
     /// The parts of an observation, in order.
     pub fn observation_parts(&self) -> Vec<ObservationPart> {
-        self.view().parts(&self.task)
+        self.view().parts(self.task())
     }
 
     /// Length of an observation.
@@ -218,7 +202,7 @@ impl Environment {
 
     /// Lower and upper bounds of observations; unbounded values are infinite.
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
-        self.view().bounds(&self.task)
+        self.view().bounds(self.task())
     }
 
     /// Places the tool that the action asks for, if it may be placed, then runs the world for one action interval.
@@ -252,11 +236,11 @@ impl Environment {
         mut watch: impl FnMut(&World),
     ) -> Result<Step, EpisodeOver> {
         let mut step = self.begin_step(action.into())?;
-        for _ in 0..self.task.rules.steps_per_action {
-            self.now.advance(&self.task, &mut step);
+        for _ in 0..self.task().rules.steps_per_action {
+            self.now.advance(&mut step);
             watch(self.now.world());
         }
-        self.now.finish_action(&self.task, &mut step);
+        self.now.finish_action(&mut step);
         Ok(step)
     }
 
@@ -274,9 +258,9 @@ impl Environment {
         let mut step = self.begin_step(action.into())?;
         self.now.set_ball(ball);
         if hit {
-            self.now.reach_stage(&self.task, &mut step);
+            self.now.reach_stage(&mut step);
         }
-        self.now.finish_action(&self.task, &mut step);
+        self.now.finish_action(&mut step);
         step.observation = self.observation();
         Ok(step)
     }
@@ -287,19 +271,20 @@ impl Environment {
             return Err(EpisodeOver);
         }
         let placement = match &self.set {
-            None if tool == 0 => self.now.place(&self.task, place),
+            None if tool == 0 => self.now.place(place),
             None => Placement::Invalid,
             Some(set) => match set.get(tool) {
                 None => Placement::Invalid,
                 Some(None) => Placement::NoOp,
-                Some(Some(tool)) => self.now.place_tool(&self.task, tool, place),
+                Some(Some(tool)) => self.now.place_tool(tool, place),
             },
         };
         let is_free = matches!(placement, Placement::Placed | Placement::NoOp);
-        let blocked = if is_free { 0.0 } else { self.task.rules.rewards.blocked };
+        let rewards = &self.task().rules.rewards;
+        let blocked = if is_free { 0.0 } else { rewards.blocked };
         Ok(Step {
             observation: Vec::new(),
-            reward: self.task.rules.rewards.step + blocked,
+            reward: rewards.step + blocked,
             terminated: false,
             truncated: false,
             end: None,

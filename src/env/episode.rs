@@ -1,5 +1,7 @@
 //! One episode of a task: placements, physics, stages reached, rewards, termination.
 
+use std::sync::Arc;
+
 use super::action::{Action, EndReason, Placement, Step};
 use crate::physics::{Ball, BallState, Motion, ObjectId, SCREEN, Sensor, Tool, World, exact, to_normalised, to_units};
 use crate::task::{BallSpec, Goal, GoalShape, Part, Region, SubgoalCheck, Task};
@@ -31,9 +33,10 @@ pub(super) fn first_subgoal(task: &Task) -> usize {
     usize::from(matches!(goal_object(task), ObjectId::Sensor(_)))
 }
 
-/// Everything that changes during an episode. Cheap to clone.
+/// The state of an episode. Cheap to clone.
 #[derive(Debug)]
 pub struct Snapshot {
+    task: Arc<Task>,
     world: World,
     start: [f32; 2],
     placed: Vec<Action>,
@@ -50,6 +53,7 @@ pub struct Snapshot {
 }
 
 crate::physics::clone_fields!(Snapshot {
+    task,
     world,
     start,
     placed,
@@ -66,12 +70,11 @@ crate::physics::clone_fields!(Snapshot {
 });
 
 impl Snapshot {
-    pub(super) fn new(task: &Task, shift: [f32; 2]) -> Self {
+    pub(super) fn new(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let mut ball = task.ball;
         ball.position = [ball.position[0] + shift[0], ball.position[1] + shift[1]];
-        let world = world(task, &ball);
         Self {
-            world,
+            world: world(&task, &ball),
             start: ball.position,
             placed: Vec::new(),
             reached: vec![false; task.subgoals.len()],
@@ -84,7 +87,13 @@ impl Snapshot {
             still: 0,
             end: None,
             reasons: Vec::new(),
+            task,
         }
+    }
+
+    /// The task being played, with its random shifts applied.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
     }
 
     /// The current world.
@@ -155,13 +164,13 @@ impl Snapshot {
     }
 
     /// Whether a tool could be placed at `action`, without placing it.
-    pub fn check_tool(&self, task: &Task, tool: &Tool, action: Action) -> Placement {
+    pub fn check_tool(&self, tool: &Tool, action: Action) -> Placement {
         if !action.iter().all(|value| value.is_finite()) {
             return Placement::Invalid;
         }
         let (action, tool) = clipped(tool, action);
         let distance = |other: &Action| (action[0] - other[0]).hypot(action[1] - other[1]);
-        if self.placed.iter().any(|other| distance(other) <= task.rules.overlap_threshold) {
+        if self.placed.iter().any(|other| distance(other) <= self.task.rules.overlap_threshold) {
             return Placement::Overlap;
         }
         match self.world.obstruction(&tool) {
@@ -181,13 +190,13 @@ impl Snapshot {
     }
 
     /// Places the task's tool at `action` if it may be placed there.
-    pub fn place(&mut self, task: &Task, action: Action) -> Placement {
-        self.place_tool(task, &task.placeable.tool([0.0; 2]), action)
+    pub fn place(&mut self, action: Action) -> Placement {
+        self.place_tool(&self.task.placeable.tool([0.0; 2]), action)
     }
 
     /// Places a tool at `action` if it may be placed there.
-    pub fn place_tool(&mut self, task: &Task, tool: &Tool, action: Action) -> Placement {
-        let placement = self.check_tool(task, tool, action);
+    pub fn place_tool(&mut self, tool: &Tool, action: Action) -> Placement {
+        let placement = self.check_tool(tool, action);
         let (action, tool) = clipped(tool, action);
         match placement {
             Placement::Placed => {
@@ -201,26 +210,26 @@ impl Snapshot {
     }
 
     /// Runs one physics step and records touches, stages and the goal.
-    pub(super) fn advance(&mut self, task: &Task, step: &mut Step) {
+    pub(super) fn advance(&mut self, step: &mut Step) {
         self.world.step();
         if !step.reached_stage() {
-            self.note_touched_tools(task, step);
+            self.note_touched_tools(step);
         }
-        if task.rules.subgoal_check == SubgoalCheck::AnyStep {
-            self.check_subgoals(task, step);
+        if self.task.rules.subgoal_check == SubgoalCheck::AnyStep {
+            self.check_subgoals(step);
         }
-        self.marker_touched |= task.marker.is_some() && self.touches(TARGET, ObjectId::Ball(MARKER));
-        let touches_goal = self.touches(TARGET, goal_object(task));
+        self.marker_touched |= self.task.marker.is_some() && self.touches(TARGET, ObjectId::Ball(MARKER));
+        let touches_goal = self.touches(TARGET, goal_object(&self.task));
         self.goal_touched |= touches_goal;
-        if task.rules.goal_ends_episode && touches_goal && self.goal_counts(task) {
-            self.reach_goal(task, step);
+        if self.task.rules.goal_ends_episode && touches_goal && self.goal_counts() {
+            self.reach_goal(step);
         }
     }
 
-    fn note_touched_tools(&self, task: &Task, step: &mut Step) {
+    fn note_touched_tools(&self, step: &mut Step) {
         for touch in self.world.touches().iter().filter(|touch| touch.ball == TARGET) {
             if let ObjectId::Tool(index) = touch.object
-                && let Some(placed) = index.checked_sub(task.tools.len())
+                && let Some(placed) = index.checked_sub(self.task.tools.len())
                 && !step.touched.contains(&placed)
             {
                 step.touched.push(placed);
@@ -233,86 +242,85 @@ impl Snapshot {
         self.world.touches().iter().any(|touch| touch.ball == ball && touch.object == object)
     }
 
-    fn check_subgoals(&mut self, task: &Task, step: &mut Step) {
+    fn check_subgoals(&mut self, step: &mut Step) {
         for index in 0..self.reached.len() {
             if self.reached[index] {
                 continue;
             }
-            let sensor = first_subgoal(task) + index;
-            let is_reached = match task.rules.subgoal_check {
+            let sensor = first_subgoal(&self.task) + index;
+            let is_reached = match self.task.rules.subgoal_check {
                 SubgoalCheck::AnyStep => self.touches(TARGET, ObjectId::Sensor(sensor)),
                 SubgoalCheck::ActionEnd => self.world.overlaps_sensor(TARGET, sensor),
             };
             if is_reached {
-                self.reach_subgoal(index, task, step);
-            } else if task.rules.in_order {
+                self.reach_subgoal(index, step);
+            } else if self.task.rules.in_order {
                 break;
             }
         }
     }
 
-    fn reach_subgoal(&mut self, index: usize, task: &Task, step: &mut Step) {
+    fn reach_subgoal(&mut self, index: usize, step: &mut Step) {
         self.reached[index] = true;
-        self.world.remove_sensor(first_subgoal(task) + index);
+        self.world.remove_sensor(first_subgoal(&self.task) + index);
         step.subgoals.push(index);
-        step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
+        step.reward += self.worth(self.task.rules.rewards.subgoal).max(0.0);
     }
 
     /// Counts the next stage as reached, when a model predicts it.
-    pub(super) fn reach_stage(&mut self, task: &Task, step: &mut Step) {
+    pub(super) fn reach_stage(&mut self, step: &mut Step) {
         match self.stage() {
-            goal if goal == self.reached.len() => self.reach_goal(task, step),
-            subgoal => self.reach_subgoal(subgoal, task, step),
+            goal if goal == self.reached.len() => self.reach_goal(step),
+            subgoal => self.reach_subgoal(subgoal, step),
         }
     }
 
     /// Checks the marker's subgoals at the end of an action.
-    fn check_marker_subgoals(&mut self, task: &Task, step: &mut Step) {
+    fn check_marker_subgoals(&mut self, step: &mut Step) {
         for index in 0..self.reached_by_marker.len() {
-            let sensor = first_subgoal(task) + self.reached.len() + index;
+            let sensor = first_subgoal(&self.task) + self.reached.len() + index;
             if !self.reached_by_marker[index] && self.world.overlaps_sensor(MARKER, sensor) {
                 self.reached_by_marker[index] = true;
                 self.world.remove_sensor(sensor);
-                step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
+                step.reward += self.worth(self.task.rules.rewards.subgoal).max(0.0);
             }
         }
     }
 
     /// Whether reaching the goal counts now.
-    fn goal_counts(&self, task: &Task) -> bool {
-        !self.goal && self.target_moved && (!task.rules.in_order || self.reached.iter().all(|reached| *reached))
+    fn goal_counts(&self) -> bool {
+        !self.goal && self.target_moved && (!self.task.rules.in_order || self.reached.iter().all(|reached| *reached))
     }
 
-    fn reach_goal(&mut self, task: &Task, step: &mut Step) {
+    fn reach_goal(&mut self, step: &mut Step) {
         self.goal = true;
         step.goal = true;
-        step.reward += self.worth(task, task.rules.rewards.goal);
+        step.reward += self.worth(self.task.rules.rewards.goal);
     }
 
     /// A reward minus the cost of the tools placed so far.
-    fn worth(&self, task: &Task, reward: f32) -> f32 {
-        reward - task.rules.rewards.cost_per_tool * self.placed.len() as f32
+    fn worth(&self, reward: f32) -> f32 {
+        reward - self.task.rules.rewards.cost_per_tool * self.placed.len() as f32
     }
 
-    pub(super) fn finish_action(&mut self, task: &Task, step: &mut Step) {
-        let rules = &task.rules;
+    pub(super) fn finish_action(&mut self, step: &mut Step) {
         self.actions += 1;
-        if !rules.goal_ends_episode && self.goal_counts(task) && self.goal_touched {
-            self.reach_goal(task, step);
+        if !self.task.rules.goal_ends_episode && self.goal_counts() && self.goal_touched {
+            self.reach_goal(step);
         }
-        if rules.subgoal_check == SubgoalCheck::ActionEnd {
-            self.check_subgoals(task, step);
+        if self.task.rules.subgoal_check == SubgoalCheck::ActionEnd {
+            self.check_subgoals(step);
         }
-        self.check_marker_subgoals(task, step);
-        self.check_target_moved(task, step);
-        self.end = self.find_end(task);
+        self.check_marker_subgoals(step);
+        self.check_target_moved(step);
+        self.end = self.find_end();
         step.end = self.end;
         step.truncated = self.end == Some(EndReason::MaxActions);
         step.terminated = self.end.is_some() && !step.truncated;
     }
 
-    fn check_target_moved(&mut self, task: &Task, step: &mut Step) {
-        let Some(marker) = &task.marker else { return };
+    fn check_target_moved(&mut self, step: &mut Step) {
+        let Some(marker) = &self.task.marker else { return };
         if self.target_moved || (marker.must_hit && !self.marker_touched) {
             return;
         }
@@ -320,26 +328,26 @@ impl Snapshot {
         let [from, to] = [clip(self.start), clip(to_normalised(self.ball().position))];
         if (to[0] - from[0]).hypot(to[1] - from[1]) / 8f32.sqrt() > marker.move_threshold {
             self.target_moved = true;
-            step.reward += task.rules.rewards.target_moved;
+            step.reward += self.task.rules.rewards.target_moved;
         }
     }
 
-    fn find_end(&mut self, task: &Task) -> Option<EndReason> {
+    fn find_end(&mut self) -> Option<EndReason> {
         let inside = |ball: usize| {
             let screen = f64::from(SCREEN);
             self.world.motion(ball).position.iter().all(|p| *p > 0.0 && *p < screen)
         };
         let target_out = !inside(TARGET);
-        let marker_out = task.marker.is_some() && !self.target_moved && !inside(MARKER);
-        if self.rests(task) {
+        let marker_out = self.task.marker.is_some() && !self.target_moved && !inside(MARKER);
+        if self.rests() {
             self.still += 1;
         }
         let reasons = [
-            (EndReason::MaxActions, self.actions >= task.rules.max_actions),
+            (EndReason::MaxActions, self.actions >= self.task.rules.max_actions),
             (EndReason::OutOfBounds, target_out),
-            (EndReason::Standstill, self.still >= task.rules.still_actions),
+            (EndReason::Standstill, self.still >= self.task.rules.still_actions),
             (EndReason::MarkerOut, marker_out),
-            (EndReason::Goal, self.goal && task.rules.goal_ends_episode),
+            (EndReason::Goal, self.goal && self.task.rules.goal_ends_episode),
         ];
         self.reasons = reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect();
         let by_weight = [
@@ -353,10 +361,10 @@ impl Snapshot {
     }
 
     /// Whether all balls, boxes and planks are at rest.
-    fn rests(&self, task: &Task) -> bool {
-        let is_slow = |motion: Motion| BallState::from(motion).speed() < task.rules.min_speed;
+    fn rests(&self) -> bool {
+        let is_slow = |motion: Motion| BallState::from(motion).speed() < self.task.rules.min_speed;
         let ball_rests = |ball: usize| {
-            is_slow(self.world.motion(ball)) || (task.rules.capture_is_standstill && self.world.is_captured(ball))
+            is_slow(self.world.motion(ball)) || (self.task.rules.capture_is_standstill && self.world.is_captured(ball))
         };
         (0..self.world.ball_count()).all(ball_rests)
             && (0..self.world.tools().len()).all(|tool| self.world.plank(tool).0.is_none_or(is_slow))

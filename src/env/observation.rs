@@ -2,7 +2,8 @@
 //! stage.
 
 use super::description::ObservationPart;
-use crate::physics::{BallState, Tool, ToolKind, World, to_normalised};
+use super::episode::Snapshot;
+use crate::physics::{BallState, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
 /// Features of one object: velocity x, y; position x, y; one-hot type (ball, then
@@ -33,17 +34,22 @@ pub(super) fn observation_parts(task: &Task) -> Vec<ObservationPart> {
 /// and for velocities; 0 and 1 for one-hots.
 pub fn observation_bounds(task: &Task) -> [Vec<f32>; 2] {
     let is_one_hot = |index: usize| index >= OBJECT_SLOTS * OBJECT_FEATURES || index % OBJECT_FEATURES >= 4;
-    [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)].map(|(unbounded, bound)| {
-        (0..observation_len(task)).map(|index| if is_one_hot(index) { bound } else { unbounded }).collect()
-    })
+    bounds((0..observation_len(task)).map(is_one_hot))
+}
+
+/// Lower and upper bounds of numbers: 0 and 1 for flags, infinite for the others.
+pub(super) fn bounds(are_flags: impl Iterator<Item = bool> + Clone) -> [Vec<f32>; 2] {
+    [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)]
+        .map(|(open, bound)| are_flags.clone().map(|is_flag| if is_flag { bound } else { open }).collect())
 }
 
 /// Writes to `observation`, which has exactly the observation's length: the balls, the scene's tools, the placed
 /// tools, zeros for empty slots, and the one-hot of the next stage.
-pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, observation: &mut [f32]) {
+pub(super) fn observe(now: &Snapshot, observation: &mut [f32]) {
+    let world = now.world();
     observation.fill(0.0);
     let (objects, stages) = observation.split_at_mut(OBJECT_SLOTS * OBJECT_FEATURES);
-    if let Some(next) = stages.get_mut(stage) {
+    if let Some(next) = stages.get_mut(now.stage()) {
         *next = 1.0;
     }
     let (slots, _) = objects.as_chunks_mut::<OBJECT_FEATURES>();
@@ -52,7 +58,7 @@ pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, observati
     for (ball, slot) in of_balls.iter_mut().enumerate() {
         write_ball(&world.ball(ball), slot);
     }
-    let kept = kept_tools(world, fixed_tools, of_tools.len());
+    let kept = kept_tools(now, of_tools.len());
     for (slot, (_, tool)) in of_tools.iter_mut().zip(kept) {
         let [x, y] = to_normalised(tool.centre());
         (slot[2], slot[3]) = (x, y);
@@ -65,7 +71,8 @@ pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, observati
 
 /// The tools of the scene, then those placed by the agent, with their indices; the earliest placed are dropped if there
 /// are more than `slots`.
-pub(super) fn kept_tools(world: &World, fixed: usize, slots: usize) -> impl Iterator<Item = (usize, &Tool)> {
+pub(super) fn kept_tools(now: &Snapshot, slots: usize) -> impl Iterator<Item = (usize, &Tool)> {
+    let (world, fixed) = (now.world(), now.task().tools.len());
     let dropped = world.tools().len().saturating_sub(slots);
     world.tools().enumerate().filter(move |(index, _)| *index < fixed || *index >= fixed + dropped)
 }

@@ -5,9 +5,8 @@ use std::f32::consts::TAU;
 
 use super::action_set::{TOOL_FEATURES, tool_features};
 use super::episode::{Snapshot, goal_object};
-use super::observation::{BALL_POSITION, VELOCITY_SCALE};
+use super::observation::{BALL_POSITION, VELOCITY_SCALE, bounds};
 use crate::physics::{ObjectId, SCREEN, ToolKind, to_normalised, to_units};
-use crate::task::Task;
 
 /// Number of rays around the ball, and around the next target.
 const RAYS: usize = 24;
@@ -24,7 +23,8 @@ pub const RAYS_LEN: usize = POSITIONS + TOOL_FEATURES + 2 * RAYS;
 /// target how near the first tool is: 0 if there is none within half of the screen, 1 at the origin of the ray.
 /// Positions are normalised. Hinged planks are seen as when they were placed; markers, other balls and boxes are not
 /// seen.
-pub(super) fn observe_rays(task: &Task, now: &Snapshot) -> Vec<f32> {
+pub(super) fn observe_rays(now: &Snapshot) -> Vec<f32> {
+    let task = now.task();
     let ball = now.ball();
     let position = to_normalised(ball.position);
     let stage = now.stage();
@@ -60,8 +60,7 @@ pub(super) fn observe_rays(task: &Task, now: &Snapshot) -> Vec<f32> {
 pub(super) fn rays_bounds() -> [Vec<f32>; 2] {
     let is_unit =
         |index: usize| (POSITIONS..POSITIONS + ToolKind::ALL.len()).contains(&index) || index >= RAYS_LEN - 2 * RAYS;
-    [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)]
-        .map(|(open, bound)| (0..RAYS_LEN).map(|index| if is_unit(index) { bound } else { open }).collect())
+    bounds((0..RAYS_LEN).map(is_unit))
 }
 
 #[cfg(test)]
@@ -70,7 +69,7 @@ mod tests {
 
     use super::*;
     use crate::env::Environment;
-    use crate::task::{self, Form, ToolSpec};
+    use crate::task::{self, Form, Task, ToolSpec};
 
     /// A task with one box, to the right of the ball.
     fn beside_a_box() -> Task {

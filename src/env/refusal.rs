@@ -7,15 +7,15 @@ use crate::task::Task;
 
 impl Snapshot {
     /// Why a tool cannot be placed at `action`, such as "box here would overlap the bucket". None if it can.
-    pub fn refusal(&self, task: &Task, tool: &Tool, action: Action) -> Option<String> {
+    pub fn refusal(&self, tool: &Tool, action: Action) -> Option<String> {
         let kind = tool.kind;
-        match self.check_tool(task, tool, action) {
+        match self.check_tool(tool, action) {
             Placement::Placed | Placement::NoOp => None,
-            Placement::Invalid => Some(format!("{kind} here would be outside of the scene")),
+            Placement::Invalid => Some(format!("{kind} needs a finite position")),
             Placement::Overlap => Some(format!("{kind} here would be too near one placed before")),
             Placement::Collision => {
                 let object = self.obstruction(tool, action);
-                let what = object.map_or_else(|| "something".to_owned(), |object| name(task, object));
+                let what = object.map_or_else(|| "something".to_owned(), |object| name(self.task(), object));
                 Some(format!("{kind} here would overlap {what}"))
             }
         }
@@ -59,7 +59,7 @@ mod tests {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let mut env = Environment::new(task.clone());
         let tool = task.placeable.tool([0.0; 2]);
-        let refusal = |env: &Environment, at: Action| env.snapshot().refusal(&task, &tool, at);
+        let refusal = |env: &Environment, at: Action| env.snapshot().refusal(&tool, at);
         for (index, tool) in task.tools.iter().enumerate() {
             let said = refusal(&env, tool.position).unwrap();
             let own = format!("{} here would overlap the {}", task.placeable.kind, tool.kind);
@@ -68,7 +68,7 @@ mod tests {
         assert!(refusal(&env, task.ball.position).unwrap().ends_with("overlap the ball"));
         assert!(refusal(&env, task.goal.position).unwrap().ends_with("overlap the goal"));
         assert!(refusal(&env, task.subgoals[0].position).unwrap().ends_with("overlap subgoal 1"));
-        assert!(refusal(&env, [f32::NAN, 0.0]).unwrap().contains("outside of the scene"));
+        assert!(refusal(&env, [f32::NAN, 0.0]).unwrap().ends_with("needs a finite position"));
         let free = [-0.9, 0.9];
         assert_eq!(refusal(&env, free), None);
         env.step(free).unwrap();

@@ -157,7 +157,7 @@ fn start_noise_draws_two_uniform_numbers_and_no_noise_draws_none() {
         let mut same = rng.clone();
         let shift = [same.gen_range(-0.25f32..=0.25), same.gen_range(-0.25f32..=0.25)];
         let observation = env.reset(&mut rng);
-        assert_eq!(env.shift(), shift);
+        assert_eq!(env.start().shift, shift);
         let start = to_normalised(env.snapshot().ball().position);
         assert!((0..2).all(|axis| (start[axis] - shift[axis]).abs() < 1e-6), "{start:?}");
         assert_eq!(observation[2..4], start);
@@ -166,7 +166,7 @@ fn start_noise_draws_two_uniform_numbers_and_no_noise_draws_none() {
     let before = rng.clone();
     let mut env = environment(json!({}));
     env.reset(&mut rng);
-    assert_eq!((env.shift(), rng), ([0.0; 2], before));
+    assert_eq!((env.start().shift, rng), ([0.0; 2], before));
 }
 
 /// Normalised positions in the slots of an observation.

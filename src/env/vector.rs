@@ -126,7 +126,7 @@ pub enum VectorError {
         action: Action,
     },
     /// An action asks for a tool that the action set does not have.
-    #[error("the action of environment {index} asks for tool {tool}: the first of {count} is 0")]
+    #[error("the action of environment {index} asks for tool {tool}, but its {count} tools are numbered from 0")]
     NoTool {
         /// Which one.
         index: usize,
@@ -144,7 +144,7 @@ pub enum VectorError {
         wanted: &'static str,
     },
     /// There is no environment with this index.
-    #[error("there is no environment {index}: the last of {count} is {}", count.saturating_sub(1))]
+    #[error("there is no environment {index}: there are {count}, numbered from 0")]
     NoSuchEnvironment {
         /// The index.
         index: usize,

@@ -37,23 +37,23 @@ impl View<'_> {
     }
 
     /// The observation of an episode.
-    pub fn observation(&self, task: &Task, now: &Snapshot) -> Vec<f32> {
+    pub fn observation(&self, now: &Snapshot) -> Vec<f32> {
         match self {
             Self::Objects => {
-                let mut observation = vec![0.0; observation_len(task)];
-                self.write(task, now, &mut observation);
+                let mut observation = vec![0.0; observation_len(now.task())];
+                self.write(now, &mut observation);
                 observation
             }
-            Self::Scene(set, slots) => describe(task, now, set, *slots),
-            Self::Rays => observe_rays(task, now),
+            Self::Scene(set, slots) => describe(now, set, *slots),
+            Self::Rays => observe_rays(now),
         }
     }
 
     /// Writes the observation of an episode to `row`, which has exactly its length.
-    pub fn write(&self, task: &Task, now: &Snapshot, row: &mut [f32]) {
+    pub fn write(&self, now: &Snapshot, row: &mut [f32]) {
         match self {
-            Self::Objects => observe(now.world(), task.tools.len(), now.stage(), row),
-            Self::Scene(..) | Self::Rays => row.copy_from_slice(&self.observation(task, now)),
+            Self::Objects => observe(now, row),
+            Self::Scene(..) | Self::Rays => row.copy_from_slice(&self.observation(now)),
         }
     }
 }

@@ -52,6 +52,8 @@ fn rollout_actions(config: &RunConfig, task: &Task, source: &PriorSource) -> u64
     let explored = stages - 1;
     let real = match source {
         PriorSource::Uniform => 0,
+        // Rollouts of agents that choose among tools go on from the states of the stage before.
+        PriorSource::TruePhysics if config.tools.is_some() => 0,
         _ if explored == 0 => 0,
         _ => explored * guidance.environment_rollouts.div_ceil(explored),
     };

@@ -100,7 +100,7 @@ impl Comparison {
         if self.left_out.is_empty() {
             return;
         }
-        let _ = writeln!(text, "Left out, because they are not finished:\n");
+        let _ = writeln!(text, "Left out (unfinished runs and duplicates):\n");
         for ExcludedRun { run, reason } in &self.left_out {
             let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
         }

@@ -26,12 +26,11 @@ use crate::task::Task;
 pub fn build(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
-    model_name: &str,
     config: &GuidanceConfig,
     seed: u64,
     progress: impl FnMut(usize),
 ) -> Result<Option<ActionPrior>> {
-    match build_stages(task, model, model_name, config, seed, progress) {
+    match build_stages(task, model, config, seed, progress) {
         Ok((prior, _)) => Ok(Some(prior)),
         Err(DynamicsError::Stopped) => Ok(None),
         Err(error) => Err(error),
@@ -43,7 +42,6 @@ pub fn build(
 pub(super) fn build_stages(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
-    model_name: &str,
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
@@ -53,7 +51,7 @@ pub(super) fn build_stages(
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
     let mut prior = ActionPrior {
-        model: model_name.to_owned(),
+        model: model.name(),
         config: config.clone(),
         stages: Vec::new(),
         ..ActionPrior::uniform(task, seed)
@@ -95,7 +93,7 @@ fn imagine(
     let (mut config, longest) = (config.clone(), config.longest_horizon.min(task.rules.max_actions as usize));
     let mut most = config.most_model_rollouts;
     loop {
-        let rollouts = random_rollouts(task, model, &config, starts, rng)?;
+        let rollouts = random_rollouts(model, &config, starts, rng)?;
         stage.actions.extend(rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)));
         stage.model_rollouts += rollouts.len();
         stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
@@ -117,14 +115,13 @@ fn imagine(
 
 /// Rollouts of random actions, each from one of `starts`.
 pub(super) fn random_rollouts(
-    task: &Arc<Task>,
     model: &dyn RolloutModel,
     config: &GuidanceConfig,
     starts: &[Snapshot],
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Rollout>> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
-    model.rollouts(task, &chosen, &random_sequences(config, rng))
+    model.rollouts(&chosen, &random_sequences(config, rng))
 }
 
 /// Random actions for one batch of rollouts.

@@ -136,7 +136,7 @@ impl Candidate {
         seed: u64,
     ) -> Result<Self> {
         let task = Arc::new(Task { subgoals: subgoals.to_vec(), ..task.clone() });
-        let (prior, starts) = build_stages(&task, model, "", config, seed, |_| ())?;
+        let (prior, starts) = build_stages(&task, model, config, seed, |_| ())?;
         let mut rng = Stream::Trial.of(seed);
         let mut env = Environment::new(task.clone());
         let mut goals = 0;

@@ -38,11 +38,14 @@ pub struct Cluster {
 impl Cluster {
     /// An action from the cluster's normal distribution, clipped to [-1, 1].
     pub fn sample(&self, rng: &mut impl Rng) -> Action {
-        std::array::from_fn(|axis| {
-            let normal: f32 = StandardNormal.sample(rng);
-            (self.mean[axis] + self.std[axis] * normal).clamp(-1.0, 1.0)
-        })
+        std::array::from_fn(|axis| clipped_normal(self.mean[axis], self.std[axis], rng))
     }
+}
+
+/// A number from a normal distribution, clipped to [-1, 1].
+pub(super) fn clipped_normal(mean: f32, std: f32, rng: &mut impl Rng) -> f32 {
+    let normal: f32 = StandardNormal.sample(rng);
+    (mean + std * normal).clamp(-1.0, 1.0)
 }
 
 /// Clusters of `actions`, the largest first; empty if there are no actions.

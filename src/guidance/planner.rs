@@ -1,17 +1,13 @@
 //! Planning with a model instead of learning: the cross-entropy method over action
 //! sequences. With a single iteration it is random shooting.
 
-use std::sync::Arc;
-
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
+use super::clusters::clipped_normal;
 use super::rollout::RolloutModel;
 use crate::dynamics::{Result, Rollout};
 use crate::env::{Action, Snapshot, uniform_action};
-use crate::task::Task;
 use crate::validation::{Setting, ValidationError, check_settings};
 
 /// Settings of the planner.
@@ -68,14 +64,9 @@ struct Plan(Vec<[(f32, f32); 2]>);
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
-pub fn plan(
-    model: &dyn RolloutModel,
-    task: &Arc<Task>,
-    from: &Snapshot,
-    config: &PlannerConfig,
-    rng: &mut ChaCha8Rng,
-) -> Result<Action> {
+pub fn plan(model: &dyn RolloutModel, from: &Snapshot, config: &PlannerConfig, rng: &mut ChaCha8Rng) -> Result<Action> {
     let starts = vec![from; config.rollouts];
+    let target = from.task().stages()[from.stage().min(from.reached().len())].position;
     let mut best: Option<(f32, Vec<Action>)> = None;
     let mut fitted: Option<Plan> = None;
     for _ in 0..config.iterations {
@@ -85,8 +76,7 @@ pub fn plan(
                 None => (0..config.horizon).map(|_| uniform_action(rng)).collect(),
             })
             .collect();
-        let target = task.stages()[from.stage().min(task.subgoals.len())].position;
-        let rollouts = model.rollouts(task, &starts, &sequences)?;
+        let rollouts = model.rollouts(&starts, &sequences)?;
         let costs = rollouts.iter().map(|rollout| cost(rollout, target));
         let mut ranked: Vec<(f32, Vec<Action>)> = costs.zip(sequences).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -123,16 +113,15 @@ impl Plan {
     }
 
     fn sample(&self, rng: &mut ChaCha8Rng) -> Vec<Action> {
-        let draw = |rng: &mut ChaCha8Rng, (mean, std): (f32, f32)| {
-            (mean + std * rng.sample::<f32, _>(StandardNormal)).clamp(-1.0, 1.0)
-        };
-        self.0.iter().map(|step| [draw(rng, step[0]), draw(rng, step[1])]).collect()
+        self.0.iter().map(|step| step.map(|(mean, std)| clipped_normal(mean, std, rng))).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::Rng;
     use rand::SeedableRng;
+    use rand_distr::StandardNormal;
 
     use super::*;
 

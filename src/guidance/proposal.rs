@@ -62,7 +62,7 @@ pub fn propose_subgoals(
             (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
         let sequences = random_sequences(config, &mut rng);
         let states: Vec<&Snapshot> = chosen.iter().map(|(_, state)| state).collect();
-        let rollouts = model.rollouts(&task, &states, &sequences)?;
+        let rollouts = model.rollouts(&states, &sequences)?;
         let Some(region) = best_region(&task, &rollouts, &[]) else { break };
         let next = Arc::new(Task { subgoals: [&task.subgoals[..], &[region]].concat(), ..Task::clone(&task) });
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
@@ -97,7 +97,7 @@ pub(super) fn propose_regions(
     let mut found = Vec::new();
     // As for clusters, make more rollouts while they yield nothing.
     while found.is_empty() && (rollouts.is_empty() || rollouts.len() < config.most_model_rollouts) {
-        rollouts.extend(random_rollouts(task, model, config, starts, rng)?);
+        rollouts.extend(random_rollouts(model, config, starts, rng)?);
         while found.len() < most
             && let Some(region) = best_region(task, &rollouts, &found)
         {

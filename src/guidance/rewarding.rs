@@ -31,7 +31,7 @@ impl Rollout {
 
 impl Rewarding {
     /// Indices of the rewarding ones among the actions that led to a stage.
-    fn of(self, actions: &[RolloutAction]) -> Vec<usize> {
+    pub(super) fn of(self, actions: &[RolloutAction]) -> Vec<usize> {
         let chosen = |wanted: fn(&RolloutAction) -> bool| (0..actions.len()).filter(move |&i| wanted(&actions[i]));
         match self {
             Self::Touched => chosen(|a| a.placed && a.touched).collect(),

@@ -1,7 +1,5 @@
 //! Predictors of rollouts: learned models, rapier's own solver and the true physics.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use super::rewarding::Played;
@@ -9,16 +7,21 @@ use crate::dynamics::{DynamicsError, Model, Rapier, Result, Rollout, rollouts};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::to_normalised;
 use crate::stop::Stop;
-use crate::task::Task;
 
 /// Predicts the outcome of a sequence of actions.
 pub trait RolloutModel: std::fmt::Debug + Send + Sync {
+    /// The name that a prior records.
+    fn name(&self) -> String {
+        "unnamed".to_owned()
+    }
+
     /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
-    /// is reached, the episode is over, or the sequence ends.
+    /// is reached, the episode is over, or the sequence ends. All starts are of one task, which random shifts may
+    /// have changed.
     ///
     /// # Errors
-    /// When the model cannot predict the scenes of `task`.
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
+    /// When the model cannot predict the task's scenes.
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
 
     /// Whether callers should stop their work: see [`InterruptibleModel`].
     fn is_stopped(&self) -> bool {
@@ -45,7 +48,11 @@ impl<'a> InterruptibleModel<'a> {
 }
 
 impl RolloutModel for InterruptibleModel<'_> {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn name(&self) -> String {
+        self.model.name()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
         let piece = (PIECE / horizon.max(1)).max(1);
         let mut found = Vec::with_capacity(starts.len());
@@ -53,7 +60,7 @@ impl RolloutModel for InterruptibleModel<'_> {
             if self.is_stopped() {
                 return Err(DynamicsError::Stopped);
             }
-            found.extend(self.model.rollouts(task, starts, sequences)?);
+            found.extend(self.model.rollouts(starts, sequences)?);
         }
         Ok(found)
     }
@@ -64,8 +71,13 @@ impl RolloutModel for InterruptibleModel<'_> {
 }
 
 impl RolloutModel for Model {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-        rollouts(&*self.for_task(task)?, task, starts, sequences)
+    fn name(&self) -> String {
+        Self::name(self)
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let Some(first) = starts.first() else { return Ok(Vec::new()) };
+        rollouts(&*self.for_task(first.task())?, starts, sequences)
     }
 }
 
@@ -74,8 +86,13 @@ impl RolloutModel for Model {
 pub struct RapierPhysics;
 
 impl RolloutModel for RapierPhysics {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-        rollouts(&Rapier::new(task), task, starts, sequences)
+    fn name(&self) -> String {
+        "rapier".to_owned()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let Some(first) = starts.first() else { return Ok(Vec::new()) };
+        rollouts(&Rapier::new(first.task()), starts, sequences)
     }
 }
 
@@ -84,14 +101,18 @@ impl RolloutModel for RapierPhysics {
 pub struct TruePhysics;
 
 impl RolloutModel for TruePhysics {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn name(&self) -> String {
+        "true physics".to_owned()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let pairs = starts.par_iter().zip(sequences);
-        Ok(pairs.map(|(start, sequence)| true_rollout(task, start, sequence)).collect())
+        Ok(pairs.map(|(start, sequence)| true_rollout(start, sequence)).collect())
     }
 }
 
-fn true_rollout(task: &Arc<Task>, start: &Snapshot, sequence: &[Action]) -> Rollout {
-    let mut env = Environment::new(task.clone());
+fn true_rollout(start: &Snapshot, sequence: &[Action]) -> Rollout {
+    let mut env = Environment::new(start.task().clone());
     env.restore(start);
     let mut rollout = Rollout { path: vec![to_normalised(start.ball().position)], ..Rollout::default() };
     let mut played = Played::after(start.placed().len());
@@ -103,7 +124,7 @@ fn true_rollout(task: &Arc<Task>, start: &Snapshot, sequence: &[Action]) -> Roll
         };
         played.note(&action, &step);
         rollout.balls.push(env.snapshot().ball());
-        rollout.hit = step.subgoals.contains(&stage) || (stage == task.subgoals.len() && step.goal);
+        rollout.hit = step.subgoals.contains(&stage) || (stage == start.task().subgoals.len() && step.goal);
         if rollout.hit || step.end.is_some() {
             break;
         }

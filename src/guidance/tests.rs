@@ -10,7 +10,7 @@ use super::*;
 use crate::dynamics::{DynamicsError, Result, Rollout};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::stop::Stop;
-use crate::task::{self, Task};
+use crate::task::{self, Offset, Part, Shift, Task};
 
 fn rng() -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(0)
@@ -22,13 +22,29 @@ fn rng() -> ChaCha8Rng {
 struct Bullseye([f32; 2]);
 
 impl RolloutModel for Bullseye {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
-            let [x, y] = task.stages()[start.stage()].position;
+            let [x, y] = start.task().stages()[start.stage()].position;
             let miss = (sequence[0][0] - self.0[0]).hypot(sequence[0][1] - self.0[1]);
             Rollout { path: vec![[x + 1.0, y], [x + miss, y]], hit: miss < 0.02, ..Rollout::default() }
         };
         Ok(starts.iter().zip(sequences).map(roll_out).collect())
+    }
+}
+
+#[test]
+fn rollouts_aim_at_the_stages_of_a_shifted_scene() {
+    let mut task = task::load("task1").unwrap();
+    // The ball falls to the place to which the first subgoal is shifted.
+    let [x, y] = task.ball.position;
+    (task.subgoals[0].position, task.subgoals[0].radius) = ([x, y - 0.9], 4.0);
+    task.shifts = vec![Shift { parts: vec![Part::Subgoal(0)], by: Offset::OneOf(vec![[0.0, 0.7]]) }];
+    let mut env = Environment::new(Arc::new(task));
+    env.reset(&mut rng());
+    for model in [&RapierPhysics as &dyn RolloutModel, &TruePhysics, &*crate::dynamics::shipped("bucket-box").unwrap()]
+    {
+        let rollout = model.rollouts(&[env.snapshot()], &[vec![[-0.9, 0.9]]]).unwrap().remove(0);
+        assert!(rollout.hit, "{model:?}");
     }
 }
 
@@ -102,7 +118,7 @@ fn clusters_are_drawn_by_their_weights() {
 struct SoonerOnTheLeft;
 
 impl RolloutModel for SoonerOnTheLeft {
-    fn rollouts(&self, _: &Arc<Task>, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |sequence: &Vec<Action>| {
             let points = (20.0 * (2.0 + sequence[0][0])) as usize;
             Rollout { path: vec![[0.0; 2]; points], hit: true, ..Rollout::default() }
@@ -116,7 +132,7 @@ impl RolloutModel for SoonerOnTheLeft {
 struct OneInABatch;
 
 impl RolloutModel for OneInABatch {
-    fn rollouts(&self, _: &Arc<Task>, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |index: usize| Rollout { hit: index == 0, ..Rollout::default() };
         Ok((0..sequences.len()).map(roll_out).collect())
     }
@@ -129,7 +145,7 @@ fn more_rollouts_are_made_if_few_reach_a_stage() {
         [(0, 1000, (50, 1)), (1, 1000, (50, 1)), (3, 1000, (150, 3)), (3, 60, (100, 2)), (3, 1, (50, 1))]
     {
         let config = GuidanceConfig { model_rollouts: 50, least_hits, most_model_rollouts, ..Default::default() };
-        let prior = build(&task, &OneInABatch, "", &config, 0, |_| ()).unwrap().unwrap();
+        let prior = build(&task, &OneInABatch, &config, 0, |_| ()).unwrap().unwrap();
         let stage = &prior.stages[0];
         assert_eq!((stage.model_rollouts, stage.model_hits), expected, "{least_hits} {most_model_rollouts}");
     }
@@ -140,7 +156,7 @@ fn more_rollouts_are_made_if_few_reach_a_stage() {
 struct Slow(usize);
 
 impl RolloutModel for Slow {
-    fn rollouts(&self, _: &Arc<Task>, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |sequence: &Vec<Action>| Rollout { hit: sequence.len() >= self.0, ..Rollout::default() };
         Ok(sequences.iter().map(roll_out).collect())
     }
@@ -161,7 +177,7 @@ fn rollouts_become_longer_while_none_reaches_a_stage() {
     ] {
         let config =
             GuidanceConfig { model_rollouts: 50, most_model_rollouts: 100, longest_horizon, ..Default::default() };
-        let prior = build(&task, &Slow(needed), "", &config, 0, |_| ()).unwrap().unwrap();
+        let prior = build(&task, &Slow(needed), &config, 0, |_| ()).unwrap().unwrap();
         let stage = &prior.stages[0];
         let found = (prior.horizon(0), stage.model_rollouts, stage.model_hits);
         assert_eq!(found, (horizon, rollouts, hits), "{needed} {longest_horizon}");
@@ -173,7 +189,7 @@ fn the_plan_that_hits_soonest_is_taken() {
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
     let config = PlannerConfig { iterations: 1, ..PlannerConfig::default() };
-    let [x, _] = plan(&SoonerOnTheLeft, &task, env.snapshot(), &config, &mut rng()).unwrap();
+    let [x, _] = plan(&SoonerOnTheLeft, env.snapshot(), &config, &mut rng()).unwrap();
     assert!(x < -0.8, "{x}");
 }
 
@@ -183,8 +199,8 @@ fn any_hit_is_better_than_the_nearest_miss() {
     #[derive(Debug)]
     struct HitsOnTheRight;
     impl RolloutModel for HitsOnTheRight {
-        fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-            let target = task.stages()[starts[0].stage()].position;
+        fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+            let target = starts[0].task().stages()[starts[0].stage()].position;
             let roll_out = |sequence: &Vec<Action>| match sequence[0][0] > 0.5 {
                 true => Rollout { path: vec![[0.0; 2]; 64], hit: true, ..Rollout::default() },
                 false => Rollout { path: vec![target], hit: false, ..Rollout::default() },
@@ -194,7 +210,7 @@ fn any_hit_is_better_than_the_nearest_miss() {
     }
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
-    let [x, _] = plan(&HitsOnTheRight, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).unwrap();
+    let [x, _] = plan(&HitsOnTheRight, env.snapshot(), &PlannerConfig::default(), &mut rng()).unwrap();
     assert!(x > 0.5, "{x}");
 }
 
@@ -203,11 +219,11 @@ fn a_model_without_the_task_s_tools_is_an_error() {
     let task = Arc::new(task::load("task1").unwrap());
     let model = crate::dynamics::shipped("square-floor").unwrap();
     let config = GuidanceConfig::default();
-    let error = build(&task, &*model, "square-floor", &config, 0, |_| ()).unwrap_err();
+    let error = build(&task, &*model, &config, 0, |_| ()).unwrap_err();
     assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
     assert!(propose_subgoals(&task, &*model, 1, &config, 0).is_err());
     let env = Environment::new(task.clone());
-    assert!(plan(&*model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
+    assert!(plan(&*model, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
 }
 
 #[test]
@@ -261,7 +277,7 @@ fn a_plan_converges_to_the_best_action() {
     let env = Environment::new(task.clone());
     let distance = |iterations: usize| {
         let config = PlannerConfig { iterations, ..PlannerConfig::default() };
-        let [x, y] = plan(&Bullseye([0.3, -0.6]), &task, env.snapshot(), &config, &mut rng()).unwrap();
+        let [x, y] = plan(&Bullseye([0.3, -0.6]), env.snapshot(), &config, &mut rng()).unwrap();
         (x - 0.3).hypot(y + 0.6)
     };
     let (shooting, entropy) = (distance(1), distance(4));
@@ -320,9 +336,9 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
 struct Observed(std::sync::Mutex<Vec<(usize, u32)>>);
 
 impl RolloutModel for Observed {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         self.0.lock().unwrap().extend(starts.iter().map(|start| (start.stage(), start.actions())));
-        TruePhysics.rollouts(task, starts, sequences)
+        TruePhysics.rollouts(starts, sequences)
     }
 }
 
@@ -333,7 +349,7 @@ fn a_stage_is_explored_from_where_the_previous_one_was_reached() {
         let config =
             GuidanceConfig { start_states, model_rollouts: 200, environment_rollouts: 40, ..GuidanceConfig::default() };
         let model = Observed::default();
-        build(&task, &model, "true physics", &config, 1, |_| ()).unwrap().unwrap();
+        build(&task, &model, &config, 1, |_| ()).unwrap().unwrap();
         model.0.into_inner().unwrap()
     };
     let reached = stages(StartStates::Reached);
@@ -356,7 +372,7 @@ fn a_prior_records_the_numbers_of_rollouts_and_hits() {
     };
     let mut asked = Vec::new();
     let progress = |stage| asked.push(stage);
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, progress).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, progress).unwrap().unwrap();
     assert_eq!(asked, [0, 1]);
     let [first, last] = &prior.stages[..] else { panic!("two stages") };
     for stage in [first, last] {
@@ -379,7 +395,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
         let task = Arc::new(Task { goal: task::Goal { position: goal, ..task.goal }, ..task.clone() });
         let env = Environment::new(task.clone());
         let sequence = vec![vec![[-0.95, 0.95], [0.95, 0.95]]];
-        let rollouts = TruePhysics.rollouts(&task, &[env.snapshot()], &sequence).unwrap();
+        let rollouts = TruePhysics.rollouts(&[env.snapshot()], &sequence).unwrap();
         (rollouts.into_iter().next().unwrap(), task)
     };
     // The ball falls into the lower goal and cannot reach the upper one.
@@ -393,7 +409,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
 fn true_physics_guides_better_than_chance() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig { model_rollouts: 300, environment_rollouts: 40, ..GuidanceConfig::default() };
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| ()).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap().unwrap();
     let reached = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -419,7 +435,7 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
         "the same seed, the same proposal"
     );
     let task = Arc::new(Task { subgoals, ..task });
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| ()).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap().unwrap();
     let goals = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -443,11 +459,11 @@ struct Pieces<'a> {
 }
 
 impl RolloutModel for Pieces<'_> {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         if self.stop_in == Some(self.pieces.fetch_add(1, Ordering::Relaxed)) {
             self.stop.request();
         }
-        self.model.rollouts(task, starts, sequences)
+        self.model.rollouts(starts, sequences)
     }
 }
 
@@ -462,18 +478,18 @@ fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
         (0..320).map(|_| (0..8).map(|_| crate::env::uniform_action(&mut rng)).collect()).collect();
     let starts = vec![env.snapshot(); sequences.len()];
     for model in [&*learned as &dyn RolloutModel, &TruePhysics] {
-        let whole = model.rollouts(&task, &starts, &sequences).unwrap();
+        let whole = model.rollouts(&starts, &sequences).unwrap();
         let stop = Stop::default();
         let pieces = Pieces { model, stop: &stop, stop_in: None, pieces: AtomicUsize::new(0) };
-        assert!(InterruptibleModel::new(&pieces, &stop).rollouts(&task, &starts, &sequences).unwrap() == whole);
+        assert!(InterruptibleModel::new(&pieces, &stop).rollouts(&starts, &sequences).unwrap() == whole);
         assert_eq!(pieces.pieces.into_inner(), 2);
         let pieces = Pieces { model, stop: &stop, stop_in: Some(0), pieces: AtomicUsize::new(0) };
         let stopped = InterruptibleModel::new(&pieces, &stop);
-        assert!(matches!(stopped.rollouts(&task, &starts, &sequences), Err(DynamicsError::Stopped)));
+        assert!(matches!(stopped.rollouts(&starts, &sequences), Err(DynamicsError::Stopped)));
         assert_eq!(pieces.pieces.load(Ordering::Relaxed), 1, "it went on after the first piece");
         let config = GuidanceConfig::default();
-        assert!(build(&task, &stopped, "none", &config, 0, |_| ()).unwrap().is_none());
-        let plan = plan(&stopped, &task, env.snapshot(), &PlannerConfig::default(), &mut rng);
+        assert!(build(&task, &stopped, &config, 0, |_| ()).unwrap().is_none());
+        let plan = plan(&stopped, env.snapshot(), &PlannerConfig::default(), &mut rng);
         assert!(matches!(plan, Err(DynamicsError::Stopped)));
         let proposed = propose_subgoals(&task, &stopped, 1, &config, 0);
         assert!(matches!(proposed, Err(DynamicsError::Stopped)));

@@ -3,16 +3,13 @@
 
 use rayon::prelude::*;
 
-use super::rollout::TruePhysics;
+use super::rollout::{RolloutModel, TruePhysics};
 use crate::dynamics::{Model, Result, RolloutAction, rollouts_with_tools};
 use crate::env::{Choice, Environment, Placement, Snapshot};
 use crate::physics::{ObjectId, Tool, World};
 
 /// Predicts the outcome of a sequence of choices among tools.
-pub trait ToolModel: std::fmt::Debug + Send + Sync {
-    /// The name that a prior records.
-    fn name(&self) -> String;
-
+pub trait ToolModel: RolloutModel {
     /// Rolls out `sequences[i]` from `starts[i]` with the task and the action set of `env`, each until a stage is
     /// reached, the episode is over or the sequence ends.
     ///
@@ -38,10 +35,6 @@ pub struct ToolRollout {
 }
 
 impl ToolModel for TruePhysics {
-    fn name(&self) -> String {
-        "true physics".to_owned()
-    }
-
     fn tool_rollouts(
         &self,
         env: &Environment,
@@ -54,10 +47,6 @@ impl ToolModel for TruePhysics {
 }
 
 impl ToolModel for Model {
-    fn name(&self) -> String {
-        Model::name(self)
-    }
-
     fn tool_rollouts(
         &self,
         env: &Environment,
@@ -68,13 +57,14 @@ impl ToolModel for Model {
         let set = env.action_set().cloned().unwrap_or_default();
         let tools: Vec<Tool> = set.tools().flatten().copied().collect();
         model.check_tools(env.task(), &tools)?;
-        let rolled = rollouts_with_tools(&*model, env.task(), &set, starts, sequences)?;
+        let rolled = rollouts_with_tools(&*model, &set, starts, sequences)?;
         let predicted = rolled.into_iter();
         Ok(predicted.map(|rollout| ToolRollout { actions: rollout.actions, hit: rollout.hit, end: None }).collect())
     }
 }
 
-/// Plays choices until a stage is reached or the episode is over. Touches of a tool by any ball count.
+/// Plays choices until a stage is reached or the episode is over. Touches of a tool by any ball count, also after the
+/// stage was reached in the last action.
 fn play(mut env: Environment, start: &Snapshot, choices: &[Choice]) -> ToolRollout {
     env.restore(start);
     let first = env.task().tools.len() + start.placed().len();

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::clusters::clipped_normal;
 use super::config::GuidanceConfig;
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::TruePhysics;
@@ -130,7 +130,7 @@ fn roll_out(
     Ok(Some(rolled))
 }
 
-/// Clusters a stage's rewarding actions: those of rollouts that hit, if their tool was placed and touched.
+/// Clusters a stage's rewarding actions.
 fn stage_prior(
     drawn: &[Drawn],
     rolled: &[ToolRollout],
@@ -139,12 +139,13 @@ fn stage_prior(
     rng: &ChaCha8Rng,
 ) -> StagePrior {
     let hits = || drawn.iter().zip(rolled).filter(|(_, rollout)| rollout.hit);
-    let done = hits().flat_map(|((_, choices), rollout)| choices.iter().zip(&rollout.actions));
-    let points: Vec<Vec<f32>> = done
-        .filter(|(_, action)| action.placed && action.touched)
-        .map(|(choice, action)| {
-            let tool = tool_embedding(numbers[choice.tool]).map_or(&[][..], |tool| &tool[..]);
-            [&action.action[..], tool].concat()
+    let points: Vec<Vec<f32>> = hits()
+        .flat_map(|((_, choices), rollout)| {
+            config.rewarding.of(&rollout.actions).into_iter().map(|index| choices[index])
+        })
+        .map(|Choice { tool, place }| {
+            let tool = tool_embedding(numbers[tool]).map_or(&[][..], |tool| &tool[..]);
+            [&place[..], tool].concat()
         })
         .collect();
     let mut stage = StagePrior { model_rollouts: rolled.len(), model_hits: hits().count(), ..StagePrior::default() };
@@ -184,10 +185,7 @@ impl ActionPrior {
         let drawn = stage.draw(rng).and_then(|index| stage.clusters.get(index).zip(stage.tools.get(index)));
         let Some((cluster, tools)) = drawn else { return (uniform_action(rng), None) };
         let place = cluster.sample(rng);
-        let number = |(mean, std): (&f32, &f32)| {
-            let normal: f32 = StandardNormal.sample(rng);
-            (mean + std * normal).clamp(-1.0, 1.0)
-        };
+        let number = |(mean, std): (&f32, &f32)| clipped_normal(*mean, *std, rng);
         (place, Some(tools.mean.iter().zip(&tools.std).map(number).collect()))
     }
 }

@@ -56,7 +56,9 @@ impl TensorFile {
     pub fn to_bytes(&self) -> Vec<u8> {
         // One entry at most: the format's own metadata map has no order, so the bytes would vary.
         let metadata = (!self.metadata.is_empty()).then(|| {
-            let text = serde_json::json!(self.metadata).to_string();
+            let mut metadata = self.metadata.clone();
+            metadata.insert(CHECKSUM_KEY.to_owned(), self.checksum());
+            let text = serde_json::json!(metadata).to_string();
             HashMap::from([(METADATA_KEY.to_owned(), text)])
         });
         // Fails only if the header cannot be written as JSON or sizes do not match: names are
@@ -85,11 +87,22 @@ impl TensorFile {
             let values = view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
             file.tensors.insert(name, Entry { shape: view.shape().to_vec(), values });
         }
+        // Files of other programs may have none.
+        if file.metadata.remove(CHECKSUM_KEY).is_some_and(|checksum| checksum != file.checksum()) {
+            return Err(TensorFileError::Damaged { reason: "its checksum differs".to_owned() });
+        }
         Ok(file)
+    }
+
+    /// CRC-32C of all values, in the order of the tensors' names, in hexadecimal.
+    fn checksum(&self) -> String {
+        let append = |checksum, entry: &Entry| crc32c::crc32c_append(checksum, &entry.data());
+        format!("{:08x}", self.tensors.values().fold(0, append))
     }
 }
 
 const METADATA_KEY: &str = "mge";
+const CHECKSUM_KEY: &str = "checksum";
 
 fn read_error(error: SafeTensorError) -> TensorFileError {
     match error {
@@ -157,6 +170,10 @@ mod tests {
             let error = TensorFile::from_bytes(&bytes[..n]).unwrap_err();
             assert!(matches!(error, TensorFileError::Damaged { .. }), "{n}: {error}");
         }
+        let mut flipped = bytes.clone();
+        *flipped.last_mut().unwrap() ^= 1;
+        let error = TensorFile::from_bytes(&flipped).unwrap_err();
+        assert!(error.to_string().contains("checksum"), "{error}");
         let mut longer = bytes;
         longer.push(0);
         let error = TensorFile::from_bytes(&longer).unwrap_err();

@@ -197,6 +197,21 @@ impl ToolKind {
         matches!(self, Self::Hinge | Self::HingeConstrained | Self::SeeSaw)
     }
 
+    /// Whether the tool has a force.
+    pub fn has_force(self) -> bool {
+        matches!(self, Self::Cannon | Self::Fan)
+    }
+
+    /// Whether the tool moves the bodies that touch it at a velocity.
+    pub fn has_velocity(self) -> bool {
+        matches!(self, Self::Belt | Self::Ladder)
+    }
+
+    /// Whether the tool's plank turns up to an angle.
+    pub fn has_max_angle(self) -> bool {
+        matches!(self, Self::HingeConstrained | Self::SeeSaw)
+    }
+
     /// Whether bodies pass through the tool.
     pub fn is_sensor(self) -> bool {
         self.row().is_sensor

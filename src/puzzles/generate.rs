@@ -142,7 +142,7 @@ impl<'a> Search<'a> {
         let model = InterruptibleModel::new(&TruePhysics, stop);
         let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed)?;
         let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
-        let Some(prior) = guidance::build(&staged, &model, "true physics", &config, seed, |_| ())? else {
+        let Some(prior) = guidance::build(&staged, &model, &config, seed, |_| ())? else {
             return Ok(None);
         };
         let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);

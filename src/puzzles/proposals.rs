@@ -85,7 +85,7 @@ impl<'a> Proposal<'a> {
         handle.report(format!("subgoals of {}", self.name));
         let mut puzzle = task::load(&self.from.display().to_string())?;
         // The uniform source has no model to propose subgoals with.
-        if let Some((model, _)) = rollout_model(&self.search.model, &puzzle)? {
+        if let Some(model) = rollout_model(&self.search.model, &puzzle)? {
             let config = GuidanceConfig::default();
             let model = InterruptibleModel::new(&*model, handle.stop());
             puzzle.subgoals = match choose_subgoals(&puzzle, &model, self.search.subgoals, &config, 0, |_| ()) {

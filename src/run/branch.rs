@@ -93,7 +93,7 @@ mod tests {
         let mut writer = RunWriter::open(&source, 0).unwrap();
         for episode in 1..=9 {
             writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() })).unwrap();
-            writer.keep(&PlayedEpisode { episode, ..Default::default() }).unwrap();
+            writer.record_actions(&PlayedEpisode { episode, ..Default::default() }).unwrap();
         }
         let place = folder.path().join("b");
         assert!(matches!(Branch::new(&source, &place, 10), Err(RunError::LogTooShort { .. })));
@@ -111,7 +111,6 @@ mod tests {
         assert_eq!(read_metrics(&source.metrics_path()).unwrap().len(), 9, "the source is unchanged");
     }
 
-    #[cfg(unix)]
     #[test]
     fn a_link_in_place_of_a_log_is_not_followed() {
         let folder = tempfile::tempdir().unwrap();

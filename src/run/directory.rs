@@ -2,6 +2,7 @@
 
 use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -301,14 +302,8 @@ pub struct RunLock {
 impl RunLock {
     /// Whether the lock file is still in place; false if the run was moved or deleted.
     pub(super) fn is_in_place(&self) -> bool {
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::MetadataExt;
-            let (Ok(held), Ok(found)) = (self.file.metadata(), fs::symlink_metadata(&self.path)) else { return false };
-            (held.dev(), held.ino()) == (found.dev(), found.ino())
-        }
-        #[cfg(not(unix))]
-        self.path.exists()
+        let (Ok(held), Ok(found)) = (self.file.metadata(), fs::symlink_metadata(&self.path)) else { return false };
+        (held.dev(), held.ino()) == (found.dev(), found.ino())
     }
 }
 

@@ -70,7 +70,7 @@ pub enum RunError {
     /// A log ends before the checkpoint from which to resume.
     #[error(
         "{} ends at episode {found}, before the checkpoint's episode {wanted}: \
-         the file was changed, resume from an earlier checkpoint",
+         the file was changed; `mge fork` can continue from an earlier checkpoint",
         path.display()
     )]
     LogTooShort {
@@ -106,7 +106,7 @@ pub enum RunError {
         found: u64,
     },
     /// The content of a checkpoint's file does not match the manifest.
-    #[error("{} is damaged (its checksum differs): use another checkpoint", .0.display())]
+    #[error("{} is damaged (its checksum differs): `mge fork` can continue from an earlier checkpoint", .0.display())]
     Damaged(PathBuf),
     /// A checkpoint lacks a required section.
     #[error("the checkpoint of episode {episode} has no section \"{section}\"; it has {present}")]
@@ -122,7 +122,7 @@ pub enum RunError {
     #[error("\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64")]
     SectionName(String),
     /// The run is not being trained.
-    #[error("nobody is training {}: `mge resume` continues it", .0.display())]
+    #[error("no process is training {}: `mge resume` continues it", .0.display())]
     NotTrained(PathBuf),
     /// Notes are too long, or tags are not words.
     #[error("{0}")]
@@ -153,12 +153,12 @@ impl RunError {
 fn remedy(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "; free some space, then continue with `mge resume`"
+            "; free some space, then repeat the command, or continue the run with `mge resume`"
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "; choose a folder you may write with --out"
+            "; change the permissions, or use another folder"
         }
-        io::ErrorKind::NotADirectory => "; a part of the path is a file, choose another with --out",
+        io::ErrorKind::NotADirectory => "; a part of the path is a file: use another folder",
         _ => "",
     }
 }
@@ -184,12 +184,15 @@ mod tests {
         };
         let text = full.to_string();
         assert!(text.starts_with("cannot write runs/a/events.jsonl: "), "{text}");
-        assert!(text.ends_with("free some space, then continue with `mge resume`"), "{text}");
+        assert!(
+            text.ends_with("; free some space, then repeat the command, or continue the run with `mge resume`"),
+            "{text}"
+        );
 
         for (kind, remedy) in [
-            (io::ErrorKind::PermissionDenied, "; choose a folder you may write with --out"),
-            (io::ErrorKind::ReadOnlyFilesystem, "; choose a folder you may write with --out"),
-            (io::ErrorKind::NotADirectory, "; a part of the path is a file, choose another with --out"),
+            (io::ErrorKind::PermissionDenied, "; change the permissions, or use another folder"),
+            (io::ErrorKind::ReadOnlyFilesystem, "; change the permissions, or use another folder"),
+            (io::ErrorKind::NotADirectory, "; a part of the path is a file: use another folder"),
             (io::ErrorKind::NotFound, ""),
         ] {
             let source = io::Error::from(kind);

@@ -97,12 +97,12 @@ impl Practised {
 ///
 /// Every process that trains the run writes
 ///
-/// 1. [`Started`](Event::Started), once;
+/// 1. [`Started`](Event::Started), once, in a new run followed by [`Practised`](Event::Practised) if there was practice;
 /// 2. any number of times, in the order of `episode`: [`EpisodeFinished`](Event::EpisodeFinished),
 ///    then, if they apply to that episode, [`Evaluated`](Event::Evaluated), then
 ///    [`Checkpointed`](Event::Checkpointed). Anywhere between these there may be a
-///    [`ScheduleChanged`](Event::ScheduleChanged), a [`ClustersChanged`](Event::ClustersChanged), or
-///    a [`Paused`](Event::Paused) that is followed by [`Resumed`](Event::Resumed) before the next
+///    [`ScheduleChanged`](Event::ScheduleChanged), a [`ClustersChanged`](Event::ClustersChanged), a
+///    [`NeedsChanged`](Event::NeedsChanged), or a [`Paused`](Event::Paused) that is followed by [`Resumed`](Event::Resumed) before the next
 ///    `EpisodeFinished`;
 /// 3. exactly one of [`Finished`](Event::Finished), [`Stopped`](Event::Stopped) and
 ///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds

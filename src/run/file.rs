@@ -3,8 +3,11 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
+use rustix::fs::OFlags;
+use rustix::io::Errno;
 use serde::Serialize;
 
 use super::{Result, RunError};
@@ -76,32 +79,16 @@ pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Res
 fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     let irregular =
         || io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a link, a pipe or a folder");
-    #[cfg(unix)]
-    let file = {
-        use std::os::unix::fs::OpenOptionsExt;
-
-        use rustix::fs::OFlags;
-        use rustix::io::Errno;
-
-        // Do not wait for the other end of a pipe.
-        options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
-        options.open(path).map_err(|error| match Errno::from_io_error(&error) {
-            Some(Errno::LOOP | Errno::NXIO) => irregular(),
-            _ => error,
-        })?
-    };
-    #[cfg(not(unix))]
-    let file = {
-        if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
-            return Err(irregular());
-        }
-        options.open(path)?
-    };
+    // Do not wait for the other end of a pipe.
+    options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
+    let file = options.open(path).map_err(|error| match Errno::from_io_error(&error) {
+        Some(Errno::LOOP | Errno::NXIO) => irregular(),
+        _ => error,
+    })?;
     if file.metadata()?.is_file() { Ok(file) } else { Err(irregular()) }
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::os::unix::fs::symlink;
     use std::process::Command;

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, TempDir};
@@ -49,12 +50,8 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Makes created, renamed and removed names in a folder durable.
 pub(super) fn sync(folder: &Path) -> Result<()> {
-    // Only Unix can open a folder as a file; elsewhere the rename must suffice.
-    if cfg!(unix) {
-        let file = File::open(folder).map_err(RunError::io("sync", folder))?;
-        file.sync_all().map_err(RunError::io("sync", folder))?;
-    }
-    Ok(())
+    let file = File::open(folder).map_err(RunError::io("sync", folder))?;
+    file.sync_all().map_err(RunError::io("sync", folder))
 }
 
 /// The folder that holds `path`; "." for a bare name.
@@ -67,13 +64,7 @@ pub(super) fn parent_of(path: &Path) -> PathBuf {
 
 /// Makes temporary folders, which are private by default, follow the user's umask.
 fn follow_umask(builder: &mut Builder<'_, '_>) {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o777));
-    }
-    #[cfg(not(unix))]
-    let _ = builder;
+    builder.permissions(std::fs::Permissions::from_mode(0o777));
 }
 
 #[cfg(test)]
@@ -96,7 +87,6 @@ mod tests {
         assert_eq!(parent_of(Path::new("checkpoint/last")), PathBuf::from("checkpoint"));
     }
 
-    #[cfg(unix)]
     #[test]
     fn permissions_follow_the_umask() {
         use std::os::unix::fs::PermissionsExt;

@@ -34,9 +34,7 @@ impl RunState {
             Self::Interrupted => "interrupted",
         }
     }
-}
 
-impl RunState {
     /// The state after an event, if it follows from that event and from whether a process holds the lock.
     pub(super) fn after(event: &Event, locked: bool) -> Option<Self> {
         match event {

@@ -104,7 +104,7 @@ impl RunWriter {
     ///
     /// # Errors
     /// [`RunError::Io`].
-    pub fn keep(&mut self, episode: &PlayedEpisode) -> Result<()> {
+    pub fn record_actions(&mut self, episode: &PlayedEpisode) -> Result<()> {
         self.episodes.append_json(episode)
     }
 

@@ -63,7 +63,7 @@ fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [HitCounts; EXPLOR
         let Some(actor) = count_hits(task, &mut actor, episodes, seed, stop) else { return Ok(None) };
         handle.set_done(2 * u64::from(episodes));
         let model = InterruptibleModel::new(&TruePhysics, stop);
-        let prior = guidance::build(task, &model, "true physics", &GuidanceConfig::default(), seed, |_| ())?;
+        let prior = guidance::build(task, &model, &GuidanceConfig::default(), seed, |_| ())?;
         let guided = prior.and_then(|prior| count_hits(task, &mut Guided(&prior), episodes, seed, stop));
         Ok(guided.map(|guided| [uniform, actor, guided]))
     })

@@ -296,7 +296,7 @@ impl<'a> Study<'a> {
         let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only the uniform source has no model.
-            let Some((model, _)) = found else { return Ok(Vec::new()) };
+            let Some(model) = found else { return Ok(Vec::new()) };
             let model = InterruptibleModel::new(&*model, handle.stop());
             match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed) {
                 Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),

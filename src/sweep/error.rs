@@ -41,9 +41,9 @@ pub enum SweepError {
         .0.display()
     )]
     OtherRun(PathBuf),
-    /// A path with a line break cannot be part of a plan, which has one command per line.
-    #[error("{:?} has a line break, and a plan has one command a line: choose another folder with --out", .0.display().to_string())]
-    LineBreak(PathBuf),
+    /// A path that has a line break or is not UTF-8 cannot be part of a plan, which has one command per line of text.
+    #[error("{:?} has a line break or is not UTF-8, and a plan is text with one command a line: choose another folder with --out", .0)]
+    NoLine(PathBuf),
     /// A folder to collect from holds no sweep.
     #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]
     NotASweep(PathBuf),

@@ -15,7 +15,7 @@ const MOST_TASKS: usize = 1000;
 /// again does only the missing work. `program` and `folder` should be absolute.
 ///
 /// # Errors
-/// [`SweepError::LineBreak`] if one of the two paths has a line break.
+/// [`SweepError::NoLine`] if one of the two paths cannot be part of a line of text.
 pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, SweepError> {
     commands(sweep.jobs.iter().map(|job| job.alone.to_string()), program, folder)
 }
@@ -23,8 +23,8 @@ pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, Swee
 /// One command line for each of these sweeps.
 fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, SweepError> {
     for path in [program, folder] {
-        if path.display().to_string().contains(['\n', '\r']) {
-            return Err(SweepError::LineBreak(path.to_owned()));
+        if path.to_str().is_none_or(|path| path.contains(['\n', '\r'])) {
+            return Err(SweepError::NoLine(path.to_owned()));
         }
     }
     let mut text = String::new();

@@ -77,6 +77,7 @@ impl Edit {
             Self::DeleteSubgoal { index } => {
                 entry(&mut task.subgoals, "subgoal", index)?;
                 task.subgoals.remove(index);
+                task.forget(Part::Subgoal(index));
             }
             Self::MoveGoal { position } => task.goal.position = position,
             Self::ResizeGoal { radius } => task.goal.radius = radius,
@@ -97,6 +98,7 @@ impl Edit {
             Self::DeleteTool { index } => {
                 entry(&mut task.tools, "tool", index)?;
                 task.tools.remove(index);
+                task.forget(Part::Tool(index));
             }
             Self::SetPlaceable { kind, size, ref values } => {
                 task.placeable = Placeable { kind, form: form(kind, size, values)? };
@@ -108,18 +110,13 @@ impl Edit {
             Self::MoveProposal { index, position } => entry(&mut proposed, "proposal", index)?.position = position,
             Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposal", index)?.radius = radius,
             Self::AcceptProposal { index } => match taken(&mut proposed, index)? {
-                regions if index.is_none() => task.subgoals = regions,
+                regions if index.is_none() => {
+                    (0..task.subgoals.len()).rev().for_each(|index| task.forget(Part::Subgoal(index)));
+                    task.subgoals = regions;
+                }
                 regions => task.subgoals.extend(regions),
             },
             Self::DeleteProposal { index } => _ = taken(&mut proposed, index)?,
-        }
-        match *self {
-            Self::DeleteSubgoal { index } => task.forget(Part::Subgoal(index)),
-            Self::DeleteTool { index } => task.forget(Part::Tool(index)),
-            Self::AcceptProposal { index: None } => {
-                (0..draft.task.subgoals.len()).rev().for_each(|index| task.forget(Part::Subgoal(index)));
-            }
-            _ => {}
         }
         task.validate()?;
         // Proposals must be acceptable together.

@@ -91,10 +91,16 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     match bounded::read_text(path) {
         Ok(text) => parse(&text, name),
         Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
-            let known = shipped_names().collect::<Vec<_>>().join(", ");
+            let is_level = name.starts_with("create/");
+            let known: Vec<String> = match is_level {
+                true => level_names().map(|level| format!("create/{level}")).collect(),
+                false => shipped_names().map(str::to_owned).collect(),
+            };
             // A path is not a misspelt name.
-            let hint = if name.contains(['/', '.']) { String::new() } else { did_you_mean(shipped_names(), name) };
-            Err(TaskError::Unknown { name: name.to_owned(), known, hint })
+            let is_path = !is_level && name.contains(['/', '.']);
+            let names = known.iter().map(String::as_str);
+            let hint = if is_path { String::new() } else { did_you_mean(names, name) };
+            Err(TaskError::Unknown { name: name.to_owned(), known: known.join(", "), hint })
         }
         Err(source) => Err(TaskError::Io { path: path.to_owned(), source }),
     }

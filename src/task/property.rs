@@ -2,7 +2,7 @@
 
 use super::Form;
 use crate::physics::{Tool, ToolKind};
-use crate::spelling::did_you_mean;
+use crate::spelling::by_name;
 use crate::validation::{ValidationError, in_range};
 
 /// A number of a tool, by its name in task files. Angles are in degrees here, in radians in files.
@@ -55,7 +55,7 @@ struct Row {
 
 /// Every property, in the order of [`Property`].
 static PROPERTIES: [Row; 11] = {
-    use ToolKind::{Belt, Cannon, Circle, Fan, HingeConstrained, Ladder, SeeSaw};
+    use ToolKind::{Circle, SeeSaw};
     const PLAIN: Row = Row {
         name: "",
         unit: "",
@@ -111,7 +111,7 @@ static PROPERTIES: [Row; 11] = {
         Row {
             name: "force",
             step: 10.0,
-            belongs_to: |kind| matches!(kind, Cannon | Fan),
+            belongs_to: ToolKind::has_force,
             of: |tool| tool.force,
             set: |form, value| form.force = Some(value),
             ..PLAIN
@@ -120,14 +120,14 @@ static PROPERTIES: [Row; 11] = {
             name: "vel",
             unit: "units/s",
             step: 1.0,
-            belongs_to: |kind| matches!(kind, Belt | Ladder),
+            belongs_to: ToolKind::has_velocity,
             of: |tool| tool.velocity,
             set: |form, value| form.vel = Some(value),
             ..PLAIN
         },
         Row {
             name: "max_angle",
-            belongs_to: |kind| matches!(kind, HingeConstrained | SeeSaw),
+            belongs_to: ToolKind::has_max_angle,
             range: Some([0.0, 90.0]),
             of: |tool| tool.max_angle,
             set: |form, value| form.max_angle = Some(value),
@@ -222,22 +222,7 @@ impl Property {
     }
 }
 
-impl std::fmt::Display for Property {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for Property {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let names = || Self::ALL.map(Self::name);
-        Self::ALL.into_iter().find(|property| property.name() == text).ok_or_else(|| {
-            format!("unknown property `{text}`: use {}{}", names().join(", "), did_you_mean(names().into_iter(), text))
-        })
-    }
-}
+by_name!(Property, "property");
 
 impl Form {
     /// The form with these properties replaced, for a tool of a type.

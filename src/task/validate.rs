@@ -206,13 +206,12 @@ impl Form {
     /// # Errors
     /// The first that is not allowed.
     pub fn check(&self, kind: ToolKind) -> Result<(), ValidationError> {
-        use ToolKind::{Belt, Cannon, Fan, HingeConstrained, Ladder, Ramp, SeeSaw};
-        let turns = matches!(kind, HingeConstrained | SeeSaw);
+        use ToolKind::{Ramp, SeeSaw};
         let fitting = [
             ("radius", self.radius.is_some(), kind.is_segment()),
-            ("force", self.force.is_some(), matches!(kind, Cannon | Fan)),
-            ("vel", self.vel.is_some(), matches!(kind, Belt | Ladder)),
-            ("max_angle", self.max_angle.is_some(), turns),
+            ("force", self.force.is_some(), kind.has_force()),
+            ("vel", self.vel.is_some(), kind.has_velocity()),
+            ("max_angle", self.max_angle.is_some(), kind.has_max_angle()),
             ("on_left", self.on_left.is_some(), kind == SeeSaw),
             ("ball_mass", self.ball_mass.is_some(), kind == SeeSaw),
             // CREATE sets it for ramps too.

@@ -143,7 +143,7 @@ const SETTINGS: [Setting; 20] = [
     Setting {
         path: "hold_tolerance",
         range: Range::NumberOrNull(0.0, 1.0),
-        about: "share of failed greedy attempts above which the held policy is exchanged; null to hold none",
+        about: "share of failed greedy attempts above which the held policy is replaced; null to hold none",
     },
     Setting::count(
         "mastered_update_interval",
@@ -195,7 +195,7 @@ const SETTINGS: [Setting; 20] = [
     ),
     Setting {
         path: "checkpoints.periodic_kept",
-        range: Range::CountOrNull(0, 1_000_000),
+        range: Range::CountOrNull(1, 1_000_000),
         about: "newest of these that are kept; null for all",
     },
 ];
@@ -307,7 +307,7 @@ impl RunConfig {
             return Err(ValidationError::new("observation", message));
         }
         if self.tools.is_none() {
-            let without = "is set, but the run has no `tools` to choose among: set them, too";
+            let without = "is set, but the run has no `tools` to choose among: set `tools` as well";
             let is_odd = self.evaluation.tools.is_some();
             return if is_odd { Err(ValidationError::new("evaluation.tools", without)) } else { Ok(()) };
         }

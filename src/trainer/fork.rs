@@ -51,7 +51,7 @@ impl RunConfig {
     /// configuration is `before`. `self` already includes `changes`.
     #[must_use]
     pub fn forked(self, before: &Self, run: &str, episode: u32, changes: Vec<String>) -> Self {
-        let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until < episode);
+        let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until <= episode);
         let mut tasks: Vec<PastTask> = known.cloned().collect();
         if before.task != self.task || before.further_tasks != self.further_tasks {
             tasks.push(PastTask { until: episode, task: before.task.clone(), further: before.further_tasks.clone() });
@@ -141,7 +141,7 @@ pub fn fork(
     let events: Vec<Event> =
         read_events(&branch.directory().events_path())?.into_iter().map(|logged| logged.event).collect();
     let mut training = begin(source, &old, episode, stop)?;
-    training.obey(stop);
+    training.stop_on(stop);
     repeat(&mut training, &events, episode, progress)?;
     let mut priors = training.priors();
     priors.resize(config.tasks().count(), None);
@@ -158,10 +158,12 @@ pub fn fork(
     Ok(branch.finish(&config, &checkpoint)?)
 }
 
-/// The training at the latest checkpoint that is not after `episode`, or a new one if there is none.
+/// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own
+/// checkpoints begin at its first episode: an earlier one is of the run that it comes from, with other settings.
 fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, ForkError> {
     let store = source.checkpoints();
-    let nearest = store.episodes()?.into_iter().rfind(|(at, _)| *at <= episode);
+    let first = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
+    let nearest = store.episodes()?.into_iter().rfind(|(at, _)| (first..=episode).contains(at));
     Ok(match nearest {
         Some((_, name)) => Training::resume(config.clone(), &store.load(name)?)?,
         None if config.fork.is_some() => return Err(ForkError::TooEarly(episode)),

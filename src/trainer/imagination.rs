@@ -45,7 +45,7 @@ pub(super) fn imagine(
             let mut action = ddpg.act(&observation);
             noise.perturb(&mut action, rng);
             let action = [action[0], action[1]];
-            let rollout = model.rollouts(env.task(), &[env.snapshot()], &[vec![action]])?;
+            let rollout = model.rollouts(&[env.snapshot()], &[vec![action]])?;
             let Some((rollout, ball)) = rollout.first().and_then(|r| Some((r, *r.balls.first()?))) else { break };
             let Ok(step) = env.step_predicted(action, ball, rollout.hit) else { break };
             let over = step.end.is_some();

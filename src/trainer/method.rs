@@ -6,38 +6,30 @@ use crate::spelling::by_name;
 
 /// A way of learning, or of acting without learning. All share one loop.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Standard DDPG, the baseline.
-    #[serde(rename = "ddpg")]
     Ddpg,
     /// DDPG with model-guided exploration (paper, section 4.3).
     #[default]
-    #[serde(rename = "ddpg-mge")]
     DdpgMge,
     /// Epsilon-greedy: uniform random actions instead of the clusters'. Separates the effect
     /// of the clusters from that of epsilon.
-    #[serde(rename = "ddpg-uniform")]
     DdpgUniform,
     /// Clusters from the true physics: an upper bound for learned models.
-    #[serde(rename = "ddpg-mge-true")]
     DdpgMgeTrue,
     /// DDPG with model-generated transitions in its replay buffer, which guidance avoids.
     #[serde(rename = "ddpg-model-replay")]
     ModelReplay,
     /// Planning through the model (cross-entropy method), without learning.
-    #[serde(rename = "planning")]
     Planning,
     /// DDPG-MGE that explores by need and learns from its own successes.
-    #[serde(rename = "ddpg-mge-adaptive")]
     DdpgMgeAdaptive,
     /// The same learner with uniform random actions instead of the clusters'.
-    #[serde(rename = "ddpg-uniform-adaptive")]
     DdpgUniformAdaptive,
     /// The same learner with noise as its only exploration.
-    #[serde(rename = "ddpg-adaptive")]
     DdpgAdaptive,
     /// No learning: guided exploration until an episode succeeds; its actions are then repeated.
-    #[serde(rename = "open-loop")]
     OpenLoop,
 }
 

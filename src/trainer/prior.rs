@@ -30,7 +30,7 @@ pub enum PriorError {
     NoPrediction { method: &'static str },
     /// Neither the shipped models nor rapier predict the effects of CREATE's tools.
     #[error(
-        "no shipped model predicts what CREATE's tools do, nor does rapier: with `tools` take `true`, or train a model with `mge dynamics train --tools create --out FILE` and name its file"
+        "neither the shipped models nor rapier predict CREATE's tools: use `true`, or train a model with `mge dynamics train --tools create --out FILE` and name its file"
     )]
     NoTools,
     /// The saved prior of a run is invalid or belongs to another task.
@@ -48,19 +48,15 @@ impl PriorError {
     }
 }
 
-/// A rollout model and the name that a prior records.
-pub type NamedModel = (Arc<dyn RolloutModel>, String);
-
-/// The predictor of a task's rollouts: a dynamics model, rapier or the true physics, with its name.
-/// `None` for [`PriorSource::Uniform`].
+/// The predictor of a task's rollouts: a dynamics model, rapier or the true physics. `None` for [`PriorSource::Uniform`].
 ///
 /// # Errors
 /// When the model cannot be loaded or does not support the task.
-pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedModel>, PriorError> {
+pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
     let model = match source {
         PriorSource::Uniform => return Ok(None),
-        PriorSource::Rapier => return Ok(Some((Arc::new(RapierPhysics), "rapier".to_owned()))),
-        PriorSource::TruePhysics => return Ok(Some((Arc::new(TruePhysics), "true physics".to_owned()))),
+        PriorSource::Rapier => return Ok(Some(Arc::new(RapierPhysics))),
+        PriorSource::TruePhysics => return Ok(Some(Arc::new(TruePhysics))),
         PriorSource::Learned => {
             let tools = task.tool_set();
             let names = || tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
@@ -69,8 +65,7 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
         PriorSource::ModelFile(name) => dynamics::named(name)?,
     };
     model.check_task(task)?;
-    let name = model.name();
-    Ok(Some((model, name)))
+    Ok(Some(model))
 }
 
 /// The predictor of rollouts of an agent that chooses among these tools: the true physics, or a dynamics model from a
@@ -117,11 +112,11 @@ pub fn build_prior(
             stop,
         )?);
     }
-    let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
+    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
     let model = InterruptibleModel::new(&*model, stop);
-    Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, progress)?)
+    Ok(guidance::build(&config.task, &model, &config.guidance, config.seed, progress)?)
 }
 
 /// Builds the priors of a run, one for each task; none if it is not guided. `progress` is called with the number of
@@ -186,8 +181,6 @@ pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Arc<dyn Rollo
     if !config.method.consults_model() {
         return Ok(None);
     }
-    match rollout_model(&config.rollout_source(), &config.task)? {
-        Some((model, _)) => Ok(Some(model)),
-        None => Err(PriorError::NoPrediction { method: config.method.name() }),
-    }
+    let model = rollout_model(&config.rollout_source(), &config.task)?;
+    model.map(Some).ok_or(PriorError::NoPrediction { method: config.method.name() })
 }

@@ -53,8 +53,8 @@ pub enum TrainerError {
 /// The recorded results depend only on the configuration and on the controls received.
 ///
 /// # Errors
-/// When the run is in use, its files cannot be used, or the learner diverges; all but
-/// the first are also recorded in the run.
+/// When the run is in use, its files cannot be used, or the learner diverges. Errors of the training itself are also
+/// recorded in the run.
 pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, TrainerError> {
     // Create the reader before locking, so that no request is missed that is sent once the lock is held.
     let requests = directory.requests();
@@ -129,13 +129,14 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
         Ok(outcome) => outcome,
         Err(panic) => {
             run_loop.fail(&format_args!("the training panicked: {}", panic_message(&*panic)));
+            run_loop.watch.set_phase(Phase::Ended);
             resume_unwind(panic)
         }
     }
 }
 
 /// The results of an episode.
-pub(super) struct Played {
+pub(super) struct EpisodeOutcome {
     pub record: EpisodeRecord,
     trace: Trace,
     /// The results of practice, if it preceded the episode, and the action prior after it.
@@ -147,7 +148,7 @@ pub(super) struct Played {
 }
 
 /// Computes an episode without writing any files.
-pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
+pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingError> {
     let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
     let refined = training.refine();
@@ -156,7 +157,7 @@ pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
         && evaluation.every > 0
         && training.episode().is_multiple_of(u64::from(evaluation.every));
     let evaluated = is_due.then(|| training.evaluate(evaluation.episodes)).transpose()?;
-    Ok(Played { record, trace, practised, refined, evaluated })
+    Ok(EpisodeOutcome { record, trace, practised, refined, evaluated })
 }
 
 struct RunLoop<'a> {
@@ -205,14 +206,14 @@ impl RunLoop<'_> {
         self.watch.set_prior(training.prior().cloned());
         self.watch.set_episode(training.episode());
         match training.prior().cloned() {
-            Some(prior) if training.episode() == 0 => self.record_prior(&prior, 0)?,
+            Some(prior) if training.episode() == 0 => self.record_prior(prior, 0)?,
             prior => self.restore_prior(prior.as_deref())?,
         }
         if training.episode() == 0 {
             self.record_needs(&training, &[])?;
         }
         self.watch.set_phase(Phase::Training);
-        training.show_phase(self.watch.shared_phase());
+        training.share_phase(self.watch.shared_phase());
         while !training.is_finished() {
             if let Next::Stop(reason) = self.handle_controls(&mut training)? {
                 self.save_now(&training)?;
@@ -232,24 +233,23 @@ impl RunLoop<'_> {
         let played = if self.is_slow { self.play_or_stop(training) } else { Some(play(training)) };
         self.is_slow = started.elapsed() > SLOW;
         let Some(played) = played else { return Ok(()) };
-        let Played { record, trace, practised, refined, evaluated } = played?;
+        let EpisodeOutcome { record, trace, practised, refined, evaluated } = played?;
         (self.is_saved, self.score) = (false, None);
         if let Some((practised, prior)) = practised {
             self.writer.record(&Event::Practised(practised))?;
-            self.record_prior(&prior, 0)?;
+            self.record_prior(prior, 0)?;
         }
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
         self.record_needs(training, &needs)?;
-        self.writer.keep(&trace.played())?;
+        self.writer.record_actions(&trace.played())?;
         self.watch.offer(|| LiveView {
             trace: Arc::new(trace),
             ddpg: Arc::new(training.ddpg().clone()),
             prior: training.prior().cloned(),
         });
         if let Some(prior) = refined {
-            self.record_prior(&prior, training.episode())?;
-            self.watch.set_prior(Some(prior));
+            self.record_prior(prior, training.episode())?;
         }
         if let Some(event) = evaluated {
             if let Event::Evaluated { mean_return, .. } = event {
@@ -262,10 +262,10 @@ impl RunLoop<'_> {
 
     /// Like [`play`], with a copy of the training. Returns `None` if a stop abandoned the episode; then
     /// the training is unchanged.
-    fn play_or_stop(&self, training: &mut Training) -> Option<Result<Played, TrainingError>> {
+    fn play_or_stop(&self, training: &mut Training) -> Option<Result<EpisodeOutcome, TrainingError>> {
         let stop = self.watch.stop();
         let mut copy = training.clone();
-        copy.obey(stop);
+        copy.stop_on(stop);
         let work = move || {
             let played = play(&mut copy);
             (played, copy)
@@ -274,7 +274,7 @@ impl RunLoop<'_> {
         if matches!(played, Err(TrainingError::Stopped)) {
             return None;
         }
-        after.obey(&Stop::default());
+        after.stop_on(&Stop::default());
         *training = after;
         Some(played)
     }
@@ -320,10 +320,11 @@ impl RunLoop<'_> {
         Ok(())
     }
 
-    /// Saves the prior and records that it is used from now on.
-    fn record_prior(&mut self, prior: &ActionPrior, episode: u64) -> Result<(), TrainerError> {
+    /// Saves and shows the prior, and records that it is used from now on.
+    fn record_prior(&mut self, prior: Arc<ActionPrior>, episode: u64) -> Result<(), TrainerError> {
         self.write_prior(&prior.to_json())?;
         let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
+        self.watch.set_prior(Some(prior));
         Ok(self.writer.record(&Event::ClustersChanged { episode, clusters })?)
     }
 

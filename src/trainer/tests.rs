@@ -238,7 +238,7 @@ fn the_start_noise_of_the_run_overrides_that_of_the_task() {
         task.rules.start_noise = of_task;
         (config.task, config.start_noise) = (Arc::new(task), of_run);
         let mut training = Training::new(config, None).unwrap();
-        let shifts: Vec<f32> = (0..200).flat_map(|_| training.run_episode().unwrap().1.shift).collect();
+        let shifts: Vec<f32> = (0..200).flat_map(|_| training.run_episode().unwrap().1.start.shift).collect();
         let widest = shifts.iter().fold(0.0f32, |widest, shift| widest.max(shift.abs()));
         assert!(widest <= expected && widest >= 0.95 * expected, "{widest}, not {expected}");
     }

@@ -1,6 +1,5 @@
 //! A training on its own thread.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
@@ -35,12 +34,9 @@ impl Trainer {
         let watch = Arc::new(Watch::default());
         let seen = watch.clone();
         let work = move || {
-            let outcome = catch_unwind(AssertUnwindSafe(|| train(&directory, &receiver, &seen)));
+            let outcome = train(&directory, &receiver, &seen).map_err(|error| error.to_string());
             seen.set_phase(Phase::Ended);
-            match outcome {
-                Ok(outcome) => outcome.map_err(|error| error.to_string()),
-                Err(panic) => Err(format!("the training panicked: {}", panic_message(&*panic))),
-            }
+            outcome
         };
         let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work)?;
         Ok(Self { controls, watch, thread: Some(thread) })

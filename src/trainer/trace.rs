@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::tools;
 use crate::env::{Action, Choice, Environment, EpisodeOver, Placement, Start, Step};
 use crate::physics::{Tool, catalogue_tool, to_normalised, to_units};
@@ -11,12 +9,11 @@ use crate::run::{PlayedAction, PlayedEpisode, Source};
 use crate::task::Task;
 
 /// One action of an episode and its result.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TracedStep {
     /// Requested position of the tool, normalised.
     pub action: Action,
     /// Index of the tool in the action set; none if the agent uses the task's own tool.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<usize>,
     /// What chose the action.
     pub source: Source,
@@ -40,18 +37,12 @@ impl TracedStep {
 }
 
 /// An episode, step by step.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trace {
     /// Number of the episode, from 1; 0 outside of training.
     pub episode: u64,
-    /// Shift of the start by noise, normalised.
-    pub shift: [f32; 2],
-    /// The task's random shifts as drawn, normalised.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub shifts: Vec<[f32; 2]>,
-    /// The action set, as numbers in CREATE's catalogue; empty if the agent uses the task's own tool.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tools: Vec<usize>,
+    /// The random draws of its reset.
+    pub start: Start,
     /// Its actions, in order.
     pub steps: Vec<TracedStep>,
 }
@@ -59,14 +50,13 @@ pub struct Trace {
 impl Trace {
     /// A trace without steps for episode number `episode`, to which the environment has just been reset.
     pub fn begin(env: &Environment, episode: u64) -> Self {
-        let Start { shift, shifts, tools } = env.start().clone();
-        Self { episode, shift, shifts, tools, steps: Vec::new() }
+        Self { episode, start: env.start().clone(), steps: Vec::new() }
     }
 
     /// The environment at the beginning of the episode.
     pub fn environment(&self, task: &Arc<Task>) -> Environment {
-        let mut env = tools::environment_with_tools(task.clone(), &self.tools);
-        env.begin(Start { shift: self.shift, shifts: self.shifts.clone(), tools: self.tools.clone() });
+        let mut env = tools::environment_with_tools(task.clone(), &self.start.tools);
+        env.begin(self.start.clone());
         env
     }
 
@@ -81,7 +71,7 @@ impl Trace {
     /// The catalogue tool that a step of the episode chose, at the origin; none for the no-op, and if the agent
     /// uses the task's own tool.
     pub fn tool_of(&self, step: &TracedStep) -> Option<&'static Tool> {
-        catalogue_tool(*self.tools.get(step.tool?)?)
+        catalogue_tool(*self.start.tools.get(step.tool?)?)
     }
 
     /// Takes a step in the environment and appends it.
@@ -113,19 +103,14 @@ impl Trace {
     /// The data needed to replay the episode.
     pub fn played(&self) -> PlayedEpisode {
         let step = |step: &TracedStep| PlayedAction { action: step.action, tool: step.tool, source: step.source };
-        PlayedEpisode {
-            episode: self.episode,
-            shift: self.shift,
-            shifts: self.shifts.clone(),
-            tools: self.tools.clone(),
-            actions: self.steps.iter().map(step).collect(),
-        }
+        let Start { shift, shifts, tools } = self.start.clone();
+        PlayedEpisode { episode: self.episode, shift, shifts, tools, actions: self.steps.iter().map(step).collect() }
     }
 
     /// Replays an episode; physics is deterministic to the last bit.
     pub fn replay(task: &Arc<Task>, played: &PlayedEpisode) -> Self {
         let PlayedEpisode { episode, shift, shifts, tools, actions } = played.clone();
-        let mut trace = Self { episode, shift, shifts, tools, steps: Vec::new() };
+        let mut trace = Self { episode, start: Start { shift, shifts, tools }, steps: Vec::new() };
         let mut env = trace.environment(task);
         for PlayedAction { action, tool, source } in actions {
             if trace.step(&mut env, Choice { tool: tool.unwrap_or(0), place: action }, source).is_err() {

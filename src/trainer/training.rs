@@ -141,7 +141,8 @@ impl Training {
     }
 
     /// Number of transitions recorded so far, including imagined ones.
-    pub fn transitions(&self) -> u64 {
+    #[cfg(test)]
+    pub(super) fn transitions(&self) -> u64 {
         self.learner.recorded()
     }
 
@@ -163,13 +164,13 @@ impl Training {
 
     /// From now on, episodes are abandoned once `stop` is requested. An abandoned episode leaves the training
     /// in an unusable state: continue with a copy made before.
-    pub(super) fn obey(&mut self, stop: &Stop) {
+    pub(super) fn stop_on(&mut self, stop: &Stop) {
         self.stop = stop.clone();
     }
 
-    /// From now on, shows practice on `sign`.
-    pub(super) fn show_phase(&mut self, sign: &SharedPhase) {
-        self.phase = sign.clone();
+    /// From now on, sets `phase` during practice.
+    pub(super) fn share_phase(&mut self, phase: &SharedPhase) {
+        self.phase = phase.clone();
     }
 
     /// Sets the epsilon schedule from the next episode on.
@@ -250,7 +251,7 @@ impl Training {
                 self.note_attempt(stage, reached);
             }
             if let Some(metrics) =
-                self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?
+                self.learn_from(stage, [&observation, &next_observation], &action, &step, &mut played)?
             {
                 means.add(&metrics);
             }
@@ -273,7 +274,7 @@ impl Training {
 
     /// Learns from a step towards a stage, given the observations before and after it. If the step reached the stage,
     /// keeps the rewarding actions of `played`.
-    fn take_in(
+    fn learn_from(
         &mut self,
         stage: usize,
         [observation, next_observation]: [&[f32]; 2],
@@ -312,8 +313,7 @@ impl Training {
         let rng = &mut self.progress.streams.model;
         let config = &self.config;
         let ddpg = self.learner.ddpg();
-        let env = tools::environment(config.task.clone(), config.observation, config.tools);
-        let imagined = imagine(&model, &env, states, ddpg, &config.model_replay, noise_scale, rng);
+        let imagined = imagine(&model, &self.env, states, ddpg, &config.model_replay, noise_scale, rng);
         for imagined in imagined.map_err(PriorError::from)? {
             self.learner.record(Transition {
                 observation: &imagined.observation,
@@ -409,7 +409,7 @@ impl Training {
         let ddpg = self.learner.ddpg_mut();
         match failure {
             Failure::Proven => {
-                ddpg.prove_policy();
+                ddpg.mark_policy_proven();
                 ddpg.hold_policy();
             }
             Failure::Worse => ddpg.return_to_proven_policy(),
@@ -430,9 +430,9 @@ impl Training {
         let streams = &mut self.progress.streams;
         Ok(match (&self.model, &self.progress.prior) {
             (Some(model), _) if self.config.method == Method::Planning => {
-                let (task, planner) = (&self.config.task, &self.config.planner);
+                let planner = &self.config.planner;
                 let model = InterruptibleModel::new(&**model, &self.stop);
-                let action = guidance::plan(&model, task, self.env.snapshot(), planner, &mut streams.model);
+                let action = guidance::plan(&model, self.env.snapshot(), planner, &mut streams.model);
                 let action = action.map_err(PriorError::from)?;
                 (action.to_vec(), Source::Planner)
             }

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use super::app::{App, Guarded, TerminalRequest, report_recovered_edits};
 use super::input::{Keymap, KeymapError};
-#[cfg(unix)]
 use super::terminal::signals::{self, Listener, Request};
 use super::terminal::{self, Graphics, Input, Screen, TerminalError};
 use super::view::SessionWorkspace;
@@ -84,12 +83,8 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
     let theme = Theme::from_env(|name| std::env::var(name).ok());
     let screen = Screen::open(!options.no_mouse)?;
-    #[cfg(unix)]
     let (listener, wake) = Listener::start()?;
-    #[cfg(unix)]
     let input = Input::new(wake);
-    #[cfg(not(unix))]
-    let input = Input;
     // The screen must outlive the app: it prints the app's final messages after restoring the terminal.
     let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
@@ -104,9 +99,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
         let now = Instant::now();
         app.guarded(|app| app.tick(now - last));
         last = now;
-        #[cfg_attr(not(unix), expect(unused_mut, reason = "only signals change it"))]
         let mut connected = false_if_hung_up(display.turn(&mut app))?;
-        #[cfg(unix)]
         while let Some(request) = listener.next() {
             match request {
                 Request::Quit(signal) => return Ok(ExitReason::Signal(signal)),
@@ -117,7 +110,6 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
             app.redraw();
         }
         if !connected {
-            #[cfg(unix)]
             listener.set_leaving();
             return Ok(ExitReason::HungUp);
         }
@@ -136,7 +128,7 @@ fn is_hang_up(error: &io::Error) -> bool {
     // Reading or writing a hung-up terminal fails with EIO.
     const EIO: i32 = 5;
     matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof)
-        || (cfg!(unix) && error.raw_os_error() == Some(EIO))
+        || error.raw_os_error() == Some(EIO)
 }
 
 /// The terminal: output and input.
@@ -217,10 +209,7 @@ impl Display {
             Some(TerminalRequest::Mouse(on)) => self.screen.set_mouse(on),
             Some(TerminalRequest::Copy(text)) => self.screen.copy(&text),
             Some(TerminalRequest::Notify(text)) => self.screen.notify(self.notify, &text),
-            #[cfg(unix)]
             Some(TerminalRequest::Suspend) => signals::stop_job(),
-            #[cfg(not(unix))]
-            Some(TerminalRequest::Suspend) => Ok(()),
             None => Ok(()),
         }
     }
@@ -237,7 +226,7 @@ mod tests {
             assert_eq!(is_hang_up(&kind.into()), is_closed, "{kind:?}");
         }
         // EIO
-        assert_eq!(is_hang_up(&io::Error::from_raw_os_error(5)), cfg!(unix));
+        assert!(is_hang_up(&io::Error::from_raw_os_error(5)));
         assert!(!false_if_hung_up(Err(BrokenPipe.into())).unwrap());
         assert!(false_if_hung_up(Err(PermissionDenied.into())).is_err());
         assert!(false_if_hung_up(Ok(true)).unwrap() && !false_if_hung_up(Ok(false)).unwrap());

@@ -31,14 +31,14 @@ impl HandPlay {
     pub fn place(&mut self, place: Action, number: Option<usize>) -> Result<Step, EpisodeOver> {
         // Without a number, the step uses the task's own tool, which is not in the catalogue.
         let tool = number.map(|number| self.index(number));
-        let set = tool.map(|_| ActionSet::of_catalogue(&self.trace.tools));
+        let set = tool.map(|_| ActionSet::of_catalogue(&self.trace.start.tools));
         self.env = self.env.clone().with_action_set(set);
         self.trace.step(&mut self.env, Choice { tool: tool.unwrap_or(0), place }, Source::Hand)
     }
 
     /// The index of a catalogue tool among those of the episode; adds it if it is new.
     fn index(&mut self, number: usize) -> usize {
-        let tools = &mut self.trace.tools;
+        let tools = &mut self.trace.start.tools;
         tools.iter().position(|known| *known == number).unwrap_or_else(|| {
             tools.push(number);
             tools.len() - 1

@@ -75,7 +75,7 @@ impl Session {
 
 fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
-    let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
+    let model = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
     let model = InterruptibleModel::new(&*model, reporter.stop());
     let progress = |tried| _ = reporter.progress(tried, TRIALS);
     choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)

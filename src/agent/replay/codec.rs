@@ -14,6 +14,11 @@ use super::{ReplayBuffer, ReplayError, Transition, bits};
 const MAGIC: [u8; 8] = *b"MGEREPL1";
 const CHECKSUM_LEN: usize = size_of::<u32>();
 
+/// Largest capacity, as in the settings.
+const MAX_CAPACITY: usize = 10_000_000;
+/// Longest observation of an empty buffer.
+const MAX_LENGTH: usize = 1 << 20;
+
 impl ReplayBuffer {
     /// The whole buffer, for a checkpoint. [`Self::from_bytes`] restores an equal one.
     pub fn to_bytes(&self) -> Vec<u8> {
@@ -53,11 +58,16 @@ impl ReplayBuffer {
         }
         let mut reader = Reader(&bytes[MAGIC.len()..]);
         let [observation_len, action_len, capacity, len, next] = reader.header()?;
-        if capacity == 0 || len > capacity || next >= capacity || (len < capacity && next != len) {
+        if !(1..=MAX_CAPACITY).contains(&capacity)
+            || len > capacity
+            || next >= capacity
+            || (len < capacity && next != len)
+        {
             return Err(ReplayError::Damaged("its counters contradict each other"));
         }
-        // Every number takes at least one bit, so this bounds the memory by the size of the input.
-        if observation_len.max(action_len) / 8 > bytes.len() {
+        // Every number of a transition takes at least one bit, so this bounds the memory by the size of the input.
+        let longest = if len == 0 { MAX_LENGTH } else { 8 * bytes.len() };
+        if observation_len.max(action_len) > longest {
             return Err(ReplayError::Damaged("it is cut off"));
         }
         let mut buffer = Self::new(observation_len, action_len, capacity);

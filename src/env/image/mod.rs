@@ -40,8 +40,8 @@ const BOUNCY_FROM: f64 = 0.65;
 const EDGE_LENGTH: f64 = 84.0;
 
 /// Draws the scene.
-pub(super) fn draw(task: &Task, now: &Snapshot, pictures: Option<&Pictures>, pixels: &mut [u8; IMAGE_LEN]) {
-    let world = now.world();
+pub(super) fn draw(now: &Snapshot, pictures: Option<&Pictures>, pixels: &mut [u8; IMAGE_LEN]) {
+    let (task, world) = (now.task(), now.world());
     let mut image = Image { canvas: Canvas::new(pixels), task, now, pictures };
     image.part(Part::Target);
     image.part(Part::Goal);

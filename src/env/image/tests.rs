@@ -30,19 +30,19 @@ fn recorded(record: &Value) -> Vec<u8> {
 /// Our image of the recorded state.
 fn drawn(record: &Value) -> Vec<u8> {
     let task = load(&format!("create/{}", record["level"].as_str().unwrap())).unwrap();
-    let mut now = Snapshot::new(&task, [0.0; 2]);
+    let names = crate::env::ball_names(&task);
+    let mut now = Snapshot::new(std::sync::Arc::new(task), [0.0; 2]);
     for placed in record["placed"].as_array().unwrap() {
         let tool = catalogue_tool(placed["tool_id"].as_u64().unwrap() as usize).unwrap();
         now.world_mut().add_tool(tool.at(to_units(numbers(&placed["pos_norm"]))));
     }
-    let names = crate::env::ball_names(&task);
     for (index, name) in names.iter().enumerate() {
         let recorded = if name == "ball0" { "env0" } else { name };
         let [x, y, vx, vy, angle, angular_velocity] = numbers(&record["balls"][recorded]);
         now.world_mut().set_ball(index, Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity });
     }
     let mut image = [0; IMAGE_LEN];
-    draw(&task, &now, None, &mut image);
+    draw(&now, None, &mut image);
     image.to_vec()
 }
 

@@ -18,7 +18,7 @@ use crate::task::{
 use crate::validation::ValidationError;
 
 /// Radius of CREATE's subgoals, in units.
-const SUBSTANDARD_RADIUS: f32 = 3.0;
+const SUBGOAL_RADIUS: f32 = 3.0;
 /// Half the side of the basket, in units.
 const BASKET_HALF_SIDE: f32 = 5.0;
 /// The target counts as moved once it is this far from its start (normalised, divided by the square root of 8).
@@ -202,6 +202,6 @@ fn interval(value: &Value, path: &str) -> Result<[f32; 2], ValidationError> {
 
 fn regions(values: &[Json], path: &str) -> Result<Vec<Region>, ValidationError> {
     let region =
-        |(index, value)| Ok(Region { position: pair(value, &format!("{path}[{index}]"))?, radius: SUBSTANDARD_RADIUS });
+        |(index, value)| Ok(Region { position: pair(value, &format!("{path}[{index}]"))?, radius: SUBGOAL_RADIUS });
     values.iter().enumerate().map(region).collect()
 }

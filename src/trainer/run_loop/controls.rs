@@ -96,8 +96,7 @@ impl RunLoop<'_> {
                     self.changed(training, paused)?;
                 }
                 Control::SetPrior(prior) => {
-                    self.record_prior(&prior, training.episode())?;
-                    self.watch.set_prior(Some(prior.clone()));
+                    self.record_prior(prior.clone(), training.episode())?;
                     training.set_prior(prior);
                     self.changed(training, paused)?;
                 }

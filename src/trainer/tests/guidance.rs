@@ -129,7 +129,7 @@ fn a_shipped_model_is_chosen_by_its_name() {
     let task = crate::task::load("task1").unwrap();
     let named = rollout_model(&PriorSource::from("bucket-box".to_owned()), &task).unwrap().unwrap();
     let usual = rollout_model(&PriorSource::Learned, &task).unwrap().unwrap();
-    assert_eq!(named.1, usual.1);
+    assert_eq!(named.name(), usual.name());
 }
 
 #[test]

@@ -153,6 +153,26 @@ fn a_fork_may_leave_the_further_tasks_but_not_exchange_them() {
 }
 
 #[test]
+fn a_fork_of_a_fork_keeps_the_tasks_of_all_earlier_episodes_and_does_not_begin_before_its_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let before = RunConfig { evaluation: Evaluation { every: 2, ..Evaluation::default() }, ..config(Method::Ddpg, 5) };
+    let run = new_run(folder.path(), "run", &before);
+    finish(&run);
+    let fork_at = |source: &RunDirectory, episode: u32, name: &str| {
+        let before: RunConfig = source.config().unwrap();
+        let task = Arc::new(Task { name: name.to_owned(), ..(*before.task).clone() });
+        let after = before.on(&task).forked(&before, "run", episode, Vec::new());
+        fork(source, &folder.path().join(name), after, |_, _| (), &Stop::default())
+    };
+    let first = fork_at(&run, 4, "second").unwrap();
+    let second: RunConfig = fork_at(&first, 4, "third").unwrap().config().unwrap();
+    let names: Vec<&str> = (3..=5).map(|episode| &*second.task_of(episode).name).collect();
+    assert_eq!(names, ["task1", "task1", "third"]);
+    assert!(first.checkpoints().names().unwrap().contains(&CheckpointName::Best), "a checkpoint of the source");
+    assert!(matches!(fork_at(&first, 3, "fourth"), Err(ForkError::TooEarly(3))));
+}
+
+#[test]
 fn a_checkpoint_of_other_tasks_is_not_resumed() {
     let config = several(Method::DdpgMge, 7);
     let checkpoint = Training::new(config.clone(), None).unwrap().checkpoint().unwrap();

@@ -42,9 +42,9 @@ fn an_episode_with_tools_is_replayed_exactly() {
         let played = crate::run::read_episode(&run.episodes_path(), record.episode).unwrap();
         let trace = Trace::replay(&config.task, &played);
         assert_eq!((trace.total_reward(), trace.steps.len() as u64), (record.return_, record.steps));
-        assert!(trace.tools[1..].iter().all(|number| train.contains(number)));
-        assert!(trace.steps.iter().all(|step| step.tool.is_some_and(|index| index < trace.tools.len())));
-        sets.push(trace.tools);
+        assert!(trace.start.tools[1..].iter().all(|number| train.contains(number)));
+        assert!(trace.steps.iter().all(|step| step.tool.is_some_and(|index| index < trace.start.tools.len())));
+        sets.push(trace.start.tools);
     }
     assert!(sets.windows(2).all(|pair| pair[0] != pair[1]), "every episode has a different set");
 }
@@ -85,7 +85,7 @@ fn a_policy_is_evaluated_with_held_out_tools() {
     let RunConfig { task, observation, .. } = training.config();
     let trace = greedy_episode(task, *observation, Some(ToolSplit::Test), training.ddpg(), &mut rng);
     let test = ToolSplit::Test.tools();
-    assert!(!trace.steps.is_empty() && trace.tools[1..].iter().all(|number| test.contains(number)));
+    assert!(!trace.steps.is_empty() && trace.start.tools[1..].iter().all(|number| test.contains(number)));
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn settings_that_conflict_with_tools_are_refused_in_one_line() {
     }
     let guided = choosing(Method::DdpgMge, 1).with_setting("prior", "learned").unwrap();
     let error = check_model(&guided).unwrap_err().to_string();
-    assert!(error.contains("take `true`, or train a model"), "{error}");
+    assert!(error.contains("use `true`, or train a model"), "{error}");
     for (model, expected) in [("bucket-box", "never trained on"), ("nowhere.safetensors", "nowhere.safetensors")] {
         let guided = guided.with_setting("prior", model).unwrap();
         let error = check_model(&guided).unwrap_err().to_string();

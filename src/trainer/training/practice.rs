@@ -18,7 +18,7 @@ impl Training {
     /// Practises, if configured and not yet done. As when the prior is [built](crate::guidance::build), actions from
     /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
     /// from episodes. After every round, the clusters are [refined](crate::trainer::Refinement) from the rewarding
-    /// actions. Practice of a task ends at a stage that is not reached; several tasks are practised one after the
+    /// actions, if refinement is on. Practice of a task ends at a stage that is not reached; several tasks are practised one after the
     /// other.
     ///
     /// # Errors
@@ -32,42 +32,53 @@ impl Training {
         }
         let mut rng = Stream::Practice.of(self.config.seed);
         let mut practised = Practised::default();
+        let mut earlier = 0;
         for task in 0..self.task_count() as usize {
-            self.on_task(task, |training| training.practise_task(&mut practised, &mut rng))?;
+            earlier += self.on_task(task, |training| training.practise_task(earlier, &mut practised, &mut rng))?;
         }
         self.progress.environment_steps = practised.actions;
         self.phase.set(Phase::Training);
         Ok(Some(practised))
     }
 
-    /// Practises the stages of the current task.
-    fn practise_task(&mut self, practised: &mut Practised, rng: &mut ChaCha8Rng) -> Result<(), TrainingError> {
+    /// Practises the stages of the current task, and returns their number; `earlier` is that of the tasks before it.
+    fn practise_task(
+        &mut self,
+        earlier: usize,
+        practised: &mut Practised,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<usize, TrainingError> {
         let mut starts = Vec::new();
-        for stage in 0..self.env.task().stage_count() {
-            starts = self.practise_stage(&starts, practised, rng)?;
+        let stages = self.env.task().stage_count();
+        for stage in 0..stages {
+            starts = self.practise_stage(earlier + stage, &starts, practised, rng)?;
             // Some may have reached the following stage at the same time.
             starts.retain(|state| state.stage() == stage + 1);
             if starts.is_empty() {
                 break;
             }
         }
-        Ok(())
+        Ok(stages)
     }
 
     /// Practises the next stage from the states `starts`, or from the start of the task if there are none. Returns the
-    /// states in which it was reached, without those of ended episodes.
+    /// states in which it was reached, without those of ended episodes. Observers see `stage` as its number.
     fn practise_stage(
         &mut self,
+        stage: usize,
         starts: &[Snapshot],
         practised: &mut Practised,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Snapshot>, TrainingError> {
         let mut states = Vec::new();
         let (mut rollouts, mut reached) = (0, 0);
-        let stage = practised.rollouts.len();
         let stages = self.config.tasks().map(|task| task.stage_count()).sum();
         while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
             for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
+                if self.stop.is_requested() {
+                    // Others may already have noted that the training has ended.
+                    return Err(TrainingError::Stopped);
+                }
                 match starts.len() {
                     0 => drop(self.env.reset(rng)),
                     count => self.env.restore(&starts[rng.gen_range(0..count)]),
@@ -105,7 +116,7 @@ impl Training {
             *actions += 1;
             let next_observation = tools::observed(&self.env);
             played.note(&action, &step);
-            self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?;
+            self.learn_from(stage, [&observation, &next_observation], &action, &step, &mut played)?;
             if step.reached_stage() || step.end.is_some() {
                 return Ok(step.reached_stage());
             }
@@ -168,8 +179,8 @@ mod tests {
     fn practice_reports_its_progress() {
         let mut training = training(&config());
         let (watch, stop) = (Watch::default(), Stop::default());
-        training.show_phase(watch.shared_phase());
-        training.obey(&stop);
+        training.share_phase(watch.shared_phase());
+        training.stop_on(&stop);
         assert_eq!(watch.phase(), Phase::Waiting);
         let work = std::thread::spawn(move || training.practise().unwrap());
         let mut seen = Vec::new();
@@ -220,7 +231,7 @@ mod tests {
         let mut training = training(&config());
         let stop = Stop::default();
         stop.request();
-        training.obey(&stop);
+        training.stop_on(&stop);
         assert!(matches!(training.practise(), Err(TrainingError::Stopped)));
     }
 

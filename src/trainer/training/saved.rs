@@ -86,7 +86,7 @@ impl Training {
         } else if config.further_tasks != old.further_tasks {
             return Err(TrainingError::OtherTasks);
         }
-        learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;
+        learner.reconfigure(&config.ddpg).map_err(|error| error.within("ddpg"))?;
         // A schedule changed during the run stays in use unless the fork sets another.
         if config.epsilon != old.epsilon {
             progress.epsilon = config.epsilon.clone();

@@ -119,7 +119,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::FarDown, Schedule, "point-far-down", "shift-down J", "", "a lower threshold by 0.1", Nothing),
     (A::AddPoint, Schedule, "add-point", "a", "add", "add a point; the schedule becomes hand-drawn", Nothing),
     (A::DeletePoint, Schedule, "delete-point", "delete X", "", "delete the point", Nothing),
-    (A::Kind, Schedule, "kind", "v", "kind", "next kind: constant, linear, exponential, step, hand-drawn", Nothing),
+    (A::Kind, Schedule, "kind", "v", "kind", "next kind: constant, linear, exponential, step, hand-drawn, by need", Nothing),
     (A::Confirm, Schedule, "apply", "enter", "apply", "use the schedule, at once or at the training's next episode", Like("epsilon")),
     (A::Discard, Schedule, "discard", "backspace", "", "go back to the schedule in use", Nothing),
 

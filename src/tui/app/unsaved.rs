@@ -1,5 +1,5 @@
 //! Recovery of unsaved edits: when a signal or a panic ends the workbench, the task is saved to a new file in the
-//! current folder, and the next start in that folder reports it.
+//! current folder, or else in the folder for temporary files. The next start in the current folder reports it.
 
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
@@ -33,23 +33,31 @@ impl DerefMut for Guarded {
 impl Drop for Guarded {
     fn drop(&mut self) {
         if !self.0.is_leaving() && self.0.workspace.view().dirty {
-            terminal::report_at_the_end(keep(self.0.workspace.view(), Path::new("")));
+            terminal::report_at_the_end(keep(self.0.workspace.view(), &[PathBuf::new(), std::env::temp_dir()]));
         }
     }
 }
 
-/// Saves the task to a new file in `folder`; returns the message to report.
-fn keep(view: &ViewModel, folder: &Path) -> String {
+/// Saves the task to a new file in the first of the folders that can be written; returns the message to report.
+fn keep(view: &ViewModel, folders: &[PathBuf]) -> String {
     let name = &view.task.name;
-    let path = (1..)
-        .map(|number| if number == 1 { format!("{NAME}{name}.json") } else { format!("{NAME}{name}-{number}.json") })
-        .map(|file| folder.join(file))
-        .find(|path| !path.exists())
-        .unwrap_or_default();
-    match task::save(&view.task, &path) {
-        Ok(()) => format!("the unsaved edits of {name} are kept in {}", path.display()),
-        Err(error) => format!("the edits of {name} are lost: {error}"),
+    let new_file = |folder: &PathBuf| {
+        (1..)
+            .map(
+                |number| if number == 1 { format!("{NAME}{name}.json") } else { format!("{NAME}{name}-{number}.json") },
+            )
+            .map(|file| folder.join(file))
+            .find(|path| !path.exists())
+            .unwrap_or_default()
+    };
+    let mut message = String::new();
+    for path in folders.iter().map(new_file) {
+        match task::save(&view.task, &path) {
+            Ok(()) => return format!("the unsaved edits of {name} are kept in {}", path.display()),
+            Err(error) => message = format!("the edits of {name} are lost: {error}"),
+        }
     }
+    message
 }
 
 /// Reports a task that an earlier workbench saved in `folder`.
@@ -78,7 +86,7 @@ mod tests {
     fn unsaved_edits_go_to_a_new_file_and_are_reported() {
         let folder = tempfile::tempdir().unwrap();
         for file in ["unsaved-task1.json", "unsaved-task1-2.json"] {
-            let report = keep(&typical(), folder.path());
+            let report = keep(&typical(), &[folder.path().to_owned()]);
             assert!(report.contains(file), "{report}");
             let kept = task::load(&folder.path().join(file).display().to_string()).unwrap();
             assert_eq!(kept.subgoals, typical().task.subgoals);
@@ -89,7 +97,9 @@ mod tests {
         let (mut app, _) = app(empty());
         report_recovered_edits(&mut app, folder.path());
         assert!(app.message.unwrap().0.text.contains("`task unsaved-task1"));
-        assert!(keep(&typical(), Path::new("/nowhere")).contains("are lost"));
+        assert!(keep(&typical(), &["/nowhere".into()]).contains("are lost"));
+        let fallback = keep(&typical(), &["/nowhere".into(), folder.path().to_owned()]);
+        assert!(fallback.contains("are kept in") && fallback.contains("unsaved-task1-3.json"), "{fallback}");
     }
 
     #[test]

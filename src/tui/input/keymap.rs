@@ -83,9 +83,13 @@ impl Keymap {
 
     /// The action of a key in the given contexts, innermost first.
     pub fn action(&self, key: Key, contexts: &[Context]) -> Option<UiAction> {
+        self.entry(key, contexts).map(|entry| entry.action)
+    }
+
+    fn entry(&self, key: Key, contexts: &[Context]) -> Option<&'static Entry> {
         contexts.iter().find_map(|context| {
             let bound = self.bindings.iter().find(|(bound, entry)| *bound == key && entry.context == *context);
-            bound.map(|(_, entry)| entry.action)
+            bound.map(|(_, entry)| *entry)
         })
     }
 
@@ -116,15 +120,13 @@ impl Keymap {
             let context = *context;
             entries().iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
         };
-        let mut hints: Vec<(String, &'static str, UiAction)> = Vec::new();
-        for entry in contexts.iter().flat_map(of_context) {
-            let key = self.keys(entry).into_iter().next();
+        let hint = |entry: &'static Entry| {
+            let (key, _) = self.bindings.iter().find(|(_, bound)| bound.name == entry.name)?;
             // A key of an inner context shadows the same key of an outer one.
-            if let Some(key) = key.filter(|key| hints.iter().all(|(known, ..)| known != key)) {
-                hints.push((key, entry.hint, entry.action));
-            }
-        }
-        hints
+            let reached = self.entry(*key, contexts).is_some_and(|reached| reached.name == entry.name);
+            reached.then(|| (key.to_string(), entry.hint, entry.action))
+        };
+        contexts.iter().flat_map(of_context).filter_map(hint).collect()
     }
 }
 
@@ -239,5 +241,7 @@ mod tests {
         let hints = map.hints(&contexts);
         assert_eq!(hints[1], ("enter".to_owned(), "place", UiAction::Confirm));
         assert_eq!(hints.iter().filter(|(key, ..)| key == "enter").count(), 1);
+        let over_the_scene = map.hints(&[Context::Hand, Context::Scene]);
+        assert!(over_the_scene.iter().all(|(.., action)| *action != UiAction::PlayPause), "space places the tool");
     }
 }

@@ -47,7 +47,8 @@ impl Question {
         Self { title: title.into(), text: String::new(), answers, selected, rows: Vec::new() }
     }
 
-    /// A confirmation: what will happen, and the key, meaning and effect of each answer.
+    /// A confirmation: what will happen, and the key, meaning and effect of each answer. To cancel is selected at
+    /// first, so that Enter alone loses nothing.
     pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
         let answer = |key: &str, name: &str, effect| Answer {
             key: key.to_owned(),
@@ -56,8 +57,9 @@ impl Question {
             effect,
         };
         let answers = answers.into_iter().map(|(key, name, effect)| answer(&key.to_string(), name, Some(effect)));
-        let answers = answers.chain([answer("esc", "cancel", None)]).collect();
-        Self { title: title.to_owned(), text, answers, selected: 0, rows: Vec::new() }
+        let answers: Vec<Answer> = answers.chain([answer("esc", "cancel", None)]).collect();
+        let selected = answers.len() - 1;
+        Self { title: title.to_owned(), text, answers, selected, rows: Vec::new() }
     }
 
     fn choose(&mut self, index: usize) -> Response {

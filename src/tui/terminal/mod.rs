@@ -4,13 +4,8 @@
 //! together. [`leave`] may be called any number of times, from any thread.
 
 mod graphics;
-#[cfg(unix)]
-mod input;
-#[cfg(not(unix))]
-#[path = "other_input.rs"]
 mod input;
 mod parser;
-#[cfg(unix)]
 pub mod signals;
 
 pub use graphics::{Graphics, Protocol};
@@ -136,7 +131,6 @@ impl Screen {
     ///
     /// # Errors
     /// When the terminal cannot be written to.
-    #[cfg(unix)]
     pub fn suspend(&mut self) -> io::Result<()> {
         leave();
         signal_hook::low_level::emulate_default_handler(signal_hook::consts::SIGTSTP)?;

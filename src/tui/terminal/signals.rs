@@ -57,7 +57,8 @@ impl Listener {
                     SIGTSTP => Request::Suspend,
                     SIGCONT => Request::Continue,
                     SIGWINCH => Request::Resize,
-                    _ if asked_to_quit => {
+                    // A closed terminal often sends several, while edits and checkpoints are being saved.
+                    _ if asked_to_quit && signal != SIGHUP => {
                         super::leave();
                         std::process::exit(128 + signal);
                     }

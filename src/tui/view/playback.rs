@@ -86,7 +86,7 @@ impl Episode {
     pub fn at(&self, step: usize) -> PlaybackFrame {
         let mut left = step.min(self.steps());
         let start = self.task.ball.position;
-        let shift = self.trace.shift;
+        let shift = self.trace.start.shift;
         let mut path = vec![[start[0] + shift[0], start[1] + shift[1]]];
         let mut frame = PlaybackFrame::default();
         for (index, traced) in self.trace.steps.iter().enumerate() {
@@ -300,7 +300,7 @@ mod tests {
     fn a_frame_has_everything_up_to_its_step_and_a_short_trail() {
         let mut episode = untouched();
         let trace = Arc::make_mut(&mut episode.trace);
-        trace.shift = [0.1, 0.0];
+        trace.start.shift = [0.1, 0.0];
         (trace.steps[1].reward, trace.steps[1].goal, trace.steps[2].reward) = (0.5, true, 0.25);
         let total = trace.total_reward();
         assert_eq!(episode.at(0).ball[0], episode.task.ball.position[0] + 0.1);

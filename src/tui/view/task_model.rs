@@ -21,14 +21,14 @@ impl TaskModel {
     /// When the source has no model, or the model cannot be loaded or does not fit the task.
     pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
         let model = rollout_model(source, task).map_err(|error| error.to_string())?;
-        let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model")?;
+        let model = model.ok_or("`uniform` predicts nothing: choose another model")?;
         Ok(Self { task: task.clone(), model })
     }
 
     /// Predicted normalised positions of the ball when `actions` are taken from a state.
     pub(super) fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
         // A model that cannot predict the state shows no path.
-        let rollouts = self.model.rollouts(&self.task, &[start], &[actions]).unwrap_or_default();
+        let rollouts = self.model.rollouts(&[start], &[actions]).unwrap_or_default();
         rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
     }
 }

@@ -19,7 +19,7 @@ impl Execute for Place {
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let Self(place, number) = *self;
         let hand = &mut session.hand_play;
-        let refusal = hand.snapshot().refusal(hand.task(), &held_tool(hand.task(), number), place);
+        let refusal = hand.snapshot().refusal(&held_tool(hand.task(), number), place);
         let step = hand.place(place, number)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
         let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed: {reason}"));

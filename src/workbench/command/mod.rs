@@ -366,7 +366,7 @@ mod tests {
             ("tool add rump 0 0", "unknown tool `rump`"),
             ("tool add ramp 0 0 x", "`x` is not a size"),
             ("tool set 1", "KEY=VALUE is missing; usage: tool set N KEY=VALUE..."),
-            ("tool set 1 angel=30", "unknown property `angel`: use size, angle"),
+            ("tool set 1 angel=30", "unknown property `angel`: use one of size, angle"),
             ("tool set 1 angle=steep", "`steep` is not a number for angle"),
             ("part move ball-0 0 0", "`ball-0` is not a part: use target, marker"),
             ("place 0 0 2365", "`2365` is not a number of CREATE's catalogue from 0 to 2364"),

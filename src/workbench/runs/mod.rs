@@ -14,11 +14,12 @@ use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use crate::run::{RunDirectory, RunError, RunState};
-use crate::trainer::{Control, RunConfig};
+use crate::trainer::{Control, RunConfig, check_model};
 
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
         self.setup.config.validate()?;
+        check_model(&self.setup.config).map_err(|error| SessionError::Failed(error.to_string()))?;
         let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
         let directory = RunDirectory::create(&path, &self.setup.config)?;
         let number = self.add(RunView::new(directory)?);
@@ -52,13 +53,16 @@ impl Session {
         if status.state != RunState::Finished {
             return Ok(());
         }
+        let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if directory.checkpoints().names()?.is_empty() {
+            return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
+        }
         let Some(episodes) = self.extends_to().filter(|episodes| *episodes > config.episodes) else {
             // A run that was extended before, but not started, has episodes left.
             let done = status.last_episode.map_or(0, |record| record.episode);
             if done < u64::from(config.episodes) {
                 return Ok(());
             }
-            let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
             return Err(SessionError::Finished { run, episodes: done });
         };
         let config = RunConfig { episodes, ..config };

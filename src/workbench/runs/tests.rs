@@ -72,6 +72,26 @@ fn a_run_is_deleted_only_when_no_process_trains_it() {
 }
 
 #[test]
+fn a_run_whose_model_is_missing_is_not_created() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path(), &["method ddpg-mge", "model nothing"]);
+    let run = folder.path().join("run");
+    assert!(try_line(&mut session, &format!("train {}", quoted(&run))).unwrap_err().contains("nothing"));
+    assert!(!run.exists());
+}
+
+#[test]
+fn a_finished_run_without_checkpoints_does_not_start_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let mut session = session(folder.path(), &[&format!("train {}", quoted(&run)), "wait", "episodes 5"]);
+    std::fs::remove_dir_all(run.join("checkpoint")).unwrap();
+    let error = try_line(&mut session, &format!("continue {}", quoted(&run))).unwrap_err();
+    assert!(error.contains("no checkpoint"), "{error}");
+    assert_eq!(crate::run::read_metrics(&run.join("metrics.csv")).unwrap().len(), 3);
+}
+
+#[test]
 fn a_threshold_without_clusters_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["train until 1"]);

@@ -7,13 +7,11 @@ mod details;
 mod frame;
 mod golden;
 mod lists;
-#[cfg(unix)]
 #[path = "../../../../tests/terminal/mod.rs"]
 #[allow(dead_code, reason = "shared: each test file uses a part of it")]
 mod pseudo_terminal;
 mod real_sessions;
 mod sequences;
-#[cfg(unix)]
 mod ways_out;
 
 use std::cell::RefCell;

@@ -103,6 +103,8 @@ impl CommandPalette {
             Some(item) if item.applies => Response::Do(Effect::Perform(item.entry.action)),
             Some(item) => match (item.entry.verb(), item.entry.context.tab()) {
                 (None, Some(tab)) => Response::Do(Effect::PerformOn(tab, item.entry.action)),
+                // A command whose arguments may be left out.
+                (Some(verb), _) if text == verb.name && Command::parse(text).is_ok() => self.command(),
                 _ => {
                     self.complete();
                     Response::Stay
@@ -321,6 +323,9 @@ mod tests {
             ("hplay", "action HandPlay"),
             ("seed", "action Seed"),
             ("subgoal mo", "subgoal move "),
+            ("subgoal move", "subgoal move "),
+            ("resume", "command resume"),
+            ("continue", "command continue"),
             ("epsilon 7", "7 is not within 0 and 1"),
             ("whole-range", "perform on Training WholeRange"),
             ("quarrel 7", "unknown command `quarrel 7`"),

@@ -59,7 +59,7 @@ impl Subject {
     /// Why there is no prediction.
     pub fn predict(&self, action: usize) -> Result<Vec<[f32; 2]>, String> {
         let model = self.model.as_ref().ok_or("no model is loaded")?.as_ref().map_err(String::clone)?;
-        if !self.episode.trace.tools.is_empty() {
+        if !self.episode.trace.start.tools.is_empty() {
             return Err("the model supports only the task's own tool".to_owned());
         }
         let env = self.replay(action).ok_or("the episode cannot be replayed")?;
@@ -78,7 +78,7 @@ impl Subject {
     pub fn ghost(&self, action: Action, number: Option<usize>) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;
         let tool = held_tool(&self.task, number);
-        let refusal = snapshot.refusal(&self.task, &tool, action);
+        let refusal = snapshot.refusal(&tool, action);
         let tool = tool.at(to_units(action.map(f64::from)));
         let mut ghost = Ghost { action, tool, refusal, predicted: Vec::new() };
         if snapshot.end().is_none()

@@ -155,7 +155,7 @@ fn a_prediction_starts_at_its_action_and_needs_the_tasks_own_tool() {
     let is_near = |predicted: [f32; 2], seen: [f32; 2]| (0..2).all(|axis| (predicted[axis] - seen[axis]).abs() < 0.1);
     assert!(is_near(subject.predict(1).unwrap()[0], past.trace.steps[1].path[0]));
     let mut held = Episode::clone(&past);
-    Arc::make_mut(&mut held.trace).tools = vec![371];
+    Arc::make_mut(&mut held.trace).start.tools = vec![371];
     let mut subject = choose(&view, Choice::Past(Arc::new(held)), None);
     subject.set_model(Ok(model(&view.task)));
     assert!(subject.predict(0).unwrap_err().contains("only the task's own tool"));
