@@ -84,7 +84,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     wait_until(|| metrics(&run) != at_rest);
     assert!(ask(&["stop", "run"]).contains("requested by another process"));
     assert!(ended(child).status.success());
-    let message = fail(mge(&folder, ["stop", "run"]), "nobody is training");
+    let message = fail(mge(&folder, ["stop", "run"]), "no process is training");
     assert!(message.contains("mge resume"), "{message}");
 
     // The program installs its signal handlers before it trains.
