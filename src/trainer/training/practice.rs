@@ -18,8 +18,8 @@ impl Training {
     /// Practises, if configured and not yet done. As when the prior is [built](crate::guidance::build), actions from
     /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
     /// from episodes. After every round, the clusters are [refined](crate::trainer::Refinement) from the rewarding
-    /// actions, if refinement is on. Practice of a task ends at a stage that is not reached; several tasks are practised one after the
-    /// other.
+    /// actions, if refinement is on. Practice of a task ends at a stage that is not reached; several tasks are
+    /// practised one after the other.
     ///
     /// # Errors
     /// When the learner diverges, or a stop is requested.
