@@ -48,7 +48,8 @@ impl PriorError {
     }
 }
 
-/// The predictor of a task's rollouts: a dynamics model, rapier or the true physics. `None` for [`PriorSource::Uniform`].
+/// The predictor of a task's rollouts: a dynamics model, rapier or the true physics. `None` for
+/// [`PriorSource::Uniform`].
 ///
 /// # Errors
 /// When the model cannot be loaded or does not support the task.
