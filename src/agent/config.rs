@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::replay::MAX_CAPACITY;
 use crate::nn::{Activation, OptimiserKind};
 use crate::validation::{Range, Setting, ValidationError, check_settings};
 
@@ -124,7 +125,7 @@ pub const SETTINGS: [Setting; 18] = [
         1.0,
         "fraction by which the target networks move towards the online networks in an update",
     ),
-    Setting::count("replay_capacity", 1, 10_000_000, "transitions that the replay buffer holds"),
+    Setting::count("replay_capacity", 1, MAX_CAPACITY as u64, "transitions that the replay buffer holds"),
     Setting::count("warmup_steps", 0, 1_000_000_000, "transitions recorded before the first update"),
     Setting::count("updates_per_step", 1, 1000, "updates for every transition recorded after that"),
     Setting {

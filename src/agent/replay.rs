@@ -103,6 +103,9 @@ pub enum ReplayError {
     Damaged(&'static str),
 }
 
+/// Largest capacity of a buffer.
+pub(super) const MAX_CAPACITY: usize = 10_000_000;
+
 /// A ring of the latest `capacity` transitions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayBuffer {

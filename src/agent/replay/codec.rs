@@ -9,13 +9,11 @@
 //! number of transitions, next slot (u64 each), the transitions in slot order (delta of `s`,
 //! delta of `s'`, words of `a` and `r`, one byte `d`), CRC-32C of everything before it (u32).
 
-use super::{ReplayBuffer, ReplayError, Transition, bits};
+use super::{MAX_CAPACITY, ReplayBuffer, ReplayError, Transition, bits};
 
 const MAGIC: [u8; 8] = *b"MGEREPL1";
 const CHECKSUM_LEN: usize = size_of::<u32>();
 
-/// Largest capacity, as in the settings.
-const MAX_CAPACITY: usize = 10_000_000;
 /// Longest observation of an empty buffer.
 const MAX_LENGTH: usize = 1 << 20;
 
