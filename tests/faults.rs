@@ -415,6 +415,16 @@ fn first_version(folder: &Path) -> PathBuf {
 }
 
 #[test]
+fn a_run_whose_recorded_episodes_are_lost_goes_on_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = first_version(folder.path());
+    std::fs::write(run.join("episodes.jsonl"), "").unwrap();
+    succeed(mge(&folder, ["resume", "run", "--quiet"]));
+    let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
+    assert!(log.contains("episodes.jsonl ends after episode 0: no replays up to "), "{log}");
+}
+
+#[test]
 fn runs_of_the_first_format_still_load() {
     let folder = tempfile::tempdir().unwrap();
     let run = first_version(folder.path());

@@ -46,7 +46,7 @@ impl Branch {
         }
         EventLog::open(&directory.events_path(), episode)?.sync()?;
         metrics::open(&directory.metrics_path(), episode)?.sync()?;
-        episodes::open(&directory.episodes_path(), episode)?.sync()?;
+        episodes::open(&directory.episodes_path(), episode)?.0.sync()?;
         let best = source.checkpoints();
         if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
             let best = best.load(CheckpointName::Best)?;

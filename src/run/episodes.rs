@@ -84,20 +84,21 @@ pub struct PlayedEpisode {
 }
 
 /// Opens `episodes.jsonl` for writing and removes everything after `episode` and a half-written last line.
-pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
+/// Also returns the number of its last episode, which is less than `episode` if the file is too short.
+pub(super) fn open(path: &Path, episode: u64) -> Result<(AppendFile, u64)> {
     let mut file = AppendFile::open(path)?;
     let bytes = file::read(path)?;
-    let mut kept = 0;
-    let mut end = 0;
+    let (mut end, mut kept, mut last) = (0, 0, 0);
     // A damaged line loses only its own episode, not those after it.
     for line in bytes.split_inclusive(|byte| *byte == b'\n') {
         end += line.len();
-        if line.ends_with(b"\n") && parse(line).is_ok_and(|played| played.episode <= episode) {
-            kept = end;
+        let played = parse(line).ok().filter(|played| line.ends_with(b"\n") && played.episode <= episode);
+        if let Some(played) = played {
+            (kept, last) = (end, played.episode);
         }
     }
     file.cut(kept as u64)?;
-    Ok(file)
+    Ok((file, last))
 }
 
 fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
@@ -238,7 +239,7 @@ mod tests {
     fn episodes_round_trip_and_are_truncated_with_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("episodes.jsonl");
-        let mut log = open(&path, 0).unwrap();
+        let (mut log, _) = open(&path, 0).unwrap();
         (1..=5).for_each(|episode| log.append_json(&played(episode)).unwrap());
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
         let error = read_episode(&path, 6).unwrap_err().to_string();
@@ -250,14 +251,15 @@ mod tests {
             .and_then(|mut file| std::io::Write::write_all(&mut file, b"{\"episode\":6,\"shi"))
             .unwrap();
         assert!(matches!(read_episode(&path, 6), Err(RunError::NoEpisode { .. })));
-        let mut log = open(&path, 3).unwrap();
+        let (mut log, last) = open(&path, 3).unwrap();
+        assert_eq!(last, 3);
         log.append_json(&played(4)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 4);
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
 
         let damaged = std::fs::read_to_string(&path).unwrap().replacen("\"episode\":2", "\"epizode\":2", 1);
         std::fs::write(&path, damaged).unwrap();
-        drop(open(&path, 4).unwrap());
+        assert_eq!(open(&path, 9).unwrap().1, 4, "the last of a file that is too short");
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
     }
 }

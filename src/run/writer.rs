@@ -50,7 +50,7 @@ impl RunWriter {
         atomic::remove_leftovers(directory.path());
         let events = EventLog::open(&directory.events_path(), episode)?;
         let metrics = metrics::open(&directory.metrics_path(), episode)?;
-        let episodes = episodes::open(&directory.episodes_path(), episode)?;
+        let (episodes, last_played) = episodes::open(&directory.episodes_path(), episode)?;
         let first_step = if episode == 0 { 0 } else { episode + 1 };
         let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
         if episode == 0 {
@@ -58,7 +58,7 @@ impl RunWriter {
             let config = file::read(&path)?;
             tensorboard.text(0, time, "config", &format!("```json\n{}```\n", String::from_utf8_lossy(&config)))?;
         }
-        Ok(Self {
+        let mut writer = Self {
             directory: directory.clone(),
             events,
             metrics,
@@ -68,7 +68,12 @@ impl RunWriter {
             log: AppendFile::open(&directory.log_path())?,
             opened: time,
             lock,
-        })
+        };
+        // Training does not need the file, so the run goes on.
+        if last_played < episode {
+            writer.note(&format!("episodes.jsonl ends after episode {last_played}: no replays up to {episode}"))?;
+        }
+        Ok(writer)
     }
 
     /// Writes an event to the log and to all other files that record it. The order of events is

@@ -44,6 +44,9 @@ use several::Parked;
 /// Everything that changes during a run except the learner, which is saved separately.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Progress {
+    /// The seed that the run began with; none in checkpoints of earlier versions.
+    #[serde(default)]
+    seed: Option<u64>,
     episode: u64,
     environment_steps: u64,
     recent: RollingRate,
@@ -98,6 +101,7 @@ impl Training {
         let learner = Learner::new(observation, action, options, &config.ddpg, &mut weights, learner_streams)
             .map_err(|error| error.within("ddpg"))?;
         let progress = Progress {
+            seed: Some(config.seed),
             episode: 0,
             environment_steps: 0,
             recent: RollingRate::default(),

@@ -151,10 +151,13 @@ fn a_checkpoint_with_other_settings_is_not_resumed() {
     train(&run, &controls, &Watch::default()).unwrap();
     let text = std::fs::read_to_string(run.config_path()).unwrap();
     let gamma = format!("\"gamma\": {}", config.ddpg.gamma);
-    assert!(text.contains(&gamma), "{text}");
-    std::fs::write(run.config_path(), text.replace(&gamma, "\"gamma\": 0.5")).unwrap();
-    let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
-    assert!(error.contains("other settings of `ddpg`"), "{error}");
+    let seed = format!("\"seed\": {}", config.seed);
+    for (name, written, changed) in [("ddpg", gamma, "\"gamma\": 0.5"), ("seed", seed, "\"seed\": 99")] {
+        assert!(text.contains(&written), "{text}");
+        std::fs::write(run.config_path(), text.replace(&written, changed)).unwrap();
+        let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
+        assert!(error.contains(&format!("began with another `{name}`")), "{error}");
+    }
 }
 
 #[test]

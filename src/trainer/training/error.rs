@@ -31,8 +31,8 @@ pub enum TrainingError {
     #[error(transparent)]
     Run(#[from] RunError),
     /// The settings were changed after the run began.
-    #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
-    OtherSettings,
+    #[error("the run began with another `{0}` than config.json has now: restore it, or start a new run")]
+    OtherSettings(&'static str),
     /// The checkpoint from which a fork continues is missing.
     #[error("the run is a fork, and the checkpoint from which it continues is missing: fork the other run again")]
     ForkedFromNothing,

@@ -56,9 +56,12 @@ impl Training {
             return Err(agent::StateError::Foreign.into());
         }
         if *learner.ddpg().config() != config.ddpg {
-            return Err(TrainingError::OtherSettings);
+            return Err(TrainingError::OtherSettings("ddpg"));
         }
         let progress: Progress = checkpoint.json(PROGRESS_SECTION)?;
+        if progress.seed.is_some_and(|seed| seed != config.seed) {
+            return Err(TrainingError::OtherSettings("seed"));
+        }
         if progress.further.len() != config.further_tasks.len() {
             return Err(agent::StateError::Foreign.into());
         }
@@ -101,6 +104,7 @@ impl Training {
             (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
             learner.ddpg_mut().release_policy();
         }
+        progress.seed = Some(config.seed);
         let mut priors = priors.into_iter();
         progress.prior = priors.next().flatten();
         progress.further.iter_mut().zip(priors).for_each(|(parked, prior)| parked.prior = prior);
@@ -116,7 +120,7 @@ impl Training {
             return Err(TrainingError::OtherObservations);
         }
         if *agent.config() != self.config.ddpg {
-            return Err(TrainingError::OtherSettings);
+            return Err(TrainingError::OtherSettings("ddpg"));
         }
         agent.set_candidates(self.config.tool_candidates);
         *self.learner.ddpg_mut() = agent;

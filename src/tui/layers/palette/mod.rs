@@ -53,8 +53,8 @@ pub struct CommandPalette {
     /// Commands entered so far, oldest first, and the index of the recalled one.
     history: Vec<String>,
     recalled: Option<usize>,
-    /// Index into `found` followed by `values`.
-    selected: usize,
+    /// Index into `found` followed by `values`; none before anything is typed, so that Enter alone does nothing.
+    selected: Option<usize>,
     /// Where each visible row was last drawn.
     rows: Vec<(Rect, usize)>,
     /// Why the latest command was refused.
@@ -80,7 +80,7 @@ impl CommandPalette {
             values: Vec::new(),
             history,
             recalled: None,
-            selected: 0,
+            selected: None,
             rows,
             error: None,
         }
@@ -93,13 +93,17 @@ impl CommandPalette {
         self
     }
 
+    fn selected_item(&self) -> Option<Item> {
+        self.found.get(self.selected?).copied()
+    }
+
     /// Carries out the typed line if it is a command; otherwise chooses the selected item.
     fn choose(&mut self) -> Response {
         let text = self.input.text().trim();
         if is_command(text) {
             return self.command();
         }
-        match self.found.get(self.selected) {
+        match self.selected_item() {
             Some(item) if item.applies => Response::Do(Effect::Perform(item.entry.action)),
             Some(item) => match (item.entry.verb(), item.entry.context.tab()) {
                 (None, Some(tab)) => Response::Do(Effect::PerformOn(tab, item.entry.action)),
@@ -121,7 +125,7 @@ impl CommandPalette {
                 let line = Effect::Remember(self.input.text().trim().to_owned());
                 return Response::Try(Effect::All(vec![line, Effect::Apply(command)]));
             }
-            Ok(None) => {}
+            Ok(None) => return Response::Leave,
             Err(error) => self.error = Some(error.to_string()),
         }
         Response::Stay
@@ -130,7 +134,7 @@ impl CommandPalette {
     /// Completes the line with the selected completion or the first one, or else with the selected command.
     fn complete(&mut self) {
         if !self.values.is_empty() {
-            let chosen = self.selected.saturating_sub(self.found.len()).min(self.values.len() - 1);
+            let chosen = self.selected.unwrap_or(0).saturating_sub(self.found.len()).min(self.values.len() - 1);
             let text = self.values[chosen].text.clone();
             // More text follows a folder or `KEY=`.
             let end = if text.ends_with(['/', '=']) { "" } else { " " };
@@ -139,7 +143,7 @@ impl CommandPalette {
             let text = if text.ends_with('=') { text.into() } else { shell_words::quote(&text) };
             self.input = TextInput::new(format!("{before}{text}{end}"));
             self.search();
-        } else if let Some(verb) = self.found.get(self.selected).and_then(|item| item.entry.verb()) {
+        } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.verb()) {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
@@ -164,9 +168,10 @@ impl CommandPalette {
     }
 
     fn search(&mut self) {
-        (self.error, self.recalled, self.selected) = (None, None, 0);
+        (self.error, self.recalled) = (None, None);
         self.values.clear();
         let written = self.input.text().trim_start();
+        self.selected = (!written.is_empty()).then_some(0);
         let verb = verbs().filter(|verb| written.strip_prefix(verb.name).is_some_and(|rest| rest.starts_with(' ')));
         // `model train` is not `model` with an argument.
         if let Some(verb) = verb.max_by_key(|verb| verb.name.len()) {
@@ -197,12 +202,12 @@ impl Layer for CommandPalette {
     fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
             KeyCode::Esc => return Response::Leave,
-            KeyCode::Up if self.selected == 0 && self.recall(true) => {}
-            KeyCode::Down if self.selected == 0 && self.recall(false) => {}
-            KeyCode::Up => self.selected = self.selected.saturating_sub(1),
+            KeyCode::Up if self.selected.unwrap_or(0) == 0 && self.recall(true) => {}
+            KeyCode::Down if self.selected.unwrap_or(0) == 0 && self.recall(false) => {}
+            KeyCode::Up => self.selected = self.selected.map(|index| index.saturating_sub(1)),
             KeyCode::Down => {
                 let last = (self.found.len() + self.values.len()).saturating_sub(1);
-                self.selected = (self.selected + 1).min(last);
+                self.selected = Some(self.selected.map_or(0, |index| (index + 1).min(last)));
             }
             KeyCode::Tab => self.complete(),
             KeyCode::Enter => return self.choose(),
@@ -215,7 +220,7 @@ impl Layer for CommandPalette {
     fn click(&mut self, at: Position) -> Response {
         match list::hit(&self.rows, at) {
             Some(index) if self.error.is_none() => {
-                self.selected = index;
+                self.selected = Some(index);
                 if index >= self.found.len() {
                     self.complete();
                     return Response::Stay;
@@ -246,7 +251,7 @@ impl Layer for CommandPalette {
             return Some(cursor);
         }
         // If the line has little room for the description, show it at the bottom.
-        if let Some(item) = self.found.get(self.selected).filter(|item| columns::width(&item.line()) + 12 > width) {
+        if let Some(item) = self.selected_item().filter(|item| columns::width(&item.line()) + 12 > width) {
             let lines = wrap(item.entry.about, width);
             below.height = below.height.saturating_sub(lines.len() as u16);
             let bottom = Rect { y: below.bottom(), height: inside.bottom() - below.bottom(), ..inside };
@@ -268,7 +273,7 @@ impl Layer for CommandPalette {
             Row::new([Line::from(line)])
         };
         let (count, all) = (self.found.len() + self.values.len(), [Constraint::Fill(1)]);
-        self.rows = list::draw(count, Some(self.selected), row, &all, below, theme, buffer);
+        self.rows = list::draw(count, self.selected, row, &all, below, theme, buffer);
         Some(cursor)
     }
 }
@@ -336,6 +341,18 @@ mod tests {
     }
 
     #[test]
+    fn enter_alone_closes_the_palette_and_a_selected_action_is_performed() {
+        let press = |palette: &mut CommandPalette, code: KeyCode| palette.key(code.into());
+        let mut empty = palette(&[Context::Everywhere], &[]);
+        assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Leave));
+        press(&mut empty, KeyCode::Down);
+        assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Do(Effect::Perform(_))));
+        empty.paste("train");
+        (0..5).for_each(|_| drop(press(&mut empty, KeyCode::Backspace)));
+        assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Leave), "all is erased");
+    }
+
+    #[test]
     fn the_verb_of_a_typed_command_is_listed() {
         for (typed, verb) in [("epsilon 0.3", "epsilon"), ("undo", "undo")] {
             let mut written = palette(&[Context::Everywhere], &[]);
@@ -365,7 +382,7 @@ mod tests {
         let mut chosen = palette(&[Context::Everywhere], &[]);
         chosen.paste("model ");
         press(&mut chosen, KeyCode::Down);
-        while chosen.selected < chosen.found.len() + 1 {
+        while chosen.selected < Some(chosen.found.len() + 1) {
             press(&mut chosen, KeyCode::Down);
         }
         press(&mut chosen, KeyCode::Tab);

@@ -160,9 +160,10 @@ fn escape_closes_every_layer() {
 
 #[test]
 fn the_palette_is_navigated_and_leaves_the_screen_below_it_as_it_is() {
-    check(empty(), ": enter", &["train"], "");
-    check(empty(), ": down enter", &["pause"], "");
-    check(empty(), ": down down up enter", &["pause"], "");
+    check(empty(), ": enter", &[], "");
+    check(empty(), ": down enter", &["train"], "");
+    check(empty(), ": down down enter", &["pause"], "");
+    check(empty(), ": down down down up enter", &["pause"], "");
     let (mut app, _) = app(typical());
     let before = shot(&mut app, 80, 24);
     press(&mut app, ": e p s i");
