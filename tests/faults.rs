@@ -425,6 +425,49 @@ fn a_run_whose_recorded_episodes_are_lost_goes_on_and_says_so() {
 }
 
 #[test]
+fn an_extended_run_can_be_repeated_from_its_start() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(mge(&folder, train("run", "30")));
+    succeed(mge(&folder, ["resume", "run", "--quiet", "--episodes", "40"]));
+    let whole = metrics(&folder.path().join("run"));
+    assert_eq!(whole.lines().count(), 41);
+    succeed(mge(&folder, ["fork", "run", "--at", "25", "--out", "fork", "--quiet"]));
+    assert_eq!(metrics(&folder.path().join("fork")), whole);
+    std::fs::remove_dir_all(folder.path().join("run/checkpoint")).unwrap();
+    succeed(mge(&folder, ["resume", "run", "--quiet"]));
+    assert_eq!(metrics(&folder.path().join("run")), whole, "without its checkpoints it starts over");
+}
+
+#[test]
+fn more_episodes_extend_an_unfinished_run_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = first_version(folder.path());
+    succeed(mge(&folder, ["resume", "run", "--quiet", "--episodes", "15"]));
+    assert!(metrics(&run).lines().last().unwrap().starts_with("15,"));
+}
+
+#[test]
+fn a_damaged_checkpoint_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(mge(&folder, train("run", "20")));
+    std::fs::write(folder.path().join("run/checkpoint/last/replay.bin"), "").unwrap();
+    let output = mge(&folder, ["resume", "run", "--episodes", "30"]);
+    let message = program::text(&output.stderr);
+    assert!(message.contains("a checkpoint cannot be used: ") && message.contains("replay.bin"), "{message}");
+    succeed(output);
+}
+
+#[test]
+fn a_script_finishes_what_it_has_started() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.mge"), "method ddpg\nset ddpg.hidden 4\nepisodes 3\ntrain run").unwrap();
+    succeed(mge(&folder, ["script", "s.mge", "--quiet"]));
+    assert_eq!(metrics(&folder.path().join("run")).lines().count(), 4);
+    std::fs::write(folder.path().join("s.mge"), "model nothing\nclusters").unwrap();
+    fail(mge(&folder, ["script", "s.mge", "--quiet"]), "nothing");
+}
+
+#[test]
 fn runs_of_the_first_format_still_load() {
     let folder = tempfile::tempdir().unwrap();
     let run = first_version(folder.path());

@@ -34,6 +34,17 @@ fn train(folder: &Path) {
 }
 
 #[test]
+fn empty_environment_variables_count_as_none() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, arguments) in [("MGE_KEYS", ["tasks", "--json"]), ("MGE_NOTIFY", ["tasks", "--json"])] {
+        succeed(command(&folder, arguments).env(name, "").output().unwrap());
+    }
+    fs::write(folder.path().join("s.mge"), "method ddpg\nepisodes 1\ntrain").unwrap();
+    succeed(command(&folder, ["script", "s.mge"]).env("MGE_RUNS", "").output().unwrap());
+    assert!(folder.path().join("runs").is_dir(), "the default");
+}
+
+#[test]
 fn a_closed_output_ends_quietly_and_a_full_one_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     train(folder.path());

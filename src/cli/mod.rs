@@ -18,10 +18,11 @@ mod tasks;
 #[cfg(test)]
 mod tests;
 
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use crate::batch::start_global_pool;
 
@@ -33,7 +34,10 @@ pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 130 or 143:
 /// ended by a signal (one line on stderr tells how to continue).
 pub fn run() -> ExitCode {
-    let outcome = match Arguments::try_parse() {
+    let parsed = without_empty_variables(Arguments::command())
+        .try_get_matches()
+        .and_then(|matches| Arguments::from_arg_matches(&matches));
+    let outcome = match parsed {
         Ok(arguments) => dispatch(arguments),
         Err(error) => print_usage(&error),
     };
@@ -47,6 +51,17 @@ pub fn run() -> ExitCode {
             interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }
+}
+
+/// The command line, in which an empty environment variable is the same as none.
+fn without_empty_variables(command: clap::Command) -> clap::Command {
+    let is_empty = |name: &OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
+    command
+        .mut_args(|argument| match argument.get_env().is_some_and(is_empty) {
+            true => argument.env(None::<&str>),
+            false => argument,
+        })
+        .mut_subcommands(without_empty_variables)
 }
 
 /// Prints the requested help, or the error in the arguments.

@@ -330,6 +330,11 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
         Output::Report(command, report) => viewer.progress.say(&format!("> {command}\n  {report}")),
         Output::Notice(notice) => viewer.show(notice),
     });
+    let mut outcome = outcome.map_err(|error| SessionError::Failed(error.to_string()));
+    if outcome.is_ok() && !session.has_quit() {
+        // What a script has started is finished, as by a last line `wait`.
+        outcome = session.wait(|notice| viewer.show(notice)).map(drop);
+    }
     drop(viewer);
     // On an error, dropping the session ends its trainings with a checkpoint.
     let outcome = outcome.map(|()| session);

@@ -1,6 +1,7 @@
 //! Methods on generated puzzles: proposes subgoals for each puzzle, then writes a sweep over all of them.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
@@ -8,7 +9,8 @@ use super::error::PuzzleError;
 use super::index::Index;
 use super::proposals::SubgoalSearch;
 use crate::batch::{Batch, BatchProgress};
-use crate::trainer::Method;
+use crate::task;
+use crate::trainer::{Method, RunConfig, SettingError};
 
 /// Name of the bench's sweep in its folder.
 const SWEEP: &str = "sweep.json";
@@ -28,6 +30,25 @@ pub struct BenchPlan {
     pub settings: Vec<(String, String)>,
 }
 
+impl BenchPlan {
+    /// Checks the settings before any work is done for them.
+    fn check(&self) -> Result<(), PuzzleError> {
+        let of_options = |key: &str| ["task", "method", "seed", "episodes", "model"].contains(&key);
+        if let Some((key, _)) = self.settings.iter().find(|(key, _)| of_options(key)) {
+            return Err(PuzzleError::SettingOfOption(key.clone()));
+        }
+        let task = Arc::new(task::load("task1")?);
+        for method in &self.methods {
+            let mut config = RunConfig::default_for(task.clone(), *method);
+            for (key, value) in &self.settings {
+                config = config.with_unchecked_setting(key, value)?;
+            }
+            config.validate().map_err(SettingError::from)?;
+        }
+        Ok(())
+    }
+}
+
 /// Writes the puzzles with proposed subgoals to `out/tasks`, except existing ones, and the
 /// [sweep](crate::sweep) over them to `out/sweep.json`, whose path is returned.
 ///
@@ -41,6 +62,7 @@ pub fn prepare(
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<PathBuf, PuzzleError> {
+    plan.check()?;
     let tasks = plan.search.propose(index, out, batch, on_progress)?;
     let mut sweep = Map::new();
     sweep.insert("task".into(), tasks.iter().map(|task| task.display().to_string()).collect());

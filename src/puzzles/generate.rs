@@ -70,6 +70,8 @@ pub fn generate(
     if !index.is_like(wanted) {
         return Err(PuzzleError::OtherPuzzles { path: folder.to_owned() });
     }
+    // A puzzle whose file is gone is generated again.
+    index.puzzles.retain(|puzzle| puzzle.path(folder).exists());
     let missing = (0..count).filter(|number| index.puzzles.iter().all(|puzzle| puzzle.number != *number));
     let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria, folder }.job()).collect();
     let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
@@ -122,7 +124,7 @@ impl<'a> Search<'a> {
                 let random = play_actions(&task, self.criteria.random_actions, seed, handle.stop());
                 let Some((episodes, goals)) = random else { return Ok(None) };
                 (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
-                task::save(&task, &self.folder.join(format!("{}.json", task.name)))?;
+                task::save(&task, &puzzle.path(self.folder))?;
                 return Ok(Some(puzzle));
             }
         }

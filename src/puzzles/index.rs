@@ -1,6 +1,6 @@
 //! The index of a folder of puzzles.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -68,6 +68,13 @@ pub struct Puzzle {
     pub random_episodes: u64,
     /// Number of episodes of uniformly random play that reached the goal.
     pub random_goals: u64,
+}
+
+impl Puzzle {
+    /// Its task file in a folder of puzzles.
+    pub fn path(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.json", self.name))
+    }
 }
 
 impl Index {

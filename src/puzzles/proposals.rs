@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{PuzzleError, finished};
-use super::index::Index;
+use super::index::{Index, Puzzle};
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::dynamics::DynamicsError;
 use crate::guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
@@ -38,19 +38,19 @@ impl SubgoalSearch {
         let tasks = out.join("tasks");
         std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
         self.claim(&tasks)?;
-        let file = |folder: &Path, name: &str| folder.join(format!("{name}.json"));
-        let names = || index.puzzles.iter().map(|puzzle| &puzzle.name);
-        let proposal = |name: &String| {
-            let (from, to) = (file(&self.puzzles, name), file(&tasks, name));
-            Proposal { search: self, name: name.clone(), from, to }
+        let proposal = |puzzle: &Puzzle| Proposal {
+            search: self,
+            name: puzzle.name.clone(),
+            from: puzzle.path(&self.puzzles),
+            to: puzzle.path(&tasks),
         };
-        let missing = names().map(proposal).filter(|proposal| !proposal.to.exists());
+        let missing = index.puzzles.iter().map(proposal).filter(|proposal| !proposal.to.exists());
         let jobs: Vec<_> = missing.map(Proposal::job).collect();
         let (_, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
         if interrupted > 0 {
             return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
         }
-        Ok(names().map(|name| file(&tasks, name)).collect())
+        Ok(index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect())
     }
 
     /// Notes in the folder of the proposals how they are searched for.

@@ -38,6 +38,9 @@ fn puzzles_depend_only_on_their_number_and_existing_ones_are_kept() {
     assert_eq!(again, both);
     let second = format!("{}.json", both.puzzles[1].name);
     assert_eq!(read(one.path(), &second), read(other.path(), &second));
+    std::fs::remove_file(other.path().join(&second)).unwrap();
+    assert_eq!(generate_into(other.path(), &index, 2, 1).unwrap(), both);
+    assert_eq!(read(one.path(), &second), read(other.path(), &second), "a file that is gone is written again");
     let test = Index::new(7, Split::Test, 0.01);
     assert!(matches!(generate_into(other.path(), &test, 1, 1), Err(PuzzleError::OtherPuzzles { .. })));
 }
@@ -63,6 +66,13 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
     };
     let interrupt = AtomicBool::new(false);
     let batch = Batch { threads: 1, interrupt: &interrupt };
+    for (key, value, problem) in
+        [("foo", "1", "no setting `foo`"), ("ddpg.gamma", "7", "gamma"), ("seed", "1", "options of their own")]
+    {
+        let wrong = BenchPlan { settings: vec![(key.to_owned(), value.to_owned())], ..plan.clone() };
+        let error = prepare(&wrong, &index, &out, &batch, &mut |_| {}).unwrap_err().to_string();
+        assert!(error.contains(problem) && !out.exists(), "{error}");
+    }
     let sweep = Sweep::load(&prepare(&plan, &index, &out, &batch, &mut |_| {}).unwrap()).unwrap();
     assert_eq!(sweep.jobs.len(), 2);
     let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();

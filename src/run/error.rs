@@ -20,12 +20,12 @@ pub enum RunError {
     },
     /// A new run was requested in a folder that already holds a run.
     #[error(
-        "{} already holds a run: continue it with `mge resume`, or choose another folder with --out",
+        "{} already holds a run: continue it with `mge resume`, or choose another folder",
         .0.display()
     )]
     AlreadyARun(PathBuf),
     /// A new run was requested in a folder that is not empty.
-    #[error("{} is not empty: choose another folder with --out", .0.display())]
+    #[error("{} is not empty: choose another folder", .0.display())]
     NotEmpty(PathBuf),
     /// The folder has no `config.json`.
     #[error("{} is not a run: it has no config.json", .0.display())]
@@ -94,7 +94,7 @@ pub enum RunError {
     NoCheckpoint(PathBuf),
     /// The length of a checkpoint's file does not match the manifest.
     #[error(
-        "{} has {found} bytes instead of {expected}: the checkpoint is incomplete, use another one",
+        "{} has {found} bytes instead of {expected}: the checkpoint is incomplete; `mge resume` uses an earlier one",
         path.display()
     )]
     Truncated {
@@ -122,7 +122,7 @@ pub enum RunError {
     #[error("\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64")]
     SectionName(String),
     /// The run is not being trained.
-    #[error("no process is training {}: `mge resume` continues it", .0.display())]
+    #[error("no process is training {}: `mge resume` continues an unfinished run", .0.display())]
     NotTrained(PathBuf),
     /// Notes are too long, or tags are not words.
     #[error("{0}")]

@@ -135,6 +135,9 @@ pub enum Event {
         episodes: u64,
         /// Episodes already finished: 0 for a new run, the checkpoint's episode after a resume.
         episode: u64,
+        /// Checkpoints that could not be used, with the reasons.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        problems: Vec<String>,
     },
     /// The agent practised before its first episode.
     Practised(Practised),
@@ -248,8 +251,13 @@ impl fmt::Display for Event {
     /// One line of text, as in `log.txt`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Event::Started { mge_version, task, method, seed, episodes, episode } => {
-                write!(f, "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}", episode + 1)
+            Event::Started { mge_version, task, method, seed, episodes, episode, problems } => {
+                write!(
+                    f,
+                    "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}",
+                    episode + 1
+                )?;
+                problems.iter().try_for_each(|problem| write!(f, "; a checkpoint cannot be used: {problem}"))
             }
             Event::Practised(practised) => {
                 let Practised { rollouts, reached, actions } = practised.in_short();
@@ -360,6 +368,7 @@ mod tests {
                 seed: 7,
                 episodes: 100,
                 episode: 0,
+                problems: Vec::new(),
             },
             r#"{"time":1.5,"type":"started","mge_version":"0.1.0","task":"task1","method":"ddpg-mge","seed":7,"episodes":100,"episode":0}"#,
         );

@@ -114,6 +114,7 @@ mod tests {
             seed: 0,
             episodes: 9,
             episode,
+            problems: Vec::new(),
         };
         let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() });
         let mut history = RunHistory::default();

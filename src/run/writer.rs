@@ -219,6 +219,7 @@ mod tests {
             seed: 1,
             episodes: 20,
             episode,
+            problems: Vec::new(),
         }
     }
 

@@ -225,6 +225,11 @@ impl Editor {
         true
     }
 
+    /// The version last loaded or saved.
+    pub fn saved(&self) -> &Task {
+        &self.saved
+    }
+
     /// Whether the task differs from the version last loaded or saved.
     pub fn is_dirty(&self) -> bool {
         self.now.task != self.saved

@@ -245,6 +245,12 @@ impl RunConfig {
         }
     }
 
+    /// The configuration of a run whose number of episodes is raised: in its earlier episodes nothing changes.
+    #[must_use]
+    pub fn extended(self, episodes: u32) -> Self {
+        Self { noise_decay: self.noise_decay.extended(self.episodes, episodes), episodes, ..self }
+    }
+
     /// Checks all ranges.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ pub enum Granularity {
 pub struct NoiseDecay {
     /// Least scale of the noise's standard deviation; 1 keeps it constant.
     pub final_scale: f32,
-    /// Share of the run's episodes after which the scale would be 0.
+    /// Share of the run's episodes, rounded to whole ones, after which the scale would be 0.
     pub share: f32,
 }
 
@@ -62,8 +62,18 @@ impl Default for NoiseDecay {
 impl NoiseDecay {
     /// Scale of the noise in an episode, counted from 0, of a run of `episodes` episodes.
     pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
-        let span = (self.share * episodes as f32).max(1.0);
-        (1.0 - episode as f32 / span).max(self.final_scale)
+        (1.0 - episode as f32 / self.span(episodes)).max(self.final_scale)
+    }
+
+    /// Number of episodes after which the scale would be 0.
+    fn span(&self, episodes: u32) -> f32 {
+        (self.share * episodes as f32).round().max(1.0)
+    }
+
+    /// The same scale in every episode, for a run whose number of episodes is raised.
+    #[must_use]
+    pub fn extended(self, from: u32, to: u32) -> Self {
+        if self.final_scale >= 1.0 { self } else { Self { share: self.span(from) / to as f32, ..self } }
     }
 }
 

@@ -81,9 +81,6 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         problems.push(problem);
         None
     });
-    for problem in &problems {
-        writer.note(&format!("a checkpoint cannot be used: {problem}"))?;
-    }
     let existing = store.names()?;
     watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
     let mut run_loop = RunLoop {
@@ -95,6 +92,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         pause_after: None,
         best_score,
         existing,
+        problems: problems.iter().map(ToString::to_string).collect(),
         is_slow: true,
         score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
         is_saved: checkpoint.is_some(),
@@ -174,6 +172,8 @@ struct RunLoop<'a> {
     best_score: Option<f64>,
     /// The existing checkpoints.
     existing: Vec<CheckpointName>,
+    /// Checkpoints that could not be used.
+    problems: Vec<String>,
     /// The next episode may take long.
     is_slow: bool,
     /// Score of the networks, if they were evaluated at the latest episode.
@@ -201,6 +201,7 @@ impl RunLoop<'_> {
             seed: config.seed,
             episodes: u64::from(config.episodes),
             episode: training.episode(),
+            problems: std::mem::take(&mut self.problems),
         };
         self.writer.record(&started)?;
         self.watch.set_prior(training.prior().cloned());
@@ -393,6 +394,7 @@ mod tests {
             pause_after: None,
             best_score: None,
             existing: Vec::new(),
+            problems: Vec::new(),
             is_slow: false,
             score: None,
             is_saved: false,

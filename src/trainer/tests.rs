@@ -148,6 +148,16 @@ fn thresholds_and_noise_follow_the_episode() {
     };
     near(of(|record| record.noise_sigma), [0.4, 0.8 / 3.0, 0.4 / 3.0, 0.04, 0.04, 0.04]);
     near(noise_used, [1.0, 2.0 / 3.0, 1.0 / 3.0, 0.1, 0.1, 0.1]);
+
+    for (from, to) in [(6, 7), (25, 40), (4000, 6007), (1_000_000, 9_999_999)] {
+        let short = RunConfig { episodes: from, ..config.clone() };
+        let long = short.clone().extended(to);
+        assert_eq!(long.episodes, to);
+        for episode in (0..to).step_by(to as usize / 7) {
+            let scale = |config: &RunConfig| config.noise_decay.scale(episode, config.episodes);
+            assert_eq!(scale(&short), scale(&long), "episode {episode} of a run extended from {from} to {to}");
+        }
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Errors of commands.
 
+use std::path::PathBuf;
+
 use super::command::Expect;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
@@ -61,6 +63,9 @@ pub enum SessionError {
     /// The task was not loaded from a file.
     #[error("{0} is a shipped task: name the file to save to, such as `save my-task.json`")]
     NoFile(String),
+    /// Another program wrote the task's file.
+    #[error("{} was changed by another program: `task FILE` loads it, `save FILE` replaces it", .0.display())]
+    ChangedOutside(PathBuf),
     /// There are no clusters yet.
     #[error("there are no action clusters: `clusters` computes them")]
     NoClusters,

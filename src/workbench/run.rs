@@ -287,6 +287,13 @@ impl RunView {
                 self.trainer = None;
                 self.leaving_pause = false;
                 changed = true;
+                // Its latest events. They lack a failure that could not be written, as on a full disk.
+                while self.read_on(&mut changed, &mut events) {}
+                if let Some(reason) = self.failure.clone()
+                    && !matches!(self.history.last, Some(Event::Failed { .. }))
+                {
+                    events.push(Event::Failed { episode: self.episodes(), reason });
+                }
             }
         }
         changed |= self.saved_prior.poll(&self.directory, &self.config.task) | !events.is_empty();

@@ -43,16 +43,30 @@ impl Setup {
 
     pub fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
         let mut task = self.editor.task().clone();
-        let path = path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(task.name.clone()))?.to_owned();
-        if let Some(stem) = path.file_stem() {
-            task.name = stem.to_string_lossy().into_owned();
-        }
+        let path = match (path, &self.file) {
+            (Some(path), _) => {
+                if let Some(stem) = path.file_stem() {
+                    task.name = stem.to_string_lossy().into_owned();
+                }
+                path.to_owned()
+            }
+            (None, Some(file)) if self.was_changed_outside(file) => {
+                return Err(SessionError::ChangedOutside(file.clone()));
+            }
+            (None, Some(file)) => file.clone(),
+            (None, None) => return Err(SessionError::NoFile(task.name)),
+        };
         save(&task, &path)?;
         self.editor.mark_saved(task.name);
         self.task_changed();
         let report = format!("saved to {}", path.display());
         self.file = Some(path);
         Ok(report)
+    }
+
+    /// Whether the task's file no longer has the task as it was loaded or saved.
+    fn was_changed_outside(&self, file: &Path) -> bool {
+        file.exists() && !load_regular(&file.to_string_lossy()).is_ok_and(|task| task == *self.editor.saved())
     }
 
     pub fn step_history(

@@ -66,6 +66,29 @@ fn clusters_are_absent_built_fresh_and_stale() {
 }
 
 #[test]
+fn saving_keeps_the_name_and_what_another_program_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let [file, copy] = ["mine.json", "copy.json"].map(|name| folder.path().join(name));
+    let write = |name: &str| {
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mut task: serde_json::Value = serde_json::from_str(&text).unwrap();
+        task["name"] = name.into();
+        std::fs::write(&file, task.to_string()).unwrap();
+    };
+    let name = |file: &Path| crate::task::load(&file.display().to_string()).unwrap().name;
+    run(&mut session, &format!("save {}", quoted(&file)));
+    write("other");
+    run(&mut session, &format!("task {}\nsubgoal add 0 0\nsave\nsubgoal add 0.1 0.1", quoted(&file)));
+    assert_eq!(name(&file), "other");
+    write("changed");
+    assert!(apply(&mut session, "save").unwrap_err().contains("was changed by another program"));
+    assert_eq!(name(&file), "changed");
+    run(&mut session, &format!("save {}\nsave {}\nsubgoal delete 1\nsave", quoted(&copy), quoted(&file)));
+    assert_eq!((name(&copy), name(&file)), ("copy".to_owned(), "mine".to_owned()));
+}
+
+#[test]
 fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());

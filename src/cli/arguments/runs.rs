@@ -59,7 +59,7 @@ pub struct Resume {
     /// Keep training when the terminal is closed
     #[arg(long)]
     pub detached: bool,
-    /// New number of episodes for finished runs
+    /// New number of episodes, for runs that have fewer
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub episodes: Option<u32>,
 }

@@ -107,7 +107,7 @@ fn add_subgoal(ui: &Ui) -> Vec<Effect> {
 
 fn ask_for_coordinates(object: Object, name: String, [x, y]: [f32; 2]) -> Effect {
     let read = move |text: &str| Ok(Effect::apply(object.moved_to(read_position(text)?)));
-    Effect::open(Prompt::new(name, "x and y from -1 to 1", format!("{x} {y}"), read))
+    Effect::open(Prompt::new(name, "x and y; the screen is from -1 to 1", format!("{x} {y}"), read))
 }
 
 fn read_position(text: &str) -> Result<[f32; 2], String> {

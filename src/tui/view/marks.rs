@@ -66,6 +66,7 @@ mod tests {
             seed: 0,
             episodes: 100,
             episode,
+            problems: Vec::new(),
         };
         let continued = |config: &RunConfig| {
             let found = marks(config, &[started(0), started(30), started(55)]).into_iter();

@@ -38,34 +38,31 @@ impl Session {
         self.start_run(number, command.until, "continuing")
     }
 
-    /// The number of episodes to which continuing extends a finished run that has fewer; None unless it was set
-    /// explicitly.
+    /// The number of episodes to which continuing extends a run that has fewer; None unless it was set explicitly.
     pub fn extends_to(&self) -> Option<u32> {
         Some(self.setup.config.episodes).filter(|_| self.setup.episodes_asked)
     }
 
-    /// Raises the number of episodes of a finished run to the number set in the session, if that was set
-    /// explicitly and is larger. Otherwise refuses a run of which no episode is left.
+    /// Raises the number of episodes of a run to the number set in the session, if that was set explicitly and is
+    /// larger. Otherwise refuses a run of which no episode is left.
     fn extend(&mut self, directory: &RunDirectory) -> Result<(), SessionError> {
         directory.check_free()?;
         let config: RunConfig = directory.config()?;
         let status = directory.status()?;
-        if status.state != RunState::Finished {
-            return Ok(());
-        }
+        let is_finished = status.state == RunState::Finished;
         let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if directory.checkpoints().names()?.is_empty() {
+        if is_finished && directory.checkpoints().names()?.is_empty() {
             return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
         }
         let Some(episodes) = self.extends_to().filter(|episodes| *episodes > config.episodes) else {
             // A run that was extended before, but not started, has episodes left.
             let done = status.last_episode.map_or(0, |record| record.episode);
-            if done < u64::from(config.episodes) {
+            if !is_finished || done < u64::from(config.episodes) {
                 return Ok(());
             }
             return Err(SessionError::Finished { run, episodes: done });
         };
-        let config = RunConfig { episodes, ..config };
+        let config = config.extended(episodes);
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
             run.set_config(config);
@@ -215,10 +212,17 @@ impl Session {
     pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
         let folder = command.0.clone();
         self.refuse_if_busy(&folder)?;
+        let index = self.runs.iter().position(|run| run.directory().path() == folder);
+        if let Some(index) = index
+            && !folder.exists()
+        {
+            let name = self.runs.remove(index).name();
+            self.current = self.current.filter(|_| self.run().is_some());
+            return Ok(format!("{name} is no longer listed: its folder is gone"));
+        }
         let directory = RunDirectory::open(&folder)?;
         let lock = directory.lock()?;
         // Removed from the session, so that the run is not polled while its files are deleted.
-        let index = self.runs.iter().position(|run| run.directory().path() == folder);
         let removed = index.map(|index| self.runs.remove(index));
         let current_is_gone = self.run().is_none();
         let report = format!("deleting {}", folder.display());

@@ -84,6 +84,30 @@ fn a_run_of_another_session_is_controlled_through_its_folder() {
 }
 
 #[test]
+fn a_run_whose_folder_is_gone_fails_with_a_notice_and_leaves_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let mut session = session(folder.path());
+    apply(&mut session, "episodes 1000000").unwrap();
+    apply(&mut session, &format!("train {}", quoted(&path))).unwrap();
+    wait(&mut session, &|run| run.episodes() > 0);
+    let delete = format!("delete {}", quoted(&path));
+    assert!(apply(&mut session, &delete).unwrap_err().contains("is being trained"));
+    std::fs::rename(&path, folder.path().join("moved")).unwrap();
+    let mut failures = Vec::new();
+    while session.run().unwrap().is_active() {
+        failures.extend(session.poll().into_iter().filter_map(|notice| match notice {
+            Notice::Run { event: Event::Failed { reason, .. }, .. } => Some(reason),
+            _ => None,
+        }));
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(matches!(&failures[..], [reason] if reason.contains("was moved or deleted")), "{failures:?}");
+    assert_eq!(apply(&mut session, &delete).unwrap(), "run is no longer listed: its folder is gone");
+    assert!(session.runs().is_empty() && session.run().is_none());
+}
+
+#[test]
 fn a_finished_run_is_extended_to_the_episodes_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = quoted(&folder.path().join("run"));
