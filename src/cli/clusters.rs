@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::arguments::Clusters;
+use super::output::{self, Outcome};
 use super::progress::Progress;
-use super::{Outcome, output};
 use crate::stop::Stop;
 use crate::task;
 use crate::trainer::{Method, RunConfig, build_prior};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::{Outcome, output};
+use super::output::{self, Outcome};
 use crate::guidance::EpsilonSchedule;
 use crate::run::{Event, Request, RunDirectory, RunState};
 

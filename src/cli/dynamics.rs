@@ -2,8 +2,9 @@
 
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::interrupt::Interrupt;
-use super::progress::{Progress, in_batch};
-use super::{Outcome, brief, output};
+use super::interrupt::{brief, in_batch};
+use super::output::{self, Outcome};
+use super::progress::Progress;
 use crate::dynamics::{
     self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
     train_to_file,

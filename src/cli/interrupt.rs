@@ -11,16 +11,24 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
 
-use super::{output, progress};
+use super::output::{self, Outcome};
+use super::progress::{self, Progress};
 use crate::atomic;
+use crate::batch::{Batch, BatchProgress, default_threads};
 
 /// Makes the first signal end the program as soon as no file is being written. For work without state to
 /// save, whose results are written atomically.
 ///
 /// # Errors
 /// When the handlers cannot be registered.
-pub fn exit_on_first_signal() -> io::Result<()> {
+fn exit_on_first_signal() -> io::Result<()> {
     blocked(wait_for_the_end)
+}
+
+/// Runs work without state to save: the first signal ends it.
+pub fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
+    exit_on_first_signal()?;
+    work()
 }
 
 /// Runs `work` with SIGINT and SIGTERM blocked in this thread and in the threads that it starts.
@@ -131,4 +139,19 @@ impl Interrupted {
     pub fn status(&self) -> ExitCode {
         ExitCode::from(128 + (self.signal & 0x7f) as u8)
     }
+}
+
+/// Runs a batch with progress. A signal ends it cleanly; its error then satisfies `is_interruption`.
+pub fn in_batch<T, E: std::error::Error + 'static>(
+    threads: Option<usize>,
+    quiet: bool,
+    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, E>,
+    is_interruption: impl FnOnce(&E) -> bool,
+) -> Result<T, Box<dyn std::error::Error>> {
+    let mut progress = Progress::new(1, quiet);
+    let interrupt = Interrupt::listen()?;
+    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let outcome = work(&batch, &mut |now| progress.set(now.done, now.total, now.message));
+    drop(progress);
+    interrupt.result(outcome, is_interruption)
 }

@@ -8,7 +8,7 @@ use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 
 use super::arguments::Arguments;
-use super::{Outcome, output};
+use super::output::{self, Outcome};
 use crate::dynamics::{MODEL_SETTINGS, TRAIN_SETTINGS};
 use crate::task::RULES;
 use crate::trainer::{RunConfig, config_keys};

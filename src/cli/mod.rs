@@ -27,9 +27,7 @@ use clap::{CommandFactory, FromArgMatches};
 use crate::batch::start_global_pool;
 
 use arguments::{Arguments, Command};
-
-/// The result of a command: nothing, or an error shown as one line.
-pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
+use interrupt::brief;
 
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 130 or 143:
 /// ended by a signal (one line on stderr tells how to continue).
@@ -110,12 +108,6 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Bench(bench) => brief(|| studies::bench(&bench)),
     };
     outcome.map(|()| ExitCode::SUCCESS)
-}
-
-/// Runs work without state to save: the first signal ends it.
-fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
-    interrupt::exit_on_first_signal()?;
-    work()
 }
 
 /// Whether the reader of our output has closed the pipe, which is not an error.

@@ -8,6 +8,9 @@ use crate::text::{excerpt, printable, printable_lines};
 /// Maximum length of a message, in characters.
 const LONGEST_MESSAGE: usize = 2000;
 
+/// The result of a command: nothing, or an error shown as one line.
+pub type Outcome = Result<(), Box<dyn std::error::Error>>;
+
 /// Standard output cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write to standard output: {0}")]

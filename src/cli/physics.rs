@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::arguments::{Env, Play};
-use super::{Outcome, output};
+use super::output::{self, Outcome};
 use crate::env::{Action, Environment, Pictures};
 use crate::protocol::Catalogue;
 use crate::{bounded, json, protocol, task};

@@ -6,9 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::interrupt::Interrupt;
 use super::output;
-use crate::batch::{Batch, BatchProgress, default_threads};
 
 /// Time between two lines when not on a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -91,19 +89,4 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
     }
-}
-
-/// Runs a batch with progress. A signal ends it cleanly; its error then satisfies `is_interruption`.
-pub fn in_batch<T, E: std::error::Error + 'static>(
-    threads: Option<usize>,
-    quiet: bool,
-    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, E>,
-    is_interruption: impl FnOnce(&E) -> bool,
-) -> Result<T, Box<dyn std::error::Error>> {
-    let mut progress = Progress::new(1, quiet);
-    let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
-    let outcome = work(&batch, &mut |now| progress.set(now.done, now.total, now.message));
-    drop(progress);
-    interrupt.result(outcome, is_interruption)
 }

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions};
-use super::progress::in_batch;
+use super::interrupt::in_batch;
+use super::output::{self, Outcome};
 use super::runs::split_definition;
-use super::{Outcome, output, sweeps};
+use super::sweeps;
 use crate::batch::default_threads;
 use crate::evidence;
 use crate::puzzles::{

@@ -10,9 +10,10 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::arguments::{Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
+use super::control;
 use super::interrupt::Interrupt;
+use super::output::{self, Outcome};
 use super::progress::Progress;
-use super::{Outcome, control, output};
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};

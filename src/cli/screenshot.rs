@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::arguments::Screenshot;
+use super::output::{self, Outcome};
 use super::runs::after_script;
-use super::{Outcome, output};
 use crate::figures::{Provenance, encode};
 use crate::run::config_hash;
 use crate::tui::Still;

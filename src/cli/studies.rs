@@ -1,8 +1,9 @@
 //! `mge reproduce`, `mge report` and `mge bench`.
 
 use super::arguments::{Bench, Report, Reproduce};
-use super::progress::{Progress, in_batch};
-use super::{Outcome, output};
+use super::interrupt::in_batch;
+use super::output::{self, Outcome};
+use super::progress::Progress;
 use crate::bench::WORKS;
 use crate::evidence;
 use crate::stats::Bootstrap;

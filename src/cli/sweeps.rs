@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::arguments::Sweep as Arguments;
 use super::interrupt::Interrupt;
+use super::output::{self, Outcome};
 use super::progress::Progress;
-use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::sweep::{self, Sweep, SweepError};
 

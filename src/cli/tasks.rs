@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 use serde_json::json;
 
 use super::arguments::{Tasks, TasksCommand};
+use super::output::{self, Outcome};
 use super::progress::Progress;
-use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
