@@ -7,12 +7,11 @@ use pyo3::prelude::*;
 
 use super::error::exception;
 use super::pool::work;
-use super::prior::ActionPrior;
 use super::runs::found;
 use super::task::Task;
 use mge::evidence::TrainedRun;
 use mge::evidence::figures::{learning_curves, method_scores, step_curves};
-use mge::figures::{self, ActionSamples, DEFAULT_DPI, Provenance, TaskActions, TaskGrid};
+use mge::figures::{self, DEFAULT_DPI, Provenance, TaskGrid};
 use mge::stats::Bootstrap;
 
 /// A figure: displayed by notebooks, written by `save`.
@@ -97,12 +96,4 @@ pub fn figure_methods(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Figure>
     let rows: Vec<_> = found(py, folders)?.into_iter().map(|run| run.trained.row).collect();
     let scores = work(py, || method_scores(&rows, &Bootstrap::default()))?;
     Ok(Figure::new(scores.map_err(exception)?, "mge.figures.methods()"))
-}
-
-/// Actions drawn from the clusters of each stage, on the scene.
-#[pyfunction]
-#[pyo3(signature = (task, prior, seed = 0))]
-pub fn figure_clusters(task: &Task, prior: &ActionPrior, seed: u64) -> Figure {
-    let tasks = vec![TaskActions::sample(&task.0, &prior.0, seed)];
-    Figure::new(ActionSamples { tasks }, "mge.figures.clusters()")
 }

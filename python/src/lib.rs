@@ -45,5 +45,5 @@ fn _mge(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(figures::figure_tasks, module)?)?;
     module.add_function(wrap_pyfunction!(figures::figure_learning, module)?)?;
     module.add_function(wrap_pyfunction!(figures::figure_methods, module)?)?;
-    module.add_function(wrap_pyfunction!(figures::figure_clusters, module)?)
+    module.add_function(wrap_pyfunction!(prior::figure_clusters, module)?)
 }

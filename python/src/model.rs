@@ -13,7 +13,7 @@ use pyo3::types::PyDict;
 use super::arrays::numbers;
 use super::error::exception;
 use super::pool::{pool, work};
-use super::state::State;
+use super::state::{BALL, State, ball_row};
 use super::task::Task;
 use mge::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
 use mge::env::{Action, Environment, Snapshot};
@@ -21,16 +21,8 @@ use mge::guidance::{RapierPhysics, RolloutModel, TruePhysics};
 use mge::physics::{BallState, Tool, to_normalised, to_units};
 use mge::task::{self, ToolSpec};
 
-/// Columns of a ball: x, y, velocity x, y, spin.
-pub const BALL: usize = 5;
 /// Columns of a tool: type, x, y, size, angle, radius, elasticity, friction.
 const TOOL: usize = 8;
-
-/// A ball as numbers: normalised position, velocity in units/s, spin in radians/s.
-pub fn ball_row(ball: &BallState) -> [f32; BALL] {
-    let ([x, y], [vx, vy]) = (to_normalised(ball.position), ball.velocity);
-    [x, y, vx, vy, ball.angular_velocity]
-}
 
 fn ball_of(row: &[f32]) -> BallState {
     BallState {

@@ -9,10 +9,12 @@ use pyo3::types::PyDict;
 
 use super::arrays::numbers;
 use super::error::exception;
+use super::figures::Figure;
 use super::model::AnyModel;
 use super::pool::work;
 use super::task::Task;
 use mge::agent::Ddpg;
+use mge::figures::{ActionSamples, TaskActions};
 use mge::guidance::{self, GuidanceConfig, StagePrior};
 use mge::run::RunDirectory;
 use mge::streams::Stream;
@@ -190,4 +192,12 @@ impl Actor {
         let actions: Vec<f32> = actions.as_array().iter().copied().collect();
         Ok(work(py, || agent.q_values(&observations, &actions))?.into_pyarray(py))
     }
+}
+
+/// Actions drawn from the clusters of each stage, on the scene.
+#[pyfunction]
+#[pyo3(signature = (task, prior, seed = 0))]
+pub fn figure_clusters(task: &Task, prior: &ActionPrior, seed: u64) -> Figure {
+    let tasks = vec![TaskActions::sample(&task.0, &prior.0, seed)];
+    Figure::new(ActionSamples { tasks }, "mge.figures.clusters()")
 }

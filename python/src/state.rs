@@ -8,10 +8,18 @@ use pyo3::prelude::*;
 
 use super::error::exception;
 use super::figures::Figure;
-use super::model::{BALL, ball_row};
 use mge::env;
 use mge::figures::{Animation, Moment};
-use mge::physics::{PHYSICS_DT, to_normalised};
+use mge::physics::{BallState, PHYSICS_DT, to_normalised};
+
+/// Columns of a ball: x, y, velocity x, y, spin.
+pub const BALL: usize = 5;
+
+/// A ball as numbers: normalised position, velocity in units/s, spin in radians/s.
+pub fn ball_row(ball: &BallState) -> [f32; BALL] {
+    let ([x, y], [vx, vy]) = (to_normalised(ball.position), ball.velocity);
+    [x, y, vx, vy, ball.angular_velocity]
+}
 
 /// The current scene.
 pub fn scene(env: &env::Environment) -> Animation {
