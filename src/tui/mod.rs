@@ -25,8 +25,9 @@ mod widgets;
 pub use actions::{KeyHelp, keys};
 pub use fuzz::interface;
 pub use input::Keymap;
-pub use run::{ExitReason, Notify, Options, run};
+pub use run::{ExitReason, Options, run};
 pub use still::Still;
+pub use terminal::Notify;
 
 #[cfg(test)]
 use app::testing;

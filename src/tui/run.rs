@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::app::{App, Guarded, TerminalRequest, report_recovered_edits};
 use super::input::{Keymap, KeymapError};
 use super::terminal::signals::{self, Listener, Request};
-use super::terminal::{self, Graphics, Input, Screen, TerminalError};
+use super::terminal::{self, Graphics, Input, Notify, Screen, TerminalError};
 use super::view::SessionWorkspace;
 use super::widgets::theme::Theme;
 use crate::workbench::Session;
@@ -28,20 +28,6 @@ pub struct Options {
     pub no_mouse: bool,
     /// How the terminal announces that long work has ended.
     pub notify: Notify,
-}
-
-/// How the terminal announces that long work has ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Notify {
-    /// Ring its bell.
-    #[default]
-    Bell,
-    /// Show a desktop notification (OSC 9).
-    Desktop,
-    /// Show a desktop notification with OSC 777, for terminals such as rxvt-unicode.
-    Osc777,
-    /// Do nothing.
-    Off,
 }
 
 /// Why the workbench could not open or continue.

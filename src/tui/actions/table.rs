@@ -1,9 +1,9 @@
 //! The table of actions with keys.
 
-use super::Context::{self, Compose, Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
-use super::Script::{self, Like, Nothing, Verb};
-use super::Tab;
-use super::UiAction::{self, self as A};
+use super::action::Context::{self, Compose, Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
+use super::action::Script::{self, Like, Nothing, Verb};
+use super::action::UiAction::{self, self as A};
+use super::tab::Tab;
 
 /// An action, its context, name, default keys, word in the footer, description (empty if the help text of
 /// its verb is used), and how a script does the same.

@@ -1,6 +1,5 @@
 //! Draws charts of curves, with any number of episodes in the columns available.
 
-use std::borrow::Cow;
 use std::rc::Rc;
 
 use ratatui::buffer::Buffer;
@@ -13,56 +12,11 @@ use super::axes::{Axes, Scale};
 use super::cache::{ChartCache, Drawn, DrawnKey, PictureKey};
 use super::decimated::{Column, Decimated, Look, union};
 use super::legend::legend;
-use super::range::Window;
+use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Marker, Theme};
-
-/// A curve.
-pub struct Curve<'a> {
-    /// Name in the legend.
-    pub name: Cow<'a, str>,
-    /// Its colour.
-    pub colour: Color,
-    /// Episodes, in order.
-    pub episodes: &'a [u64],
-    /// One value per episode; values that are not finite are gaps.
-    pub values: &'a [f32],
-    /// A number that changes whenever the values change, and the index of the curve among those that share the
-    /// number; None if unknown.
-    pub version: Option<(u64, usize)>,
-    /// Lower and upper bounds of the band around it, one per value.
-    pub band: Option<[&'a [f32]; 2]>,
-    /// Values up to this episode are means over an unfilled window and drawn dotted.
-    pub partial: u64,
-    /// Separate points: episode and value, such as evaluations.
-    pub points: &'a [(u64, f32)],
-}
-
-/// Curves over one pair of axes.
-pub struct Plot<'a> {
-    /// The title.
-    pub title: &'a str,
-    /// The curves, the last one in front.
-    pub curves: Vec<Curve<'a>>,
-    /// Episodes to show.
-    pub x: Window,
-    /// The least range of a linear y axis.
-    pub y: Option<[f32; 2]>,
-    /// How values map to heights.
-    pub scale: Scale,
-    /// Number of episodes in the moving average of each value.
-    pub smoothing: usize,
-    /// The episode whose values the legend shows.
-    pub crosshair: Option<f32>,
-    /// Interventions: episode, colour and description.
-    pub marks: Vec<(u64, Color, &'a str)>,
-    /// Widths to which names can be shortened in the legend: see [`shortenings`](super::shortenings).
-    pub shortenings: &'a [usize],
-    /// The text shown without data.
-    pub empty: &'a str,
-}
 
 /// Draws title, legend, axes and curves, reusing what the cache holds. Returns the axes unless the area is
 /// too small.
@@ -244,7 +198,10 @@ fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 
 #[cfg(test)]
 mod tests {
+    use std::borrow::Cow;
+
     use super::*;
+    use crate::tui::chart::Window;
     use crate::tui::widgets::theme::{Depth, Palette};
 
     static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());

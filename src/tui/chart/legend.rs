@@ -8,8 +8,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::axes::number;
-use super::curve::{Curve, Plot};
 use super::decimated::place;
+use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
 

@@ -5,10 +5,12 @@ mod cache;
 mod curve;
 mod decimated;
 mod legend;
+mod plot;
 mod range;
 
 pub use axes::{Axes, Scale, number};
 pub use cache::ChartCache;
-pub use curve::{Curve, Plot, draw};
+pub use curve::draw;
 pub use legend::shortenings;
+pub use plot::{Curve, Plot};
 pub use range::{Range, Window};

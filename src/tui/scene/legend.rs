@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
-use super::draw::{Content, Heat};
+use super::content::{Content, Heat};
 use crate::trainer::Source;
 use crate::tui::chart::number;
 use crate::tui::widgets::theme::{Marker, Theme};

@@ -1,5 +1,6 @@
 //! The scene drawn in cells: the task to scale, one frame of an episode, and overlays.
 
+mod content;
 mod draw;
 mod legend;
 mod object;
@@ -8,7 +9,8 @@ mod picture;
 mod tests;
 mod view;
 
-pub use draw::{Content, Ghost, Heat, Overlays, draw};
+pub use content::{Content, Ghost, Heat, Overlays};
+pub use draw::draw;
 pub use object::{Object, Objects};
 pub use picture::picture;
 pub use view::View;

@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::Received;
-use super::parser::Parser;
+use super::parser::{Parser, Received};
 
 /// How long to wait for the rest of an escape sequence before it counts as the Escape key.
 const GRACE: Duration = Duration::from_millis(25);

@@ -10,7 +10,7 @@ pub mod signals;
 
 pub use graphics::{Graphics, Protocol};
 pub use input::Input;
-pub use parser::Parser;
+pub use parser::{Parser, Received};
 
 use std::backtrace::Backtrace;
 use std::cell::RefCell;
@@ -22,7 +22,7 @@ use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
 
 use crossterm::cursor::{Hide, Show};
-use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event};
+use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture};
 use crossterm::style::Print;
 use crossterm::terminal::{
     BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode,
@@ -32,7 +32,6 @@ use crossterm::{execute, queue};
 use ratatui::backend::CrosstermBackend;
 use ratatui::{Frame, Terminal};
 
-use super::run::Notify;
 use crate::text::printable;
 
 /// Whether the workbench currently controls the terminal.
@@ -40,15 +39,18 @@ static ACTIVE: AtomicBool = AtomicBool::new(false);
 /// Panics of other threads and final messages, held back while the workbench is on screen.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// What a terminal sends.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Received {
-    /// A key, a mouse event, a paste or a change of focus.
-    Event(Event),
-    /// The primary device attributes: whether the terminal supports sixel graphics.
-    Attributes { sixel: bool },
-    /// Width and height of a cell in pixels.
-    CellSize([u16; 2]),
+/// How the terminal announces that long work has ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Notify {
+    /// Ring its bell.
+    #[default]
+    Bell,
+    /// Show a desktop notification (OSC 9).
+    Desktop,
+    /// Show a desktop notification with OSC 777, for terminals such as rxvt-unicode.
+    Osc777,
+    /// Do nothing.
+    Off,
 }
 
 /// Why the terminal cannot be used.

@@ -3,14 +3,23 @@
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
-use super::Received;
-
 /// Bytes of a paste after which an event is sent; a longer paste becomes several events.
 const PASTE: usize = 1 << 20;
 const PASTE_BEGINS: &[u8] = b"\x1b[200~";
 const PASTE_ENDS: &[u8] = b"\x1b[201~";
 /// Longest control sequence; anything longer is discarded.
 const SEQUENCE: usize = 64;
+
+/// What a terminal sends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Received {
+    /// A key, a mouse event, a paste or a change of focus.
+    Event(Event),
+    /// The primary device attributes: whether the terminal supports sixel graphics.
+    Attributes { sixel: bool },
+    /// Width and height of a cell in pixels.
+    CellSize([u16; 2]),
+}
 
 /// The parser's state between two reads.
 #[derive(Debug, Default)]

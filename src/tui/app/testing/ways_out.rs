@@ -10,9 +10,8 @@ use portable_pty::CommandBuilder;
 use ratatui::widgets::Paragraph;
 
 use super::pseudo_terminal::Terminal;
-use crate::tui::run::Notify;
 use crate::tui::terminal::signals::Listener;
-use crate::tui::terminal::{Input, Received, Screen, TerminalError, take_panics};
+use crate::tui::terminal::{Input, Notify, Received, Screen, TerminalError, take_panics};
 
 fn start(test: &str) -> Terminal {
     start_by(r#"exec "$@""#, test)

@@ -1,0 +1,104 @@
+//! What the scene shows.
+
+use ratatui::style::Color;
+
+use super::object::{Object, Objects};
+use crate::env::Action;
+use crate::guidance::{ActionPrior, StagePrior};
+use crate::physics::Tool;
+use crate::tui::view::playback::PlaybackFrame;
+use crate::tui::widgets::theme::Theme;
+
+/// Which overlays to show on the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Overlays {
+    /// Means and one- and two-sigma ellipses of the action clusters.
+    pub clusters: bool,
+    /// The rewarding actions behind the clusters.
+    pub samples: bool,
+    /// The critic's value of every action.
+    pub critic: bool,
+    /// Where the actor would place the tool.
+    pub actor: bool,
+    /// The model's prediction from the current action on.
+    pub model: bool,
+    /// The legend of the symbols.
+    pub legend: bool,
+    /// Show only this stage's clusters; None for all stages.
+    pub stage: Option<usize>,
+}
+
+impl Default for Overlays {
+    fn default() -> Self {
+        Self { clusters: true, samples: false, critic: false, actor: false, model: false, legend: false, stage: None }
+    }
+}
+
+/// A function of the action's position, sampled on a square grid with the first row at the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heat {
+    /// Rows and columns.
+    pub side: usize,
+    /// One value per grid cell, row by row.
+    pub values: Vec<f32>,
+}
+
+impl Heat {
+    /// Its smallest and largest finite value; None if no value is finite.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        let finite = || self.values.iter().copied().filter(|value| value.is_finite());
+        Some([finite().reduce(f32::min)?, finite().reduce(f32::max)?])
+    }
+}
+
+/// A tool held over the scene, not placed yet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ghost {
+    /// Its normalised position.
+    pub action: Action,
+    /// The tool at that position.
+    pub tool: Tool,
+    /// Why it cannot be placed there, if it cannot.
+    pub refusal: Option<String>,
+    /// The ball's normalised path as the chosen model predicts it.
+    pub predicted: Vec<[f32; 2]>,
+}
+
+/// Everything to draw.
+pub struct Content<'a> {
+    /// The task and its proposed subgoals.
+    pub objects: Objects<'a>,
+    /// The state of the episode.
+    pub frame: &'a PlaybackFrame,
+    /// Which overlays to show.
+    pub overlays: Overlays,
+    /// The action clusters, and whether they are out of date.
+    pub prior: Option<(&'a ActionPrior, bool)>,
+    /// The critic's value of every action.
+    pub heat: Option<&'a Heat>,
+    /// The tool that the actor would place, at its position.
+    pub choice: Option<Tool>,
+    /// The normalised path that the model predicts from the current action on.
+    pub predicted: &'a [[f32; 2]],
+    /// The normalised path that the ball really took in that time.
+    pub truth: &'a [[f32; 2]],
+    /// The selected object.
+    pub selected: Option<Object>,
+    /// The tool in hand.
+    pub ghost: Option<&'a Ghost>,
+}
+
+impl Content<'_> {
+    /// The colour of a stage's clusters: the colour of its subgoal, or of the goal.
+    pub(super) fn stage(&self, stage: usize, theme: &Theme) -> Color {
+        if stage == self.objects.task.subgoals.len() { theme.goal } else { theme.stage(stage) }
+    }
+
+    /// The clusters of the stages shown, with their colours.
+    pub(super) fn stages(&self, theme: &Theme) -> impl Iterator<Item = (Color, &StagePrior)> {
+        let is_stale = self.prior.is_some_and(|(_, stale)| stale);
+        let all = self.prior.into_iter().flat_map(|(prior, _)| prior.stages.iter().enumerate());
+        let shown = all.filter(move |(index, _)| self.overlays.stage.is_none_or(|only| only == *index));
+        shown.map(move |(index, stage)| (if is_stale { theme.dim } else { self.stage(index, theme) }, stage))
+    }
+}
