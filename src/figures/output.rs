@@ -1,41 +1,13 @@
 //! Output of figures as RGB, PNG, SVG and PDF, with the CSV beside them.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::canvas::{Canvas, svg};
+use super::error::FigureError;
 use super::pdf::pdf;
 use super::provenance::Provenance;
-use super::render::{self, MAX_SIDE};
+use super::render;
 use super::table::Table;
-
-/// Why a figure could not be drawn, written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum FigureError {
-    /// An image could not be encoded.
-    #[error("the image cannot be encoded: {0}")]
-    Encoding(String),
-    /// The image size is 0 or too large.
-    #[error(
-        "an image of {width} x {height} pixels cannot be drawn: ask for a size from 1 to {MAX_SIDE} or a lower resolution"
-    )]
-    Size { width: u32, height: u32 },
-    /// The file's extension is not a format that the figure can be written in.
-    #[error("{}: figures are written as {known}: give the file one of these endings", path.display())]
-    Format { path: PathBuf, known: &'static str },
-    /// The file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
-    /// The file is not one this program wrote.
-    #[cfg(test)]
-    #[error("{}: {message}", path.display())]
-    Unreadable { path: PathBuf, message: String },
-}
-
-impl FigureError {
-    pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
-        Self::Io { path: path.to_owned(), source }
-    }
-}
 
 /// File extensions of the supported formats.
 pub const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];

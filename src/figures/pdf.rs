@@ -7,7 +7,7 @@ use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 use resvg::tiny_skia::{Path, PathSegment, Point, Transform};
 use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Paint};
 
-use super::FigureError;
+use super::error::FigureError;
 use super::provenance::Provenance;
 use super::render::{POINTS, tree};
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 #[cfg(test)]
-use super::FigureError;
+use super::error::FigureError;
 use super::xml::escaped;
 
 /// The command, seeds, config and program behind a figure.

@@ -3,12 +3,9 @@
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use super::FigureError;
+use super::error::{FigureError, MAX_SIDE};
 use super::font::FONTS;
 use super::provenance::Provenance;
-
-/// Largest side of an image in pixels.
-pub const MAX_SIDE: u32 = 20_000;
 
 /// Points per SVG unit, which is 1/96 inch.
 pub const POINTS: f32 = 0.75;

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::batch::BatchError;
+use crate::batch::{BatchError, JobError};
+use crate::dynamics::DynamicsError;
 use crate::json::SyntaxError;
 use crate::run::RunError;
+use crate::trainer::TrainerError;
 use crate::validation::ValidationError;
 
 /// Why a sweep cannot be run.
@@ -68,4 +70,25 @@ pub enum SweepError {
         /// Folder of a model's run.
         model: PathBuf,
     },
+}
+
+/// Why a job failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum WorkError {
+    /// The training of an agent failed.
+    #[error(transparent)]
+    Training(#[from] TrainerError),
+    /// The training or evaluation of a dynamics model failed.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// A file of the run cannot be read or written.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+impl JobError for WorkError {
+    fn is_in_use(&self) -> bool {
+        let (Self::Run(error) | Self::Training(TrainerError::Run(error))) = self else { return false };
+        matches!(error, RunError::InUse { .. })
+    }
 }

@@ -98,7 +98,11 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
         "train" => {
             check_aliases(grid)?;
             let mut agents = Agents::default();
-            absolute_paths(grid).expand(&combinations, |grid, combination| agents.config(grid, combination))
+            absolute_paths(grid).expand(&combinations, |grid, combination| {
+                let config = agents.config(grid, combination)?;
+                let prefix = format!("{}-{}", config.task.name, config.method);
+                Ok((prefix, config.seed, Work::Train(Box::new(config))))
+            })
         }
         "dynamics" => grid.expand(&combinations, |grid, combination| {
             let job = ModelJob::new(grid, combination)?;

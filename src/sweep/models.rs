@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::error::WorkError;
 use super::file::{Combination, Grid};
-use super::work::WorkError;
 use crate::batch::JobHandle;
 use crate::dynamics::{
     DynamicsError, Ended, EvaluationConfig, EvaluationProgress, LaunchErrors, ModelConfig, ToolSet, TrainConfig,

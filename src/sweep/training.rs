@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::expand::Work;
 use super::file::{Axis, Combination, Grid};
 use crate::guidance::EpsilonSchedule;
 use crate::json;
@@ -75,8 +74,8 @@ pub(super) struct Agents {
 }
 
 impl Agents {
-    /// The prefix of the name, the seed and the configuration of a combination.
-    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<(String, u64, Work), ValidationError> {
+    /// The configuration of a combination.
+    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<RunConfig, ValidationError> {
         let mut config = RunConfig::new(self.task(grid, combination)?);
         let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
         chosen.retain(|(axis, _)| axis.key != "task");
@@ -103,7 +102,7 @@ impl Agents {
             config.epsilon = EpsilonSchedule::Constant(0.0);
         }
         self.check_model(grid, &config)?;
-        Ok((format!("{}-{}", config.task.name, config.method), config.seed, Work::Train(Box::new(config))))
+        Ok(config)
     }
 
     fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {

@@ -2,35 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::SweepError;
+use super::error::{SweepError, WorkError};
 use super::expand::{Job, Sweep, Work};
 use super::models::ModelJob;
 use super::plan;
-use crate::batch::{self, Batch, BatchProgress, JobError, JobFailure, train_to_end};
-use crate::dynamics::DynamicsError;
+use crate::batch::{self, Batch, BatchProgress, JobFailure, train_to_end};
 use crate::run::{RunDirectory, RunError};
-use crate::trainer::{RunConfig, TrainerError};
-
-/// Why a job failed.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum WorkError {
-    /// The training of an agent failed.
-    #[error(transparent)]
-    Training(#[from] TrainerError),
-    /// The training or evaluation of a dynamics model failed.
-    #[error(transparent)]
-    Dynamics(#[from] DynamicsError),
-    /// A file of the run cannot be read or written.
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
-
-impl JobError for WorkError {
-    fn is_in_use(&self) -> bool {
-        let (Self::Run(error) | Self::Training(TrainerError::Run(error))) = self else { return false };
-        matches!(error, RunError::InUse { .. })
-    }
-}
+use crate::trainer::RunConfig;
 
 impl Job {
     /// The folder of the job in the folder of its sweep.
