@@ -11,13 +11,13 @@ use super::baseline::{ConstantVelocity, NearestSample};
 use super::error::{DynamicsError, Result};
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
-use super::predictor::Predictor;
+use super::predictor::{Errors, Predictor, distance};
 use super::rapier::Rapier;
 use super::rollout::{distance_to_segment, rollouts};
 use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
 use crate::env::{Action, Snapshot, uniform_action};
-use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
+use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::Task;
 
 /// Settings of an evaluation.
@@ -72,17 +72,6 @@ pub struct Compared<T> {
     /// rapier's own solver; none in older evaluations, which did not include it.
     #[serde(default = "Option::default", skip_serializing_if = "Option::is_none")]
     pub rapier: Option<T>,
-}
-
-/// Distances between predicted and true positions, normalised.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
-    /// Number of predictions.
-    pub count: usize,
-    /// Mean distance.
-    pub mean: f64,
-    /// Median distance.
-    pub median: f64,
 }
 
 /// Errors on fresh launches at one tool type.
@@ -320,27 +309,6 @@ impl<'a> Compared<&'a dyn Predictor> {
             rapier: self.rapier.map(value).transpose()?,
         })
     }
-}
-
-impl Errors {
-    fn of(mut distances: Vec<f64>) -> Self {
-        let count = distances.len();
-        if count == 0 {
-            return Self::default();
-        }
-        distances.sort_by(f64::total_cmp);
-        let median = (distances[(count - 1) / 2] + distances[count / 2]) / 2.0;
-        Self { count, mean: distances.iter().sum::<f64>() / count as f64, median }
-    }
-
-    pub(super) fn between<'a>(pairs: impl Iterator<Item = (&'a BallState, &'a BallState)>) -> Self {
-        Self::of(pairs.map(|(predicted, real)| distance(predicted, real)).collect())
-    }
-}
-
-fn distance(predicted: &BallState, real: &BallState) -> f64 {
-    let [a, b] = [predicted, real].map(|ball| to_normalised(ball.position));
-    f64::from(a[0] - b[0]).hypot(f64::from(a[1] - b[1]))
 }
 
 /// Radius of a launch's subgoal in units, as in the tasks.

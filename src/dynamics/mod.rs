@@ -75,15 +75,15 @@ pub use config::{
 };
 pub use error::{DynamicsError, Result};
 pub use evaluate::{
-    Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, HitPredictions, LaunchErrors, OneTool,
-    SceneErrors, evaluate, evaluate_with_progress,
+    Compared, Evaluation, EvaluationConfig, EvaluationProgress, HitPredictions, LaunchErrors, OneTool, SceneErrors,
+    evaluate, evaluate_with_progress,
 };
 pub(crate) use graph::{Edges, Graphs, Layout};
 pub use launch::{Launch, Split, collect};
 pub use model::{Model, Provenance};
 pub(crate) use network::Network;
 pub use object::ObjectType;
-pub use predictor::Predictor;
+pub use predictor::{Errors, Predictor};
 pub use rapier::Rapier;
 pub use rollout::{Rollout, RolloutAction, rollouts, rollouts_with_tools};
 pub use shipped::{named, shipped, shipped_for, shipped_models};

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use super::error::Result;
-use super::evaluate::Errors;
-use super::predictor::Predictor;
+use super::predictor::{Errors, Predictor};
 use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::physics::{BallState, STEPS_PER_ACTION, Tool};
 use crate::task::Task;

@@ -3,7 +3,7 @@
 
 use super::action_set::{ActionSet, TOOL_FEATURES, tool_features};
 use super::episode::{MARKER, Snapshot, TARGET, goal_object};
-use super::observation::{VELOCITY_SCALE, bounds, kept_tools};
+use super::observation::{ObservationPart, VELOCITY_SCALE, bounds, kept_tools};
 use crate::physics::{ACTION_SET, Motion, ObjectId, ToolKind, exact, to_normalised, to_units};
 use crate::task::{GoalShape, Task};
 
@@ -19,15 +19,6 @@ pub const ROLES: [&str; 8] = ["target", "marker", "ball", "box", "goal", "subgoa
 const MOTION_FEATURES: usize = 7;
 /// Index of the target ball's position (x, then y) in a description. The target is the first object.
 pub const TARGET_POSITION: usize = ROLES.len() + 2;
-
-/// A part of an observation vector.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct ObservationPart {
-    /// `objects`, `progress` and `tools`, or `objects` and `stage` if the agent has only the task's own tool.
-    pub name: &'static str,
-    /// Its shape; the parts are concatenated.
-    pub shape: Vec<usize>,
-}
 
 /// Length of the progress part: flags for each subgoal reached by the target and by the marker, for whether the
 /// target counts as moved and whether the goal has been reached; then the fraction of actions used.

@@ -6,9 +6,10 @@ use rand::Rng;
 
 use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
-use super::description::{ObservationPart, SCENE_SLOTS};
+use super::description::SCENE_SLOTS;
 use super::episode::Snapshot;
 use super::image::{self, IMAGE_LEN, Pictures};
+use super::observation::ObservationPart;
 #[cfg(doc)]
 use super::rays::RAYS_LEN;
 use super::view::View;

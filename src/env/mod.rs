@@ -24,12 +24,12 @@ mod view;
 pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
 pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_embedding, tool_features};
 pub use check::{Contract, Violation, check};
-pub use description::{ObservationPart, ROLES, SCENE_FEATURES, SCENE_SLOTS, TARGET_POSITION};
+pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS, TARGET_POSITION};
 pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
 pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
 pub use observation::{
-    BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_bounds, observation_len,
+    BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
 };
 pub use rays::RAYS_LEN;
 pub use vector::{Autoreset, Ended, Info, Outcome, State, VectorEnvironment, VectorError};

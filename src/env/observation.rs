@@ -1,7 +1,6 @@
 //! The observation: the padded collection of object feature vectors (paper, section 5.1), then a one-hot of the next
 //! stage.
 
-use super::description::ObservationPart;
 use super::episode::Snapshot;
 use crate::physics::{BallState, Tool, ToolKind, to_normalised};
 use crate::task::Task;
@@ -15,6 +14,15 @@ pub const OBJECT_SLOTS: usize = 16;
 pub const BALL_POSITION: usize = 2;
 /// Velocities are divided by this many units/s.
 pub const VELOCITY_SCALE: f32 = 10.0;
+
+/// A part of an observation vector.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct ObservationPart {
+    /// `objects`, `progress` and `tools`, or `objects` and `stage` if the agent has only the task's own tool.
+    pub name: &'static str,
+    /// Its shape; the parts are concatenated.
+    pub shape: Vec<usize>,
+}
 
 /// Length of a task's observation vector: object slots, then a one-hot of the next
 /// stage (subgoals in order, then the goal).

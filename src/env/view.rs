@@ -1,9 +1,9 @@
 //! The three observations that an environment can give: their parts, bounds and numbers.
 
 use super::action_set::ActionSet;
-use super::description::{ObservationPart, describe, description_bounds, description_parts};
+use super::description::{describe, description_bounds, description_parts};
 use super::episode::Snapshot;
-use super::observation::{observation_bounds, observation_len, observation_parts, observe};
+use super::observation::{ObservationPart, observation_bounds, observation_len, observation_parts, observe};
 use super::rays::{RAYS_LEN, observe_rays, rays_bounds};
 use crate::task::Task;
 

@@ -1,17 +1,14 @@
 //! Training results, one row per run.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::{USUAL, WHOLE_SCHEDULE};
-use crate::guidance::EpsilonSchedule;
 use crate::run::RunHistory;
 use crate::stats::efficiency::{Efficiency, efficiency};
 use crate::stats::rolling::{WINDOW, rolling_mean};
-use crate::trainer::{Method, RunConfig};
+use crate::trainer::RunConfig;
 
 /// The results of one training.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -113,34 +110,6 @@ impl LearningRow {
             episodes,
             efficiency: Efficiency { final_success: success, ..Efficiency::default() },
             ..Self::new(config, &RunHistory::default())
-        }
-    }
-
-    /// Name of its method, threshold and settings, as in legends and tables.
-    pub fn label(&self) -> String {
-        let mut label = match self.method.parse::<Method>() {
-            Ok(method) if method.has_clusters() && method.uses("epsilon") => {
-                format!("{}, epsilon {}", method.label(), self.threshold())
-            }
-            Ok(method) => method.label().to_owned(),
-            Err(_) => self.method.clone(),
-        };
-        let shown = |(key, value): &(&String, &String)| *key != WHOLE_SCHEDULE && !USUAL.contains(&(key, value));
-        for (key, value) in self.settings.iter().filter(shown) {
-            let _ = write!(label, ", {} {value}", if key == "prior" { "model" } else { key });
-        }
-        label
-    }
-
-    /// The epsilon schedule in short form, or in full if the short form is ambiguous.
-    fn threshold(&self) -> String {
-        match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
-            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
-            ["need", ..] if !self.settings.contains_key(WHOLE_SCHEDULE) => "by need".to_owned(),
-            _ => self
-                .epsilon
-                .parse()
-                .map_or_else(|_| self.epsilon.clone(), |schedule: EpsilonSchedule| schedule.describe()),
         }
     }
 }

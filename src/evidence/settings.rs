@@ -1,20 +1,22 @@
-//! The settings in which runs differ.
+//! The settings in which runs differ, and the labels made of them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
 use std::path::Path;
 
 use super::row::LearningRow;
 use crate::dynamics::tool_set_name;
+use crate::guidance::EpsilonSchedule;
 use crate::json;
 use crate::task::{self, Task};
-use crate::trainer::{PriorSource, RunConfig};
+use crate::trainer::{Method, PriorSource, RunConfig};
 
 /// The key in a row's settings for its whole epsilon schedule, present if the short form is ambiguous.
-pub(super) const WHOLE_SCHEDULE: &str = "epsilon";
+const WHOLE_SCHEDULE: &str = "epsilon";
 
 /// Values that a label leaves out even if other runs have other values: the full model of the tool set,
 /// clusters that are not refined, a shipped task, a run that is not a fork.
-pub(super) const USUAL: [(&str, &str); 5] = [
+const USUAL: [(&str, &str); 5] = [
     ("prior", WHOLE_MODEL),
     ("refinement.every", "0"),
     ("subgoals", AS_SHIPPED),
@@ -54,6 +56,36 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
         row.settings = shown.map(|(path, value)| (path.clone(), value.clone())).collect();
     }
     distinguish_schedules(&mut runs);
+}
+
+impl LearningRow {
+    /// Name of its method, threshold and settings, as in legends and tables.
+    pub fn label(&self) -> String {
+        let mut label = match self.method.parse::<Method>() {
+            Ok(method) if method.has_clusters() && method.uses("epsilon") => {
+                format!("{}, epsilon {}", method.label(), self.threshold())
+            }
+            Ok(method) => method.label().to_owned(),
+            Err(_) => self.method.clone(),
+        };
+        let shown = |(key, value): &(&String, &String)| *key != WHOLE_SCHEDULE && !USUAL.contains(&(key, value));
+        for (key, value) in self.settings.iter().filter(shown) {
+            let _ = write!(label, ", {} {value}", if key == "prior" { "model" } else { key });
+        }
+        label
+    }
+
+    /// The epsilon schedule in short form, or in full if the short form is ambiguous.
+    fn threshold(&self) -> String {
+        match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
+            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
+            ["need", ..] if !self.settings.contains_key(WHOLE_SCHEDULE) => "by need".to_owned(),
+            _ => self
+                .epsilon
+                .parse()
+                .map_or_else(|_| self.epsilon.clone(), |schedule: EpsilonSchedule| schedule.describe()),
+        }
+    }
 }
 
 /// The differences of two runs: JSON paths of `config.json` with both values; a missing value is empty.

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::env::Action;
+use crate::env::{Action, TOOL_FEATURES};
 
 /// Number of clusters of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,6 +39,38 @@ impl Cluster {
     /// An action from the cluster's normal distribution, clipped to [-1, 1].
     pub fn sample(&self, rng: &mut impl Rng) -> Action {
         std::array::from_fn(|axis| clipped_normal(self.mean[axis], self.std[axis], rng))
+    }
+}
+
+/// The tools of a cluster of rewarding actions: the normal distribution of their embeddings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToolCluster {
+    /// Mean of each number.
+    pub mean: Vec<f32>,
+    /// Standard deviation of each number.
+    pub std: Vec<f32>,
+}
+
+impl ToolCluster {
+    /// The tools of the actions with indices `members`, at least one. Actions are positions and embeddings; `None` if
+    /// they have no embeddings.
+    pub(super) fn of<P: AsRef<[f32]>>(actions: &[P], members: &[usize]) -> Option<Self> {
+        let tool = |member: &usize| actions[*member].as_ref().get(2..).filter(|tool| !tool.is_empty());
+        let tools = members.iter().map(tool).collect::<Option<Vec<&[f32]>>>()?;
+        let mean_of = |column: usize, of: &dyn Fn(f32) -> f32| {
+            tools.iter().map(|tool| of(tool[column])).sum::<f32>() / tools.len() as f32
+        };
+        let mean: Vec<f32> = (0..tools.first()?.len()).map(|column| mean_of(column, &|value| value)).collect();
+        let variance = |(column, mean): (usize, &f32)| mean_of(column, &|value| (value - mean).powi(2));
+        let std = mean.iter().enumerate().map(variance).map(f32::sqrt).collect();
+        Some(Self { mean, std })
+    }
+
+    /// Whether all values are possible for tools.
+    pub(super) fn is_possible(&self) -> bool {
+        let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
+        let lengths = [self.mean.len(), self.std.len()];
+        lengths == [TOOL_FEATURES; 2] && within(-1.0, &self.mean) && within(0.0, &self.std)
     }
 }
 

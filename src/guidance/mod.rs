@@ -21,7 +21,7 @@ mod tools;
 
 pub use build::build;
 pub use choice::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
-pub use clusters::{Cluster, ClusterCount};
+pub use clusters::{Cluster, ClusterCount, ToolCluster};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
@@ -30,4 +30,4 @@ pub use rewarding::{Played, Rewarding};
 pub use rollout::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
 pub use tool_rollout::{ToolModel, ToolRollout};
-pub use tools::{ToolCluster, build_with_tools};
+pub use tools::build_with_tools;

@@ -4,9 +4,8 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::clusters::{Cluster, cluster_points};
+use super::clusters::{Cluster, ToolCluster, cluster_points};
 use super::config::{GuidanceConfig, GuidanceError};
-use super::tools::ToolCluster;
 use crate::env::{Action, uniform_action};
 use crate::task::Task;
 

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use super::clusters::clipped_normal;
 use super::config::GuidanceConfig;
@@ -13,7 +12,7 @@ use super::prior::{ActionPrior, StagePrior};
 use super::rollout::TruePhysics;
 use super::tool_rollout::{ToolModel, ToolRollout};
 use crate::dynamics::Result;
-use crate::env::{Action, ActionSet, Choice, Environment, Snapshot, TOOL_FEATURES, tool_embedding, uniform_action};
+use crate::env::{Action, ActionSet, Choice, Environment, Snapshot, tool_embedding, uniform_action};
 use crate::physics::ToolSplit;
 use crate::stop::Stop;
 use crate::streams::{Stream, index};
@@ -21,15 +20,6 @@ use crate::task::Task;
 
 /// Rollouts between two checks for a stop request.
 const PIECE: usize = 250;
-
-/// The tools of a cluster of rewarding actions: the normal distribution of their embeddings.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ToolCluster {
-    /// Mean of each number.
-    pub mean: Vec<f32>,
-    /// Standard deviation of each number.
-    pub std: Vec<f32>,
-}
 
 /// A rollout to make: the index of its start state, and its choices.
 type Drawn = (usize, Vec<Choice>);
@@ -151,29 +141,6 @@ fn stage_prior(
     let mut stage = StagePrior { model_rollouts: rolled.len(), model_hits: hits().count(), ..StagePrior::default() };
     stage.cluster(&points, config, rng);
     stage
-}
-
-impl ToolCluster {
-    /// The tools of the actions with indices `members`, at least one. Actions are positions and embeddings; `None` if
-    /// they have no embeddings.
-    pub(super) fn of<P: AsRef<[f32]>>(actions: &[P], members: &[usize]) -> Option<Self> {
-        let tool = |member: &usize| actions[*member].as_ref().get(2..).filter(|tool| !tool.is_empty());
-        let tools = members.iter().map(tool).collect::<Option<Vec<&[f32]>>>()?;
-        let mean_of = |column: usize, of: &dyn Fn(f32) -> f32| {
-            tools.iter().map(|tool| of(tool[column])).sum::<f32>() / tools.len() as f32
-        };
-        let mean: Vec<f32> = (0..tools.first()?.len()).map(|column| mean_of(column, &|value| value)).collect();
-        let variance = |(column, mean): (usize, &f32)| mean_of(column, &|value| (value - mean).powi(2));
-        let std = mean.iter().enumerate().map(variance).map(f32::sqrt).collect();
-        Some(Self { mean, std })
-    }
-
-    /// Whether all values are possible for tools.
-    pub(super) fn is_possible(&self) -> bool {
-        let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
-        let lengths = [self.mean.len(), self.std.len()];
-        lengths == [TOOL_FEATURES; 2] && within(-1.0, &self.mean) && within(0.0, &self.std)
-    }
 }
 
 impl ActionPrior {

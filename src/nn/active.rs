@@ -5,7 +5,14 @@
 //! can skip these columns. This makes training a quarter faster.
 
 use super::kernel::Buffer;
-use super::stack::Rows;
+
+/// The input of a layer.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    pub values: &'a [f32],
+    /// Row stride.
+    pub row: usize,
+}
 
 /// A batch without its zero columns, and the weight without the corresponding rows.
 #[derive(Debug, Default)]

@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::{
-    active::ActiveColumns,
+    active::{ActiveColumns, Rows},
     kernel::{Buffer, padded},
     layer::{Layer, LoadedParameters, unpad_rows},
-    stack::{Rows, dense, multiplications, threads_for},
+    stack::{dense, multiplications, threads_for},
 };
 
 /// Working memory of a prediction, one space per thread.

@@ -14,7 +14,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    active::ActiveColumns,
+    active::{ActiveColumns, Rows},
     kernel::{
         Buffer, ColumnSums, Derivative, Epilogue, Kernel, Normalise, NormaliseGradient, Product, Start, Transpose,
         padded,
@@ -71,14 +71,6 @@ pub(super) struct Workspace {
     active: ActiveColumns,
     /// Gradients of the weights of active columns.
     active_sums: Buffer,
-}
-
-/// The input of a layer.
-#[derive(Clone, Copy)]
-pub(super) struct Rows<'a> {
-    pub values: &'a [f32],
-    /// Row stride.
-    pub row: usize,
 }
 
 /// Working memory for some rows of a batch.

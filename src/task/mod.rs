@@ -8,6 +8,7 @@ mod create;
 mod edit;
 mod file;
 mod objects;
+mod part;
 mod property;
 mod rules;
 mod schema;
@@ -20,9 +21,9 @@ pub use file::{
     TaskError, level_names, load, load_all, load_regular, name_of, parse, save, shipped, shipped_names, to_json,
 };
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};
+pub use part::{Offset, Part, Shift};
 pub use property::{Property, Values};
 pub use rules::{Rewards, Rules, SubgoalCheck};
 pub use schema::{Task, VERSION};
-pub use shift::{Offset, Part, Shift};
 pub use tools::{Form, Placeable, ToolSpec};
 pub use validate::{RULES, check_name};

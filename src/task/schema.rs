@@ -4,8 +4,8 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::objects::{BallSpec, BoxSpec, Goal, Marker, Region};
+use super::part::{Part, Shift};
 use super::rules::Rules;
-use super::shift::{Part, Shift};
 use super::tools::{Placeable, ToolSpec};
 use crate::physics::ToolKind;
 

@@ -6,9 +6,8 @@ use std::sync::Arc;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::fork::Fork;
 use super::method::{Method, PriorSource};
-use super::parts::{Evaluation, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement};
+use super::parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement};
 use crate::agent::{self, DdpgConfig};
 use crate::guidance::{self, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use crate::physics::{ACTION_SET, ToolSplit};

@@ -4,47 +4,17 @@
 //! nearest earlier one, because trainings are reproducible. Every repeated episode is compared with
 //! the log of the other run.
 
-use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::config::RunConfig;
+use super::parts::{Fork, PastTask};
 use super::prior::{PriorError, build_prior, build_priors};
 use super::run_loop::play;
 use super::training::{Training, TrainingError};
 use crate::run::{Branch, Event, RunDirectory, RunError, RunHistory, read_events};
 use crate::stop::Stop;
 use crate::task::Task;
-
-/// The origin of a fork.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Fork {
-    /// Name of the other run's folder.
-    pub run: String,
-    /// Number of episodes that it shares with the other run.
-    pub episode: u32,
-    /// Settings that were changed at the fork, as `KEY=VALUE`.
-    pub changes: Vec<String>,
-    /// Other tasks on which earlier episodes were played, the earliest first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tasks: Vec<PastTask>,
-}
-
-/// The tasks of the first episodes of a fork.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PastTask {
-    /// The last episode on these tasks.
-    pub until: u32,
-    /// The task.
-    pub task: Arc<Task>,
-    /// Further tasks that were played in turn with it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub further: Vec<Arc<Task>>,
-}
 
 impl RunConfig {
     /// The configuration of a fork that continues from `episode` of the run in the folder `run`, whose
@@ -75,13 +45,6 @@ impl RunConfig {
         let (task, further) = past.map_or((&self.task, &self.further_tasks), |past| (&past.task, &past.further));
         let turn = episode.saturating_sub(1) % (1 + further.len() as u64);
         (turn as usize).checked_sub(1).map_or(task, |turn| &further[turn])
-    }
-}
-
-impl fmt::Display for Fork {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "forked from {} at episode {}", self.run, self.episode)?;
-        if self.changes.is_empty() { Ok(()) } else { write!(f, " with {}", self.changes.join(", ")) }
     }
 }
 

@@ -42,9 +42,9 @@ mod watch;
 
 pub use crate::run::Source;
 pub use config::{RunConfig, settings};
-pub use fork::{Fork, ForkError, PastTask, fork};
+pub use fork::{ForkError, fork};
 pub use method::{Method, PriorSource};
-pub use parts::{Evaluation, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement};
+pub use parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, PastTask, Practice, Refinement};
 pub use prior::{PriorError, build_prior, check_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, train};
 pub use setting::{SettingError, config_keys, non_default_settings};

@@ -1,9 +1,13 @@
 //! Groups of settings of a training.
 
+use std::fmt;
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::env::Environment;
 use crate::physics::ToolSplit;
+use crate::task::Task;
 
 /// What an agent with the task's own tool observes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -143,5 +147,40 @@ pub struct ModelReplay {
 impl Default for ModelReplay {
     fn default() -> Self {
         Self { rollouts: 2, horizon: 5 }
+    }
+}
+
+/// The origin of a fork.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fork {
+    /// Name of the other run's folder.
+    pub run: String,
+    /// Number of episodes that it shares with the other run.
+    pub episode: u32,
+    /// Settings that were changed at the fork, as `KEY=VALUE`.
+    pub changes: Vec<String>,
+    /// Other tasks on which earlier episodes were played, the earliest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tasks: Vec<PastTask>,
+}
+
+/// The tasks of the first episodes of a fork.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PastTask {
+    /// The last episode on these tasks.
+    pub until: u32,
+    /// The task.
+    pub task: Arc<Task>,
+    /// Further tasks that were played in turn with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<Arc<Task>>,
+}
+
+impl fmt::Display for Fork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "forked from {} at episode {}", self.run, self.episode)?;
+        if self.changes.is_empty() { Ok(()) } else { write!(f, " with {}", self.changes.join(", ")) }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::{Outcome, Player};
+use super::player::{Outcome, Player};
 use crate::env::action::Action;
 use crate::env::action_set::Choice;
 use crate::env::environment::{Environment, Start};

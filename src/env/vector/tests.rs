@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::*;
-use crate::env::{Step, TOOL_FEATURES, tool_features, uniform_action};
+use crate::env::{IMAGE_LEN, Placement, Step, TOOL_FEATURES, tool_features, uniform_action};
 use crate::physics::ACTION_SET;
 
 fn noisy_task() -> Arc<Task> {
