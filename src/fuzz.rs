@@ -107,7 +107,7 @@ fn model(input: &[u8]) {
 fn checkpoint(input: &[u8]) {
     let _ = nn::TensorFile::from_bytes(input);
     let _ = Ddpg::load(input);
-    let _ = Learner::load(&agent::Checkpoint { networks: input.to_vec(), replay: Vec::new() });
+    let _ = Learner::load(&agent::SavedLearner { networks: input.to_vec(), replay: Vec::new() });
     if let Ok(replay) = ReplayBuffer::from_bytes(input) {
         assert_eq!(ReplayBuffer::from_bytes(&replay.to_bytes()), Ok(replay));
     }

@@ -95,7 +95,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::agent::{Batch, DdpgConfig, Learner, Streams, Transition};
+    use crate::agent::{Batch, DdpgConfig, Learner, LearnerStreams, Transition};
 
     /// Lengths of the seen part of an observation, of the offer, and of the free part of an action.
     const SEEN: usize = 2;
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_loaded_agent_chooses_and_learns_as_before() {
-        let streams = Streams { noise: rng(6), replay: rng(7) };
+        let streams = LearnerStreams { noise: rng(6), replay: rng(7) };
         let options = Some(line(3));
         let mut learner = Learner::new(SEEN + OFFERED, FREE + 1, options, &config(), &mut rng(1), streams).unwrap();
         let live = |learner: &mut Learner| {

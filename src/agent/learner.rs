@@ -11,7 +11,7 @@ use crate::validation::ValidationError;
 
 /// The random streams of a learner, one per purpose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Streams {
+pub struct LearnerStreams {
     /// Exploration noise.
     pub noise: ChaCha8Rng,
     /// Minibatches.
@@ -29,7 +29,7 @@ pub struct Learner {
     pub(super) ddpg: Ddpg,
     pub(super) replay: ReplayBuffer,
     pub(super) noise: OrnsteinUhlenbeck,
-    pub(super) streams: Streams,
+    pub(super) streams: LearnerStreams,
     /// Number of transitions recorded so far, including overwritten ones.
     pub(super) recorded: u64,
     /// Segments that reached their stage.
@@ -53,7 +53,7 @@ impl Learner {
         options: Option<Options>,
         config: &DdpgConfig,
         initialisation: &mut ChaCha8Rng,
-        streams: Streams,
+        streams: LearnerStreams,
     ) -> Result<Self, ValidationError> {
         Ok(Self {
             ddpg: Ddpg::with_options(observation_len, action_len, options, config, initialisation)?,
@@ -185,7 +185,7 @@ impl Learner {
 
     /// Draws a minibatch: uniformly, except for the share from segments.
     pub(super) fn sample(&mut self, count: usize) {
-        let Self { ddpg, replay, segments, batch, recorded, streams: Streams { replay: rng, .. }, .. } = self;
+        let Self { ddpg, replay, segments, batch, recorded, streams: LearnerStreams { replay: rng, .. }, .. } = self;
         segments.forget_before(*recorded - replay.len() as u64);
         let share = ddpg.config().imitation.share;
         let imitated = if segments.is_empty() { 0 } else { (share * count as f32).round() as usize };

@@ -82,9 +82,9 @@ mod tests;
 
 pub use config::{DdpgConfig, ImitationConfig, OuConfig, SETTINGS};
 pub use ddpg::{Ddpg, UpdateError, UpdateMetrics};
-pub use learner::{Learner, Streams};
+pub use learner::{Learner, LearnerStreams};
 pub use noise::OrnsteinUhlenbeck;
 pub use options::Options;
 pub use replay::{Batch, ReplayBuffer, ReplayError, Transition};
 use segments::Segments;
-pub use state::{Checkpoint, StateError};
+pub use state::{SavedLearner, StateError};

@@ -4,7 +4,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Batch, Ddpg, DdpgConfig, Learner, OuConfig, Streams, Transition, UpdateMetrics};
+use super::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, OuConfig, Transition, UpdateMetrics};
 
 fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
@@ -157,7 +157,7 @@ fn push_to_the_middle(x: f32, a: f32) -> (f32, f32) {
 fn a_small_task_is_solved_close_to_its_optimum() {
     let config =
         DdpgConfig { warmup_steps: 200, tau: 0.01, actor_learning_rate: 3e-4, critic_learning_rate: 1e-3, ..config() };
-    let streams = Streams { noise: rng(4), replay: rng(5) };
+    let streams = LearnerStreams { noise: rng(4), replay: rng(5) };
     let mut learner = Learner::new(1, 1, None, &config, &mut rng(3), streams).unwrap();
     let mut starts = rng(6);
     let regret = |learner: &Learner| {
@@ -200,7 +200,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
 #[test]
 fn noise_follows_the_config() {
     let config = DdpgConfig { ou: OuConfig { theta: 1.0, mu: 0.3, sigma: 0.0 }, ..config() };
-    let streams = Streams { noise: rng(4), replay: rng(5) };
+    let streams = LearnerStreams { noise: rng(4), replay: rng(5) };
     let mut learner = Learner::new(1, 1, None, &config, &mut rng(3), streams).unwrap();
     let greedy = learner.ddpg().act(&[0.5])[0];
     assert_eq!(learner.explore(&[0.5]), [(greedy + 0.3).clamp(-1.0, 1.0)]);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    Ddpg, DdpgConfig, Learner, Options, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, learner::Streams,
+    Ddpg, DdpgConfig, Learner, Options, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, learner::LearnerStreams,
 };
 use crate::nn::{Mlp, MlpShape, Optimiser, TensorFile, TensorFileError};
 use crate::validation::ValidationError;
@@ -20,7 +20,7 @@ const LEARNER_KEY: &str = "learner";
 
 /// A saved learner: the contents of two files that belong together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Checkpoint {
+pub struct SavedLearner {
     /// Agent, noise, streams and counters, as safetensors. [`Ddpg::load`] reads it as well.
     pub networks: Vec<u8>,
     /// The replay buffer, as [`ReplayBuffer::to_bytes`] writes it.
@@ -92,7 +92,7 @@ struct OptionsState {
 struct LearnerState {
     recorded: u64,
     noise: OrnsteinUhlenbeck,
-    streams: Streams,
+    streams: LearnerStreams,
     #[serde(default, skip_serializing_if = "Segments::is_unused")]
     segments: Segments,
 }
@@ -188,7 +188,7 @@ impl Ddpg {
 
 impl Learner {
     /// The whole learner; equal learners give equal bytes.
-    pub fn save(&self) -> Checkpoint {
+    pub fn save(&self) -> SavedLearner {
         let mut file = self.ddpg.to_file();
         let state = LearnerState {
             recorded: self.recorded,
@@ -197,17 +197,17 @@ impl Learner {
             segments: self.segments.clone(),
         };
         write_metadata(&mut file, LEARNER_KEY, &state);
-        Checkpoint { networks: file.to_bytes(), replay: self.replay.to_bytes() }
+        SavedLearner { networks: file.to_bytes(), replay: self.replay.to_bytes() }
     }
 
     /// The learner that [`save`](Self::save) wrote. It continues as the saved one would have.
     ///
     /// # Errors
     /// If a part is damaged or the two do not belong together.
-    pub fn load(checkpoint: &Checkpoint) -> Result<Self, StateError> {
-        let file = TensorFile::from_bytes(&checkpoint.networks)?;
+    pub fn load(saved: &SavedLearner) -> Result<Self, StateError> {
+        let file = TensorFile::from_bytes(&saved.networks)?;
         let ddpg = Ddpg::from_file(&file)?;
-        let replay = ReplayBuffer::from_bytes(&checkpoint.replay)?;
+        let replay = ReplayBuffer::from_bytes(&saved.replay)?;
         let LearnerState { recorded, noise, streams, segments } = read_metadata(&file, LEARNER_KEY)?;
         if replay.observation_len() != ddpg.observation_len()
             || replay.action_len() != ddpg.action_len()

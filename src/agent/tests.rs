@@ -4,8 +4,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Batch, Checkpoint, Ddpg, DdpgConfig, ImitationConfig, Learner, ReplayBuffer, ReplayError, StateError, Streams,
-    Transition, UpdateError,
+    Batch, Ddpg, DdpgConfig, ImitationConfig, Learner, LearnerStreams, ReplayBuffer, ReplayError, SavedLearner,
+    StateError, Transition, UpdateError,
 };
 use crate::nn::{Mlp, OptimiserKind, TensorFile, join_rows};
 
@@ -21,7 +21,7 @@ fn small() -> DdpgConfig {
 }
 
 fn learner(config: &DdpgConfig, seed: u64) -> Learner {
-    let streams = Streams { noise: rng(seed + 1), replay: rng(seed + 2) };
+    let streams = LearnerStreams { noise: rng(seed + 1), replay: rng(seed + 2) };
     Learner::new(OBSERVATION, ACTION, None, config, &mut rng(seed), streams).unwrap()
 }
 
@@ -285,11 +285,11 @@ fn damaged_checkpoints_are_refused() {
     let mut one = learner(&small(), 1);
     live(&mut one, 0..30);
     let good = one.save();
-    let cut = Checkpoint { networks: good.networks[..100].to_vec(), ..good.clone() };
+    let cut = SavedLearner { networks: good.networks[..100].to_vec(), ..good.clone() };
     assert!(matches!(Learner::load(&cut), Err(StateError::Tensors(_))));
-    let cut = Checkpoint { replay: good.replay[..100].to_vec(), ..good.clone() };
+    let cut = SavedLearner { replay: good.replay[..100].to_vec(), ..good.clone() };
     assert!(matches!(Learner::load(&cut), Err(StateError::Replay(ReplayError::Damaged(_)))));
-    let other = Checkpoint { replay: learner(&small(), 1).save().replay, ..good.clone() };
+    let other = SavedLearner { replay: learner(&small(), 1).save().replay, ..good.clone() };
     assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign);
     for (observation_len, action_len, capacity, count) in [
         (OBSERVATION + 1, ACTION, 100, 30),
@@ -310,10 +310,10 @@ fn damaged_checkpoints_are_refused() {
             };
             replay.push(transition).unwrap();
         }
-        let other = Checkpoint { replay: replay.to_bytes(), ..good.clone() };
+        let other = SavedLearner { replay: replay.to_bytes(), ..good.clone() };
         assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign, "{replay:?}");
     }
-    let no_learner = Checkpoint { networks: one.ddpg().save(), ..good };
+    let no_learner = SavedLearner { networks: one.ddpg().save(), ..good };
     assert!(matches!(Learner::load(&no_learner), Err(StateError::Metadata { .. })));
 }
 

@@ -3,7 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::agent::{Batch, Ddpg, DdpgConfig, Learner, Streams, Transition};
+use crate::agent::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, Transition};
 
 const OBSERVATION: usize = 160;
 const ACTION: usize = 2;
@@ -32,7 +32,7 @@ pub(super) fn update() -> Box<dyn FnMut()> {
 
 pub(super) fn environment_step() -> Box<dyn FnMut()> {
     let config = DdpgConfig { warmup_steps: 0, ..DdpgConfig::default() };
-    let streams = Streams { noise: rng(), replay: rng() };
+    let streams = LearnerStreams { noise: rng(), replay: rng() };
     // The default configuration is valid.
     let mut learner =
         Learner::new(OBSERVATION, ACTION, None, &config, &mut rng(), streams).expect("the default is valid");

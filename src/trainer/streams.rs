@@ -37,6 +37,6 @@ impl Streams {
 }
 
 /// The learner's streams of a master seed.
-pub(super) fn learner(seed: u64) -> agent::Streams {
-    agent::Streams { noise: Stream::ExplorationNoise.of(seed), replay: Stream::Minibatch.of(seed) }
+pub(super) fn learner(seed: u64) -> agent::LearnerStreams {
+    agent::LearnerStreams { noise: Stream::ExplorationNoise.of(seed), replay: Stream::Minibatch.of(seed) }
 }

@@ -48,7 +48,7 @@ impl Training {
     /// When the checkpoint does not belong to this configuration.
     pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
         config.validate()?;
-        let learner = Learner::load(&agent::Checkpoint {
+        let learner = Learner::load(&agent::SavedLearner {
             networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
             replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
         })?;
