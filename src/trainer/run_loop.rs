@@ -69,8 +69,8 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         // A run without a checkpoint starts over with an empty log, which a fork cannot do.
         return Err(TrainingError::ForkedFromNothing.into());
     }
-    let mut writer =
-        RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
+    let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
+    let mut writer = RunWriter::locked(directory, lock, episode)?;
     if let Some(checkpoint) = &checkpoint {
         let is_finished = checkpoint.episode >= u64::from(config.episodes);
         writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
@@ -82,7 +82,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         None
     });
     let existing = store.names()?;
-    watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
+    watch.set_episode(episode);
     let mut run_loop = RunLoop {
         writer,
         controls,
@@ -98,21 +98,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         is_saved: checkpoint.is_some(),
         is_changed: false,
     };
-    let outcome = record_panic(&mut run_loop, |run_loop| {
-        let training = match &checkpoint {
-            Some(checkpoint) => Training::resume(config, checkpoint)?,
-            None => {
-                let on_stage = |stage, stages| watch.set_phase(Phase::BuildingPrior { stage, stages });
-                let priors = build_priors(&config, on_stage, watch.stop())?;
-                if let Some(reason) = run_loop.stop_received() {
-                    run_loop.writer.record(&Event::Stopped { episode: 0, reason })?;
-                    return Ok(Ending::Stopped);
-                }
-                Training::with_priors(config, priors)?
-            }
-        };
-        run_loop.run(training)
-    });
+    let outcome = record_panic(&mut run_loop, |run_loop| run_loop.start(config, checkpoint.as_ref()));
     let outcome = outcome.map_err(|error| run_loop.explained(error));
     watch.set_phase(Phase::Ended);
     if let Err(error) = &outcome {
@@ -192,6 +178,23 @@ const SLOW: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
+    /// Trains from a checkpoint, or from the beginning, with new action priors.
+    fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
+        let training = match checkpoint {
+            Some(checkpoint) => Training::resume(config, checkpoint)?,
+            None => {
+                let on_stage = |stage, stages| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
+                let priors = build_priors(&config, on_stage, self.watch.stop())?;
+                if let Some(reason) = self.stop_received() {
+                    self.writer.record(&Event::Stopped { episode: 0, reason })?;
+                    return Ok(Ending::Stopped);
+                }
+                Training::with_priors(config, priors)?
+            }
+        };
+        self.run(training)
+    }
+
     fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
         let config = training.config();
         let started = Event::Started {

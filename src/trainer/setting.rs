@@ -5,15 +5,15 @@ use serde_json::Value;
 use super::config::RunConfig;
 use super::method::Method;
 use crate::json;
-use crate::spelling::nearest;
+use crate::spelling::did_you_mean;
 use crate::validation::ValidationError;
 
 /// Why a setting cannot be changed.
 #[derive(Debug, thiserror::Error)]
 pub enum SettingError {
     /// There is no such setting.
-    #[error("there is no setting `{key}`{}", hint.as_ref().map(|hint| format!(": did you mean `{hint}`?")).unwrap_or_default())]
-    Unknown { key: String, hint: Option<String> },
+    #[error("there is no setting `{key}`{hint}")]
+    Unknown { key: String, hint: String },
     /// The value has the wrong type.
     #[error("`{key}` cannot be `{value}`: {message}")]
     Value { key: String, value: String, message: String },
@@ -55,7 +55,7 @@ impl RunConfig {
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
-            let hint = nearest(keys.iter().map(String::as_str), key).map(str::to_owned);
+            let hint = did_you_mean(keys.iter().map(String::as_str), key);
             return Err(SettingError::Unknown { key: key.to_owned(), hint });
         };
         *place = match serde_json::from_str(value) {

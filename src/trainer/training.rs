@@ -212,11 +212,7 @@ impl Training {
     /// Ornstein-Uhlenbeck noise.
     fn play_episode(&mut self) -> Result<(EpisodeRecord, Trace), TrainingError> {
         let episode = self.progress.episode as u32;
-        let threshold = if self.config.is_guided() || self.has_live_schedule() {
-            self.progress.epsilon.threshold(episode)
-        } else {
-            0.0
-        };
+        let threshold = self.threshold();
         let needs = self.current_needs();
         let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
         let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
@@ -366,10 +362,12 @@ impl Training {
         self.progress.prior.clone()
     }
 
-    /// Whether a user has changed the schedule of a run that has clusters; such a schedule applies even if the
-    /// run began without guidance.
-    fn has_live_schedule(&self) -> bool {
-        self.progress.prior.is_some() && self.progress.epsilon != self.config.epsilon
+    /// The epsilon threshold of the next episode; 0 without guidance. A schedule that a user has changed in a run that
+    /// has clusters applies even if the run began without guidance.
+    fn threshold(&self) -> f32 {
+        let Progress { episode, epsilon, prior, .. } = &self.progress;
+        let is_live = prior.is_some() && *epsilon != self.config.epsilon;
+        if self.config.is_guided() || is_live { epsilon.threshold(*episode as u32) } else { 0.0 }
     }
 
     /// Draws what chooses the actions of the next stage. Always consumes a random number, so that the
