@@ -6,17 +6,30 @@ pub const LONGEST: usize = 64;
 
 /// The known name most similar to the typed one, if any is similar enough.
 pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
-    if typed.len() > LONGEST {
+    nearest_to_any(known, [typed])
+}
+
+/// The known name most similar to one of several readings of what was typed, if any is similar enough.
+pub fn nearest_to_any<'a, const N: usize>(
+    known: impl IntoIterator<Item = &'a str>,
+    typed: [&str; N],
+) -> Option<&'a str> {
+    if typed.iter().any(|typed| typed.len() > LONGEST) {
         return None;
     }
-    let closeness = |name: &str| strsim::jaro_winkler(name, typed);
+    let closeness = |name: &str| typed.iter().map(|typed| strsim::jaro_winkler(name, typed)).fold(0.0, f64::max);
     let best = known.into_iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b)));
     best.filter(|name| closeness(name) > 0.75)
 }
 
 /// `: did you mean X?` with the [`nearest`] known name; empty if none is similar.
 pub fn did_you_mean<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> String {
-    nearest(known, typed).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
+    suggestion(nearest(known, typed))
+}
+
+/// `: did you mean X?`; empty without a name.
+pub fn suggestion(name: Option<&str>) -> String {
+    name.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
 }
 
 /// The message for a name that is not among the known ones.

@@ -94,7 +94,7 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
     let (trained_episodes, agent) = run.saved().last_agent()?;
     let plan = TransferPlan {
         search: search(&arguments.search),
-        config: run.shared_config().clone(),
+        config: run.config().clone(),
         agent,
         episodes: arguments.episodes,
         evaluations: arguments.evaluations,

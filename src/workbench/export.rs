@@ -77,7 +77,7 @@ impl Session {
         let by_hand = kind == FigureKind::Episode && !self.hand_play().trace().steps.is_empty();
         match kind {
             FigureKind::Dashboard | FigureKind::Episode if !by_hand => {
-                self.run().map_or(self.config(), RunView::config)
+                self.run().map_or(self.config(), |run| run.config())
             }
             _ => self.config(),
         }

@@ -48,7 +48,7 @@ impl Session {
     /// The settings of a fork.
     fn forked(&self, run: &RunView, name: &str, command: &Fork) -> Result<RunConfig, SessionError> {
         let before = run.config();
-        let mut config = RunConfig { fork: None, ..before.clone() };
+        let mut config = RunConfig { fork: None, ..RunConfig::clone(before) };
         for (key, value) in &command.changes {
             match key.as_str() {
                 "task" if value == EDITED => config.task = self.setup.config.task.clone(),

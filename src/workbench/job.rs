@@ -10,6 +10,9 @@ use std::thread::JoinHandle;
 use crate::stop::Stop;
 use crate::trainer::panic_message;
 
+/// The error of a computation that ended because it was cancelled.
+pub(super) const CANCELLED: &str = "the computation was cancelled";
+
 /// A computation that runs on its own thread once started.
 pub(crate) struct Job<T> {
     shared: Arc<Shared>,

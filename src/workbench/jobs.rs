@@ -5,7 +5,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::command::Command;
-use super::job::{Job, Progress, Reporter, caught};
+use super::job::{CANCELLED, Job, Progress, Reporter, caught};
 use super::session::Notice;
 use super::{Session, SessionError};
 
@@ -52,7 +52,7 @@ impl Session {
         };
         let work = move |reporter: &Reporter| {
             let result = match reporter.is_cancelled() {
-                true => Err("the computation was cancelled".to_owned()),
+                true => Err(CANCELLED.to_owned()),
                 false => caught(|| work(reporter)),
             };
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)

@@ -15,7 +15,7 @@ use crate::task::Task;
 use crate::trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer, saved_prior};
 
 use super::SessionError;
-use super::job::Job;
+use super::job::{CANCELLED, Job};
 use super::saved::SavedRun;
 
 /// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
@@ -115,7 +115,7 @@ impl Past {
                 break;
             }
             if stop.is_requested() {
-                return Err("the computation was cancelled".to_owned());
+                return Err(CANCELLED.to_owned());
             }
         }
         let prior = read_prior(directory, task);
@@ -375,18 +375,13 @@ impl RunView {
     }
 
     /// Its configuration.
-    pub fn config(&self) -> &RunConfig {
+    pub fn config(&self) -> &Arc<RunConfig> {
         &self.config
     }
 
     /// Sets the configuration after its file was rewritten.
     pub(super) fn set_config(&mut self, config: RunConfig) {
         self.config = Arc::new(config);
-    }
-
-    /// Its configuration, shared.
-    pub fn shared_config(&self) -> &Arc<RunConfig> {
-        &self.config
     }
 
     /// Number of finished episodes.

@@ -20,7 +20,7 @@ use std::sync::LazyLock;
 use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
-use crate::spelling::LONGEST;
+use crate::spelling::{nearest_to_any, suggestion};
 use words::Words;
 
 pub use crate::task::Edit;
@@ -251,29 +251,21 @@ fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandErro
     if let Some(verb) = verbs().filter(starts_with).max_by_key(|verb| parts(verb)) {
         return Ok((verb, &words[parts(verb)..]));
     }
-    let typed = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
-    let closeness = |verb: &Verb| {
-        let one = strsim::jaro_winkler(verb.name, words.first().map_or("", String::as_str));
-        one.max(strsim::jaro_winkler(verb.name, &typed))
-    };
-    let compared = verbs().filter(|_| typed.len() <= LONGEST);
-    let nearest = compared.max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|v| closeness(v) > 0.75);
-    Err(CommandError::Unknown { word: typed, nearest: nearest.map(|verb| verb.name.to_owned()) })
+    let one = words.first().map_or("", String::as_str);
+    let word = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
+    let nearest = nearest_to_any(verbs().map(|verb| verb.name), [one, &word]);
+    Err(CommandError::Unknown { word, nearest })
 }
 
 /// A line that is not a valid command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
     /// An unknown verb.
-    #[error("unknown command `{word}`{}", suggestion(nearest))]
-    Unknown { word: String, nearest: Option<String> },
+    #[error("unknown command `{word}`{}", suggestion(*nearest))]
+    Unknown { word: String, nearest: Option<&'static str> },
     /// Invalid arguments.
     #[error("{problem}; usage: {usage}")]
     Usage { problem: String, usage: String },
-}
-
-fn suggestion(nearest: &Option<String>) -> String {
-    nearest.as_ref().map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
 }
 
 #[cfg(test)]

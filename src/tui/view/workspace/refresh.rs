@@ -156,6 +156,6 @@ fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunS
         marks: marks(run.config(), run.interventions()),
         practised: run.practised().cloned(),
         rate,
-        ..RunSummary::new(run.directory().path(), run.shared_config().clone(), run.state())
+        ..RunSummary::new(run.directory().path(), run.config().clone(), run.state())
     }
 }
