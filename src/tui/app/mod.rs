@@ -30,7 +30,6 @@ use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
-use mouse::Drag;
 
 /// The state of the user interface.
 pub struct App {
@@ -83,6 +82,17 @@ enum QuitState {
     No,
     WhenIdle,
     Now,
+}
+
+/// What a press grabbed and a drag moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Drag {
+    /// An object of the scene.
+    Object,
+    /// The selected point of the schedule.
+    SchedulePoint,
+    /// The crosshair of the curves.
+    Crosshair,
 }
 
 /// A request that only the owner of the terminal can fulfil.

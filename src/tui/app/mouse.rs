@@ -2,21 +2,10 @@
 
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
-use super::App;
+use super::{App, Drag};
 use crate::task::Property;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::screens::{HitRegion, edit, scene, schedule, tools, training};
-
-/// What a press grabbed and a drag moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Drag {
-    /// An object of the scene.
-    Object,
-    /// The selected point of the schedule.
-    SchedulePoint,
-    /// The crosshair of the curves.
-    Crosshair,
-}
 
 impl App {
     /// Applies a mouse event; true if anything changed.

@@ -124,12 +124,9 @@ impl<'a> Charts<'a> {
             _ => self.ui.text("no episodes yet: {train} trains"),
         };
         let smoothing = self.state.smoothing(metric);
-        let title = match (smoothing, self.state.scale(metric)) {
-            (1, Scale::Linear) => metric.title().to_owned(),
-            (1, Scale::Log) => format!("{}, log", metric.title()),
-            (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
-            (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
-        };
+        let mean = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
+        let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
+        let title = format!("{}{mean}{log}", metric.title());
         // The marks of many curves could not be told apart.
         let marked = self.shown.iter().zip(self.colours.iter().copied());
         let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {

@@ -17,40 +17,14 @@ mod schedule_points;
 mod status;
 pub mod tools;
 pub mod training;
+mod ui;
 mod workbench;
 
 pub use frame::{Chrome, Message, beside_scene, draw_frame, draw_scene};
 pub use regions::{HitRegion, HitRegions};
+pub use ui::Ui;
 
-use super::input::Keymap;
-use super::view::{RunSummary, Subject, ViewModel};
 use super::widgets::preview::Preview;
-use super::widgets::theme::Theme;
-
-/// What screens draw from.
-#[derive(Clone, Copy)]
-pub struct Ui<'a> {
-    /// The view of the session.
-    pub view: &'a ViewModel,
-    /// What the scene shows.
-    pub subject: &'a Subject,
-    /// The key map, to name keys in texts.
-    pub keymap: &'a Keymap,
-    /// Colours and markers.
-    pub theme: &'a Theme,
-}
-
-impl Ui<'_> {
-    /// Replaces each `{name}` of an action in a text by its key.
-    pub fn text(&self, text: &str) -> String {
-        self.keymap.fill(text)
-    }
-
-    /// Whether it is the watched run.
-    fn is_watched(&self, run: &RunSummary) -> bool {
-        self.subject.run().is_some_and(|watched| watched.path == run.path)
-    }
-}
 
 /// The state of the screens.
 #[derive(Default)]

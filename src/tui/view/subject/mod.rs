@@ -91,24 +91,7 @@ impl Subject {
             choice => choice.clone(),
         };
         let live = view.watched.as_ref().and_then(|watched| watched.live.as_ref());
-        let mut note = None;
-        let (task, episode) = match &choice {
-            Choice::Past(episode) => (episode.task.clone(), episode.clone()),
-            Choice::Hand => (view.hand.task.clone(), by_hand(view, before)),
-            Choice::Latest => match live.filter(|live| is_trained(view, &live.episode.task)) {
-                Some(live) => {
-                    let episode = continued(view, before, next).unwrap_or(&live.episode).clone();
-                    let is_edited = is_same_scene(&episode.task, &view.task);
-                    (if is_edited { view.task.clone() } else { episode.task.clone() }, episode)
-                }
-                None => {
-                    let trained = view.watched.as_ref().zip(live);
-                    note = trained.map(|(watched, live)| other_task(&watched.run, &live.episode.task, &view.task));
-                    (view.task.clone(), untouched(&view.task, before))
-                }
-            },
-            Choice::Untouched => (view.task.clone(), untouched(&view.task, before)),
-        };
+        let (task, episode, note) = chosen(view, &choice, before, next);
         let of_run = view.watched.as_ref().filter(|watched| is_same_scene(&watched.task, &task));
         let own = view.watched.as_ref().filter(|watched| episode.is_of(&watched.run.path));
         let live = live.filter(|_| own.is_some() && !matches!(choice, Choice::Past(_)));
@@ -125,8 +108,7 @@ impl Subject {
             Choice::Past(_) => past_clusters(of_checkpoint, &task, of_run),
             _ => clusters(view, &task, of_run),
         };
-        let beside = before.and_then(|before| before.beside.clone());
-        let subject = Self {
+        let mut subject = Self {
             clusters,
             networks: live_networks.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
             agent,
@@ -140,8 +122,8 @@ impl Subject {
             note,
             beside: None,
         };
-        let is_same = |beside: &Beside| subject.past_episode() == Some(beside.number);
-        Self { beside: beside.filter(is_same), ..subject }
+        subject.set_beside(before.and_then(|before| before.beside.clone()));
+        subject
     }
 
     /// The same episode of another run, if one is being compared.
@@ -238,6 +220,34 @@ fn number_for_agent(episode: &Episode) -> u64 {
     match episode.trace.episode {
         0 => u64::MAX,
         number => number,
+    }
+}
+
+/// The task and the episode of a choice, and why the scene does not show what the user may expect.
+fn chosen(
+    view: &ViewModel,
+    choice: &Choice,
+    before: Option<&Subject>,
+    next: bool,
+) -> (Arc<Task>, Arc<Episode>, Option<String>) {
+    match choice {
+        Choice::Past(episode) => (episode.task.clone(), episode.clone(), None),
+        Choice::Hand => (view.hand.task.clone(), by_hand(view, before), None),
+        Choice::Latest => {
+            let trained = view.watched.as_ref().and_then(|watched| Some((&watched.run, watched.live.as_ref()?)));
+            match trained {
+                Some((_, live)) if is_trained(view, &live.episode.task) => {
+                    let episode = continued(view, before, next).unwrap_or(&live.episode).clone();
+                    let is_edited = is_same_scene(&episode.task, &view.task);
+                    (if is_edited { view.task.clone() } else { episode.task.clone() }, episode, None)
+                }
+                _ => {
+                    let note = trained.map(|(run, live)| other_task(run, &live.episode.task, &view.task));
+                    (view.task.clone(), untouched(&view.task, before), note)
+                }
+            }
+        }
+        Choice::Untouched => (view.task.clone(), untouched(&view.task, before), None),
     }
 }
 
