@@ -95,20 +95,13 @@ pub struct BatchProgress<'a> {
 pub struct JobHandle {
     done: AtomicU64,
     message: Mutex<Option<String>>,
-    stop: Stop,
     watch: Watch,
     controls: (Sender<Control>, Receiver<Control>),
 }
 
 impl Default for JobHandle {
     fn default() -> Self {
-        Self {
-            done: AtomicU64::new(0),
-            message: Mutex::default(),
-            stop: Stop::default(),
-            watch: Watch::default(),
-            controls: unbounded(),
-        }
+        Self { done: AtomicU64::new(0), message: Mutex::default(), watch: Watch::default(), controls: unbounded() }
     }
 }
 
@@ -125,12 +118,12 @@ impl JobHandle {
 
     /// Whether the job should save its state and return.
     pub fn is_stopped(&self) -> bool {
-        self.stop.is_requested()
+        self.stop().is_requested()
     }
 
     /// The stop request behind [`is_stopped`](Self::is_stopped), for code that polls it directly.
     pub fn stop(&self) -> &Stop {
-        &self.stop
+        self.watch.stop()
     }
 
     /// The view of the job's training; its episodes count as work done.
@@ -144,8 +137,7 @@ impl JobHandle {
     }
 
     fn ask_to_stop(&self) {
-        if !self.stop.is_requested() {
-            self.stop.request();
+        if !self.is_stopped() {
             // The receiver lives as long as the handle.
             let _ = self.controls.0.send(Control::Stop { reason: "interrupted".to_owned() });
             self.watch.signal_stop();

@@ -91,7 +91,7 @@ impl Watch {
     }
 
     /// Requested once a [`Control::Stop`](super::Control::Stop) was sent.
-    pub(super) fn stop(&self) -> &Stop {
+    pub(crate) fn stop(&self) -> &Stop {
         &self.stop
     }
 
