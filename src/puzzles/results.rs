@@ -18,6 +18,11 @@ pub(super) const SOLVED: f64 = 0.8;
 /// Groups of puzzles by the actions needed: the minimum number of each, and its name.
 pub(super) const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
 
+/// The group of a puzzle for which at least this many actions are needed.
+pub(super) fn group_of(actions: u32) -> Option<usize> {
+    GROUPS.iter().rposition(|(least, _)| *least <= actions)
+}
+
 /// Writes results as `report.json`, and in words as `report.md`, into `folder`.
 pub(super) fn write_report(folder: &Path, results: &impl Serialize, markdown: String) -> Result<(), PuzzleError> {
     for (name, text) in [("report.json", crate::json::pretty(results)), ("report.md", markdown)] {
@@ -86,7 +91,7 @@ impl BenchResults {
         text += "\n## By the fewest actions with which guided play reached the goal\n\n";
         self.write_table(&mut text, "actions, method", &GROUPS.map(|(_, name)| name), |row| {
             let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
-            GROUPS.iter().rposition(|(least, _)| *least <= puzzle.actions_needed)
+            group_of(puzzle.actions_needed)
         });
         text
     }

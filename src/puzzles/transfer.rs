@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::error::{PuzzleError, finished};
 use super::index::Index;
 use super::proposals::SubgoalSearch;
-use super::results::{GROUPS, SOLVED, write_report};
+use super::results::{GROUPS, SOLVED, group_of, write_report};
 use crate::agent::Ddpg;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::markdown;
@@ -192,9 +192,8 @@ impl TransferResults {
         let columns = columns.iter().flat_map(|column| [format!("success {column}"), format!("solved {column}")]);
         text += &markdown::header(titles.chain(columns));
         text += &self.row("all", |_| true);
-        for (group, (least, name)) in GROUPS.iter().enumerate() {
-            let below = GROUPS.get(group + 1).map_or(u32::MAX, |(next, _)| *next);
-            text += &self.row(name, |actions| (*least..below).contains(&actions));
+        for (group, (_, name)) in GROUPS.iter().enumerate() {
+            text += &self.row(name, |actions| group_of(actions) == Some(group));
         }
         text
     }
