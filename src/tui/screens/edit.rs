@@ -48,8 +48,7 @@ pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<E
         | UiAction::Shrink
         | UiAction::Earlier
         | UiAction::Later => Some(edit_selected(scene, ui, action, step)),
-        _ if step.is_some() => Some(edit_selected(scene, ui, action, step)),
-        _ => None,
+        _ => step.map(|_| edit_selected(scene, ui, action, step)),
     }
 }
 

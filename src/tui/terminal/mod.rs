@@ -33,6 +33,7 @@ use ratatui::backend::CrosstermBackend;
 use ratatui::{Frame, Terminal};
 
 use crate::text::printable;
+use crate::trainer::panic_message;
 
 /// Whether the workbench currently controls the terminal.
 static ACTIVE: AtomicBool = AtomicBool::new(false);
@@ -232,9 +233,7 @@ pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     let report = CAUGHT.take().unwrap_or_default();
     outcome.map_err(|payload| {
         // A panic resumed from another thread does not call this thread's hook, so it left no report.
-        let text = || payload.downcast_ref::<String>().cloned();
-        let said = || payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
-        if report.is_empty() { text().or_else(said).unwrap_or_else(|| "a thread panicked".to_owned()) } else { report }
+        if report.is_empty() { panic_message(&*payload).to_owned() } else { report }
     })
 }
 
