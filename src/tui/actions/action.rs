@@ -125,6 +125,25 @@ pub enum UiAction {
     Type(&'static str),
 }
 
+/// Lines per page of a list.
+const PAGE: usize = 10;
+
+impl UiAction {
+    /// The line of a list that it selects from the present one; None if it selects none.
+    pub fn line(self, now: usize, last: usize) -> Option<usize> {
+        let now = now.min(last);
+        Some(match self {
+            Self::Up => now.saturating_sub(1),
+            Self::Down => (now + 1).min(last),
+            Self::FarUp => now.saturating_sub(PAGE),
+            Self::FarDown => (now + PAGE).min(last),
+            Self::First => 0,
+            Self::Last => last,
+            _ => return None,
+        })
+    }
+}
+
 /// Where an action applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Context {

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
-use super::training::CurvesState;
+use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
 use crate::run::{Metric, RunState};
 use crate::stats::rolling::WINDOW;

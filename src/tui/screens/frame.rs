@@ -8,6 +8,7 @@ use ratatui::widgets::{Clear, Widget};
 
 use super::pane::{level_style, lines};
 use super::scene::Scene;
+use super::scene_pane::scene_pane;
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::run::Metric;
 use crate::tui::actions::{Context, Tab, UiAction};
@@ -61,7 +62,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Edit => workbench::draw_edit(ui, &screens.scene, body, buffer, &mut regions),
         Tab::Schedule => schedule::draw(&screens.schedule, ui, body, buffer, &mut regions),
         Tab::Training => training::draw(ui, screens, body, buffer, &mut regions),
-        Tab::Runs => runs::draw(ui, screens, body, buffer, &mut regions),
+        Tab::Runs => runs::draw(&screens.runs, &screens.curves, ui, body, buffer, &mut regions),
         Tab::Models => models::draw(&screens.lists, ui, body, buffer, &mut regions),
         Tab::Figures => figures::draw(screens, ui, chrome.covered, body, buffer, &mut regions),
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
@@ -104,7 +105,7 @@ pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Message>, before: &Buff
         let cells = row[from..].iter_mut().zip(&old[from..]);
         cells.filter(|(_, old)| **old != Cell::EMPTY).for_each(|(cell, old)| cell.clone_from(old));
     }
-    workbench::scene_pane(ui, scene, moving, buffer, &mut HitRegions::default());
+    scene_pane(ui, scene, moving, buffer, &mut HitRegions::default());
     message(ui, shown, area, buffer);
 }
 

@@ -1,7 +1,7 @@
-//! Line selection, shared by the Models, Figures and Log screens.
+//! The selected lines of the Models, Figures and Log screens.
 
 use super::figures::Composer;
-use crate::tui::actions::{Tab, UiAction};
+use crate::tui::actions::Tab;
 
 /// The selected line of each screen; the Log counts from its end.
 #[derive(Debug, Default)]
@@ -14,23 +14,6 @@ pub struct Lists {
     pub composer: Composer,
     /// Of the Log screen, 0 for the latest line.
     pub log: usize,
-}
-
-/// Lines per page.
-const PAGE: usize = 10;
-
-/// The line that an action selects; None if it selects none.
-pub fn select(action: UiAction, now: usize, last: usize) -> Option<usize> {
-    let now = now.min(last);
-    Some(match action {
-        UiAction::Up => now.saturating_sub(1),
-        UiAction::Down => (now + 1).min(last),
-        UiAction::FarUp => now.saturating_sub(PAGE),
-        UiAction::FarDown => (now + PAGE).min(last),
-        UiAction::First => 0,
-        UiAction::Last => last,
-        _ => return None,
-    })
 }
 
 /// Selects a row of a list of the Models or the Figures screen.

@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Widget;
 
 use super::Ui;
-use super::lists::{Lists, select};
+use super::lists::Lists;
 use super::pane::{hint, level_style, pane};
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
@@ -44,7 +44,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
 pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let last = ui.view.log.len().saturating_sub(1);
     let now = last - lists.log.min(last);
-    if let Some(selected) = select(action, now, last) {
+    if let Some(selected) = action.line(now, last) {
         lists.log = last - selected;
     }
     Vec::new()

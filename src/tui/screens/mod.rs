@@ -2,6 +2,7 @@
 //! has no access to the session or the terminal.
 
 mod charts;
+mod curves;
 pub mod edit;
 pub mod figures;
 mod frame;
@@ -12,6 +13,7 @@ mod pane;
 mod regions;
 pub mod runs;
 pub mod scene;
+mod scene_pane;
 pub mod schedule;
 mod schedule_points;
 mod status;
@@ -32,7 +34,7 @@ pub struct Screens {
     /// Of the Scene and the Edit screen.
     pub scene: scene::Scene,
     /// Of the curves.
-    pub curves: training::CurvesState,
+    pub curves: curves::CurvesState,
     /// Of the schedule's editor.
     pub schedule: schedule::Schedule,
     /// Of the list of runs.

@@ -8,7 +8,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Row, Widget};
 
-use super::lists::{Lists, select};
+use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
@@ -156,7 +156,7 @@ const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters,
 pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let models = &ui.view.models;
     let last = models.len().saturating_sub(1);
-    if let Some(selected) = select(action, lists.model, last) {
+    if let Some(selected) = action.line(lists.model, last) {
         lists.model = selected;
         return Vec::new();
     }

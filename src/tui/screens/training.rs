@@ -10,106 +10,21 @@ use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
+use super::curves::{CurvesState, SMOOTHINGS};
 use super::pane::{WIDE, hint, pane, system_line};
 use super::runs::Runs;
-use super::workbench::{beside_pane, scene_pane};
+use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
 use crate::run::Metric;
 use crate::text::{counted, printable};
 use crate::tui::actions::UiAction;
-use crate::tui::chart::{ChartCache, Range, Scale};
+use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
 
 /// Width from which the scene fits beside the curves.
 const BESIDE: u16 = 80;
-
-/// State of the curves.
-#[derive(Debug)]
-pub struct CurvesState {
-    /// The episodes shown.
-    pub range: Range,
-    /// The episode whose values are shown, and which the scene shows.
-    pub crosshair: Option<f32>,
-    /// The episode under the mouse; its values are shown instead of those at the crosshair.
-    pub hovered: Option<f32>,
-    /// The selected curve.
-    selected: usize,
-    /// Whether only the selected curve is shown.
-    alone: bool,
-    /// Whether several runs are shown, not only the watched one.
-    pub comparing: bool,
-    /// Whether runs that differ in the seed only are one curve.
-    folded: bool,
-    /// Number of episodes over which values are averaged.
-    smoothing: usize,
-    logarithmic: HashSet<Metric>,
-    /// What the last charts were drawn from.
-    pub cache: ChartCache,
-}
-
-const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
-
-impl Default for CurvesState {
-    fn default() -> Self {
-        Self {
-            range: Range::default(),
-            crosshair: None,
-            hovered: None,
-            selected: 0,
-            alone: false,
-            comparing: false,
-            folded: true,
-            smoothing: 10,
-            logarithmic: HashSet::from([Metric::CriticLoss]),
-            cache: ChartCache::default(),
-        }
-    }
-}
-
-impl CurvesState {
-    /// Removes the crosshair, or else shows all curves again; false if there is nothing to leave.
-    pub fn leave(&mut self) -> bool {
-        self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
-    }
-
-    /// Shows all episodes: the window of one run does not suit another.
-    pub fn forget_window(&mut self) {
-        (self.range, self.crosshair, self.hovered) = (Range::Whole, None, None);
-    }
-
-    /// Moves the crosshair to the past episode that is shown, or removes it when the past is left.
-    pub fn follow(&mut self, before: Option<u64>, now: Option<u64>) {
-        if before != now {
-            self.crosshair = now.map(|episode| episode as f32);
-        }
-    }
-
-    /// Selects a curve.
-    pub fn select(&mut self, metric: Metric) {
-        self.selected = Metric::CURVES.iter().position(|drawn| *drawn == metric).unwrap_or(0);
-    }
-
-    fn switch_scale(&mut self) {
-        let metric = Metric::CURVES[self.selected];
-        if !self.logarithmic.remove(&metric) {
-            self.logarithmic.insert(metric);
-        }
-    }
-
-    pub(super) fn scale(&self, metric: Metric) -> Scale {
-        if self.logarithmic.contains(&metric) { Scale::Log } else { Scale::Linear }
-    }
-
-    /// Smoothing of a metric: none for the success rate, which is a mean already, and for schedules, which are exact.
-    pub(super) fn smoothing(&self, metric: Metric) -> usize {
-        match metric {
-            Metric::Success | Metric::Epsilon | Metric::Noise => 1,
-            _ => self.smoothing,
-        }
-    }
-}
 
 /// The runs whose curves are shown: the watched one, or in a comparison the marked ones or all on its task.
 fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {

@@ -9,7 +9,6 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::Row;
 
-use super::super::lists::select;
 use super::super::pane::pane;
 use super::super::runs::Runs;
 use super::super::{HitRegions, Ui};
@@ -112,7 +111,7 @@ impl Composer {
 
     /// Handles an action while it has the focus; None if the action is not for it.
     pub(super) fn perform(&mut self, action: UiAction) -> Option<Vec<Effect>> {
-        if let Some(row) = select(action, self.row, self.last()) {
+        if let Some(row) = action.line(self.row, self.last()) {
             self.row = row;
             return Some(Vec::new());
         }

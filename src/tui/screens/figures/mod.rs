@@ -11,7 +11,7 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Widget};
 
-use super::lists::{Lists, select};
+use super::lists::Lists;
 use super::pane::{WIDE, hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
@@ -198,7 +198,7 @@ pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: UiAction) -> Vec
     {
         return effects;
     }
-    if let Some(selected) = select(action, lists.figure, FigureKind::ALL.len() - 1) {
+    if let Some(selected) = action.line(lists.figure, FigureKind::ALL.len() - 1) {
         lists.figure = selected;
         return Vec::new();
     }

@@ -4,7 +4,7 @@ use ratatui::layout::Alignment;
 
 use super::super::Ui;
 use super::super::status::bar;
-use super::list::Line;
+use super::line::Line;
 use crate::run::Metric;
 use crate::spelling::did_you_mean;
 use crate::text::printable;

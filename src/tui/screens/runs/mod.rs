@@ -4,6 +4,7 @@
 mod bulk;
 mod columns;
 mod filter;
+mod line;
 mod list;
 mod preview;
 
@@ -17,9 +18,9 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::lists::select;
+use super::curves::CurvesState;
 use super::pane::{self, hint, pane, system_line};
-use super::{HitRegions, Screens, Ui};
+use super::{HitRegions, Ui};
 use crate::run::RunState;
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
@@ -29,7 +30,8 @@ use crate::workbench::command;
 pub use bulk::stop;
 use columns::Column;
 use filter::Filter;
-use list::{Line, Sort};
+use line::{Line, LineKey};
+use list::Sort;
 
 /// State of the list of runs.
 #[derive(Debug, Default)]
@@ -46,15 +48,6 @@ pub struct Runs {
     /// The chosen columns; None for the default ones.
     columns: Option<Vec<Column>>,
     since_look: Duration,
-}
-
-/// The identity of a line; it does not depend on other lines.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum LineKey {
-    /// The run in a folder.
-    Run(PathBuf),
-    /// The group of a task and a label.
-    Group(String, String),
 }
 
 /// Interval between scans of the folder of runs, which other processes may change, too.
@@ -161,8 +154,7 @@ pub fn wanted(state: &Runs, ui: &Ui) -> (Vec<PathBuf>, Option<PathBuf>) {
 }
 
 /// Draws the screen.
-pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let state = &screens.runs;
+pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     let mut area = area;
@@ -171,7 +163,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     if let Some(line) = lines.get(selected).filter(|_| area.width >= BESIDE) {
         let share = Constraint::Percentage(58);
         let [left, right] = Layout::horizontal([share, Constraint::Fill(1)]).areas(area);
-        preview::draw(ui, screens, line, &details, right, buffer);
+        preview::draw(ui, curves, line, &details, right, buffer);
         details.clear();
         area = left;
     }
@@ -195,8 +187,8 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     if let Some(line) = lines.get(selected).filter(|_| curve > 0) {
         // The preview, if it is shown, already has the curve of the line.
         match height > 0 {
-            true => preview::chart(ui, screens, line, middle, buffer),
-            false => preview::comparison(ui, screens, &lines, line, middle, buffer),
+            true => preview::chart(ui, curves, line, middle, buffer),
+            false => preview::comparison(ui, curves, &lines, line, middle, buffer),
         }
     }
     details.render(below, buffer);
@@ -282,7 +274,7 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
 pub fn perform(state: &mut Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
-    if let Some(row) = select(action, selected, lines.len().saturating_sub(1)) {
+    if let Some(row) = action.line(selected, lines.len().saturating_sub(1)) {
         state.select_of(&lines, row);
         return Vec::new();
     }

@@ -7,9 +7,10 @@ use ratatui::text::{Line as TextLine, Text};
 use ratatui::widgets::Widget;
 
 use super::super::charts::{Charts, Shown};
+use super::super::curves::CurvesState;
 use super::super::pane::{lines, pane};
-use super::super::{HitRegions, Screens, Ui};
-use super::list::Line;
+use super::super::{HitRegions, Ui};
+use super::line::Line;
 use crate::run::{Metric, Practised};
 use crate::text::printable;
 use crate::tui::view::{RunGroup, RunSummary};
@@ -20,7 +21,7 @@ pub const CHART: u16 = 6;
 const WIDE: u16 = 70;
 
 /// Draws the preview.
-pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
+pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
     let name = match line {
         Line::Run(run, _) => run.name.clone(),
         Line::Group(group, _) => group.title(),
@@ -33,7 +34,7 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     about.render(head, buffer);
     // Window and crosshair are those of the Training screen; these charts do not react to the mouse.
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
-        charts(ui, screens, line).draw(metric, place, buffer, &mut HitRegions::default());
+        charts(ui, curves, line).draw(metric, place, buffer, &mut HitRegions::default());
     }
     let beside: [Rect; 2] =
         Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).spacing(2).areas(rest);
@@ -77,12 +78,12 @@ fn fitting(ui: &Ui, mut text: Vec<TextLine<'static>>, rows: u16) -> Vec<TextLine
 }
 
 /// Draws only the success, where there is no room for the preview.
-pub fn chart(ui: &Ui, screens: &Screens, line: &Line, area: Rect, buffer: &mut Buffer) {
-    charts(ui, screens, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
+pub fn chart(ui: &Ui, curves: &CurvesState, line: &Line, area: Rect, buffer: &mut Buffer) {
+    charts(ui, curves, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
 }
 
 /// Draws the success of all listed groups and single runs on the selected line's task, if there are several.
-pub fn comparison(ui: &Ui, screens: &Screens, list: &[Line], selected: &Line, area: Rect, buffer: &mut Buffer) {
+pub fn comparison(ui: &Ui, curves: &CurvesState, list: &[Line], selected: &Line, area: Rect, buffer: &mut Buffer) {
     let task = selected.task();
     let is_in_group = |run: &RunSummary| ui.view.groups.of(&run.path).is_some_and(RunGroup::is_many);
     let compared = list.iter().filter(|line| match line {
@@ -95,11 +96,11 @@ pub fn comparison(ui: &Ui, screens: &Screens, list: &[Line], selected: &Line, ar
     }
     let [head, rest] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     TextLine::styled(format!("listed, on {task}"), ui.theme.strong()).render(head, buffer);
-    Charts::new(&screens.curves, shown, ui).draw(Metric::Success, rest, buffer, &mut HitRegions::default());
+    Charts::new(curves, shown, ui).draw(Metric::Success, rest, buffer, &mut HitRegions::default());
 }
 
-fn charts<'a>(ui: &'a Ui, screens: &'a Screens, line: &Line<'a>) -> Charts<'a> {
-    Charts::new(&screens.curves, shown(ui, line), ui)
+fn charts<'a>(ui: &'a Ui, curves: &'a CurvesState, line: &Line<'a>) -> Charts<'a> {
+    Charts::new(curves, shown(ui, line), ui)
 }
 
 /// The curves of a line: one for a group as soon as it is known, before that one for each of its runs.

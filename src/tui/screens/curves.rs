@@ -1,0 +1,93 @@
+//! State of the curves on the Scene and the Training screen.
+
+use std::collections::HashSet;
+
+use crate::run::Metric;
+use crate::tui::chart::{ChartCache, Range, Scale};
+
+/// State of the curves.
+#[derive(Debug)]
+pub struct CurvesState {
+    /// The episodes shown.
+    pub range: Range,
+    /// The episode whose values are shown, and which the scene shows.
+    pub crosshair: Option<f32>,
+    /// The episode under the mouse; its values are shown instead of those at the crosshair.
+    pub hovered: Option<f32>,
+    /// The selected curve.
+    pub(super) selected: usize,
+    /// Whether only the selected curve is shown.
+    pub(super) alone: bool,
+    /// Whether several runs are shown, not only the watched one.
+    pub comparing: bool,
+    /// Whether runs that differ in the seed only are one curve.
+    pub(super) folded: bool,
+    /// Number of episodes over which values are averaged.
+    pub(super) smoothing: usize,
+    logarithmic: HashSet<Metric>,
+    /// What the last charts were drawn from.
+    pub cache: ChartCache,
+}
+
+/// Numbers of episodes over which values can be averaged.
+pub(super) const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
+
+impl Default for CurvesState {
+    fn default() -> Self {
+        Self {
+            range: Range::default(),
+            crosshair: None,
+            hovered: None,
+            selected: 0,
+            alone: false,
+            comparing: false,
+            folded: true,
+            smoothing: 10,
+            logarithmic: HashSet::from([Metric::CriticLoss]),
+            cache: ChartCache::default(),
+        }
+    }
+}
+
+impl CurvesState {
+    /// Removes the crosshair, or else shows all curves again; false if there is nothing to leave.
+    pub fn leave(&mut self) -> bool {
+        self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
+    }
+
+    /// Shows all episodes: the window of one run does not suit another.
+    pub fn forget_window(&mut self) {
+        (self.range, self.crosshair, self.hovered) = (Range::Whole, None, None);
+    }
+
+    /// Moves the crosshair to the past episode that is shown, or removes it when the past is left.
+    pub fn follow(&mut self, before: Option<u64>, now: Option<u64>) {
+        if before != now {
+            self.crosshair = now.map(|episode| episode as f32);
+        }
+    }
+
+    /// Selects a curve.
+    pub fn select(&mut self, metric: Metric) {
+        self.selected = Metric::CURVES.iter().position(|drawn| *drawn == metric).unwrap_or(0);
+    }
+
+    pub(super) fn switch_scale(&mut self) {
+        let metric = Metric::CURVES[self.selected];
+        if !self.logarithmic.remove(&metric) {
+            self.logarithmic.insert(metric);
+        }
+    }
+
+    pub(super) fn scale(&self, metric: Metric) -> Scale {
+        if self.logarithmic.contains(&metric) { Scale::Log } else { Scale::Linear }
+    }
+
+    /// Smoothing of a metric: none for the success rate, which is a mean already, and for schedules, which are exact.
+    pub(super) fn smoothing(&self, metric: Metric) -> usize {
+        match metric {
+            Metric::Success | Metric::Epsilon | Metric::Noise => 1,
+            _ => self.smoothing,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! A line of the list: a run, or a group of runs that differ in the seed only.
+
+use std::path::PathBuf;
+
+use ratatui::style::Style;
+
+use super::super::status::state_colour;
+use crate::run::RunState;
+use crate::stats::Estimate;
+use crate::text::counted;
+use crate::tui::view::{Curves, RunGroup, RunSummary};
+use crate::tui::widgets::columns::{shortened, width};
+use crate::tui::widgets::theme::Theme;
+
+/// The identity of a line; it does not depend on other lines.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum LineKey {
+    /// The run in a folder.
+    Run(PathBuf),
+    /// The group of a task and a label.
+    Group(String, String),
+}
+
+/// Most levels by which a line is indented.
+const DEEPEST: usize = 6;
+/// A line of the list.
+#[derive(Clone)]
+pub enum Line<'a> {
+    /// A run, and its depth below another line, as one of an unfolded group or as a fork.
+    Run(&'a RunSummary, usize),
+    /// A group, and those of its runs that are listed.
+    Group(&'a RunGroup, Vec<&'a RunSummary>),
+}
+
+impl<'a> Line<'a> {
+    /// Its identity, for the selection.
+    pub fn key(&self) -> LineKey {
+        match self {
+            Self::Run(run, _) => LineKey::Run(run.path.clone()),
+            Self::Group(group, _) => LineKey::Group(group.task.clone(), group.label.clone()),
+        }
+    }
+
+    /// Its runs.
+    pub fn runs(&self) -> Vec<&'a RunSummary> {
+        match self {
+            Self::Run(run, _) => vec![run],
+            Self::Group(_, runs) => runs.clone(),
+        }
+    }
+
+    /// The name of its task.
+    pub fn task(&self) -> &'a str {
+        match self {
+            Self::Run(run, _) => &run.config.task.name,
+            Self::Group(group, _) => &group.task,
+        }
+    }
+
+    /// Its run in the most urgent state.
+    pub fn foremost(&self) -> &'a RunSummary {
+        match self {
+            Self::Run(run, _) => run,
+            // A listed group has at least one listed run.
+            Self::Group(_, runs) => runs.iter().min_by_key(|run| urgency(run)).unwrap_or(&runs[0]),
+        }
+    }
+
+    pub fn name(&self) -> String {
+        match self {
+            Self::Run(run, _) => run.name.clone(),
+            Self::Group(group, _) => format!("{}: {}", group.task, group.label),
+        }
+    }
+
+    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its seeds, or
+    /// of its runs if there is less room.
+    pub fn named(&self, columns: usize, several_tasks: bool) -> String {
+        match self {
+            Self::Run(run, 0) => shortened(&run.name, columns, true),
+            Self::Run(run, depth) => {
+                let indent = 2 * (*depth).min(DEEPEST);
+                let sign = if run.config.fork.is_some() { "└ " } else { "  " };
+                let name = shortened(&run.name, columns.saturating_sub(indent), true);
+                format!("{}{sign}{name}", " ".repeat(indent - 2))
+            }
+            Self::Group(group, runs) => {
+                let label = if several_tasks { self.name() } else { group.label.clone() };
+                // The runs of a line are ordered by seed.
+                let seeds = runs.chunk_by(|one, next| one.config.seed == next.config.seed).count();
+                let whole = format!("{label} ({})", counted(seeds, "seed"));
+                if width(&whole) <= columns {
+                    return whole;
+                }
+                // Without the word there is more room for the label.
+                let count = format!(" ({})", runs.len());
+                shortened(&label, columns.saturating_sub(count.len()), false) + &count
+            }
+        }
+    }
+
+    /// Episodes done and episodes in all.
+    pub fn progress(&self) -> [u64; 2] {
+        self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes()])
+    }
+
+    /// Success rate; a group's is the interquartile mean.
+    pub fn success(&self) -> Option<f64> {
+        match self {
+            Self::Run(run, _) => run.success.map(f64::from),
+            Self::Group(group, _) => group.success.map(|success| success.value),
+        }
+    }
+
+    /// Probability that a group is above the baseline.
+    pub fn improvement(&self) -> Option<Estimate> {
+        if let Self::Group(group, _) = self { group.improvement } else { None }
+    }
+
+    /// Seconds until all its runs are finished at their present rates, if they are trained in parallel.
+    pub fn seconds_left(&self) -> Option<f64> {
+        self.runs().iter().filter_map(|run| run.seconds_left()).reduce(f64::max)
+    }
+
+    /// Its curves; those of a group are the interquartile means.
+    pub fn curves(&self) -> Option<&'a Curves> {
+        match self {
+            Self::Run(run, _) => Some(&run.curves),
+            Self::Group(group, _) => group.curves.as_deref().map(|curves| &curves.middle),
+        }
+    }
+
+    /// The most urgent state of its runs with the number of runs in it, and its style.
+    pub fn state(&self, theme: &Theme) -> (String, Style) {
+        let runs = self.runs();
+        let style = |run: &RunSummary| Style::new().fg(state_colour(&run.state, theme));
+        if let [run] = runs.as_slice() {
+            return (run.state_word().to_owned(), style(run));
+        }
+        let first = self.foremost();
+        let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
+        let queued = runs.iter().filter(|run| run.queued).count();
+        // Show both the runs being trained and those in the queue.
+        match queued {
+            1.. if !first.queued => (format!("{count} {}, {queued} q", short(first.state_word())), style(first)),
+            _ => (format!("{count} {}", first.state_word()), style(first)),
+        }
+    }
+}
+
+/// Rank of the state of a run, 0 for the most urgent.
+pub fn urgency(run: &RunSummary) -> usize {
+    match run.state {
+        RunState::Failed(_) => 0,
+        RunState::Running => 1,
+        _ if run.queued => 2,
+        RunState::Paused => 3,
+        RunState::Interrupted | RunState::Stopped(_) => 4,
+        RunState::NotStarted => 5,
+        RunState::Finished => 6,
+    }
+}
+
+/// The abbreviation of the word for a state.
+fn short(word: &str) -> &str {
+    word.get(..3).unwrap_or(word)
+}

@@ -1,0 +1,132 @@
+//! The pane of a scene: its task, episode and overlays, and a caption in its lower border.
+
+use std::sync::Arc;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::Widget;
+
+use super::pane::{hint, lines, pane};
+use super::scene::{self, Scene};
+use super::{HitRegion, HitRegions, Ui};
+use crate::physics::catalogue_tool;
+use crate::task::{Region, Task};
+use crate::tui::layers::tool_in_words;
+use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
+use crate::tui::view::playback::PlaybackFrame;
+use crate::tui::view::{Beside, Choice};
+use crate::tui::widgets::columns::{fitting, shortened};
+
+/// Draws the scene.
+pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let subject = ui.subject;
+    let inside = pane(&scene::title(ui), area, ui.theme, buffer);
+    // A past episode has its own task; edits apply to the session's.
+    let (task, proposed) = match subject.choice() {
+        Choice::Past(_) => (subject.task().clone(), Vec::new()),
+        _ => while_dragging(ui, scene),
+    };
+    let mut frame = subject.episode().at(scene.player.step());
+    if matches!(scene.dragged(), Some((Object::Ball, _))) {
+        frame = PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() };
+    }
+    let (predicted, truth) = scene.prediction(subject);
+    let agent_view = scene.agent_view();
+    let content = Content {
+        objects: Objects { task: &task, proposed: &proposed },
+        frame: &frame,
+        overlays: scene.overlays(),
+        prior: subject.clusters().map(|clusters| (&*clusters.prior, clusters.stale)),
+        heat: agent_view.map(|view| &view.heat),
+        choice: agent_view.and_then(|view| view.choice),
+        predicted,
+        truth: &truth,
+        selected: scene.selected(),
+        ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
+    };
+    let view = draw_scene(&content, inside, ui.theme, buffer);
+    regions.add(view.area, HitRegion::Scene(view));
+    let missing = scene.missing(subject).join("\n");
+    Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
+    caption(ui, scene, &frame, area, buffer);
+}
+
+/// Draws the same episode of another run, at the same step.
+pub fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, buffer: &mut Buffer) {
+    let episode = match &beside.episode {
+        Ok(episode) => episode,
+        Err(reason) => {
+            let name = beside.run.file_name().unwrap_or_default().to_string_lossy();
+            let inside = pane(&name, area, ui.theme, buffer);
+            return hint(reason, inside, ui.theme, buffer);
+        }
+    };
+    let inside = pane(&format!("{} · {}", episode.task.name, episode.title), area, ui.theme, buffer);
+    let frame = episode.at(scene.player.step());
+    let content = Content {
+        objects: Objects { task: &episode.task, proposed: &[] },
+        frame: &frame,
+        overlays: Overlays { legend: false, ..scene.overlays() },
+        prior: None,
+        heat: None,
+        choice: None,
+        predicted: &[],
+        truth: &[],
+        selected: None,
+        ghost: None,
+    };
+    draw_scene(&content, inside, ui.theme, buffer);
+    let text = format!(" action {} · reward {:.2} ", frame.action, frame.reward);
+    let room = usize::from(area.width.saturating_sub(4));
+    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, ui.theme.faint());
+}
+
+/// The task and the proposed subgoals, with the dragged object at the mouse.
+fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
+    let view = ui.view;
+    let mut proposed = view.proposed.clone();
+    let Some((object, to)) = scene.dragged() else { return (view.task.clone(), proposed) };
+    let mut moved = Task::clone(&view.task);
+    match object {
+        Object::Ball => moved.ball.position = to,
+        Object::Goal => moved.goal.position = to,
+        Object::Subgoal(index) => moved.subgoals.get_mut(index).into_iter().for_each(|s| s.position = to),
+        Object::Proposal(index) => proposed.get_mut(index).into_iter().for_each(|p| p.position = to),
+        Object::Tool(index) => moved.tools.get_mut(index).into_iter().for_each(|t| t.position = to),
+        Object::Part(part) => moved.position_mut(part).into_iter().for_each(|position| *position = to),
+    }
+    (Arc::new(moved), proposed)
+}
+
+/// Draws action, speed and reward in the lower border of the pane; during hand play, the held tool.
+fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &mut Buffer) {
+    let player = &scene.player;
+    let state = if player.is_moving() { format!("x{}", player.speed) } else { "stopped".to_owned() };
+    let room = usize::from(area.width.saturating_sub(4));
+    let mut parts = vec![format!("action {}", frame.action), state, format!("reward {:.2}", frame.reward)];
+    parts.extend(ui.subject.facts());
+    if !player.is_moving() {
+        parts.push(format!("x{}", player.speed));
+    }
+    let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
+    let mut style = ui.theme.faint();
+    if let Some((_, [x, y])) = scene.dragged() {
+        text = format!(" {x:.2} {y:.2} ");
+    } else if let Some(hand) = &scene.hand {
+        let refusal = hand.ghost.as_ref().and_then(|ghost| ghost.refusal.as_deref());
+        if refusal.is_some() {
+            style = Style::new().fg(ui.theme.bad);
+        }
+        let [x, y] = hand.cursor;
+        text = format!(" {x:.2} {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
+        if let Some(tool) = hand.tool.and_then(catalogue_tool) {
+            text += &format!("· {} ", tool_in_words(tool, true));
+        }
+        if let Some(end) = ui.view.hand.end() {
+            text = format!(" the episode is over: {end} ");
+        }
+    }
+    buffer.set_stringn(area.x + 2, area.bottom() - 1, shortened(&text, room, false), room, style);
+}
