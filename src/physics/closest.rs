@@ -34,15 +34,14 @@ pub(super) struct Closest {
 /// A point of the Minkowski difference: a corner of the second outline minus a corner of the first.
 #[derive(Debug, Clone, Copy)]
 struct Difference {
-    first: Vector,
-    second: Vector,
     between: Vector,
+    /// The numbers of the corners, the first outline's in the higher byte.
     corners: u32,
 }
 
 impl Difference {
     fn new((first, i): (Vector, usize), (second, j): (Vector, usize)) -> Self {
-        Self { first, second, between: second - first, corners: ((i as u32) & 0xff) << 8 | (j as u32) & 0xff }
+        Self { between: second - first, corners: ((i as u32) & 0xff) << 8 | (j as u32) & 0xff }
     }
 }
 
@@ -105,7 +104,7 @@ impl Pair<'_> {
             }
             round += 1;
         }
-        on_edge(&v0, &v1)
+        self.on_edge(&v0, &v1)
     }
 
     /// EPA, for an origin inside the difference: repeatedly moves the nearest side of a growing hull outwards.
@@ -127,7 +126,7 @@ impl Pair<'_> {
             let p = self.support((v1.between - v0.between).perp());
             let is_known = p.corners == v0.corners || p.corners == v1.corners;
             if is_known || !is_left(v0.between, v1.between, p.between) || round >= MAX_ROUNDS {
-                return on_edge(&v0, &v1);
+                return self.on_edge(&v0, &v1);
             }
             grown.clear();
             grown.push(p);
@@ -140,7 +139,27 @@ impl Pair<'_> {
             }
             std::mem::swap(&mut hull, &mut grown);
         }
-        on_edge(&v0, &v1)
+        self.on_edge(&v0, &v1)
+    }
+
+    /// The closest points given the edge of the difference that is nearest to the origin.
+    fn on_edge(&self, v0: &Difference, v1: &Difference) -> Closest {
+        let t = nearest(v0.between, v1.between);
+        let between = mix(v0.between, v1.between, t);
+        let on = |outline: &Outline, shift: u32| {
+            let corner = |difference: &Difference| corner_of(outline, (difference.corners >> shift & 0xff) as usize).0;
+            mix(corner(v0), corner(v1), t)
+        };
+        let (on_first, on_second) = (on(self.first, 8), on(self.second, 0));
+        let hint = v0.corners << 16 | v1.corners;
+        let normal = normalised(clockwise(v1.between - v0.between));
+        let distance = normal.dot(between);
+        if distance <= 0.0 || (-1.0 < t && t < 1.0) {
+            return Closest { on_first, on_second, normal, distance, hint };
+        }
+        // Corner against corner: the axis is not the normal of an edge.
+        let distance = between.length();
+        Closest { on_first, on_second, normal: between * (1.0 / (distance + f64::MIN_POSITIVE)), distance, hint }
     }
 }
 
@@ -206,21 +225,4 @@ fn edge_distance(a: Vector, b: Vector) -> f64 {
 /// Whether `c` is to the left of the line from `a` to `b`, without division.
 fn is_left(a: Vector, b: Vector, c: Vector) -> bool {
     (b.y - a.y) * (a.x + b.x - 2.0 * c.x) > (b.x - a.x) * (a.y + b.y - 2.0 * c.y)
-}
-
-/// The closest points given the edge of the difference that is nearest to the origin.
-fn on_edge(v0: &Difference, v1: &Difference) -> Closest {
-    let t = nearest(v0.between, v1.between);
-    let between = mix(v0.between, v1.between, t);
-    let on_first = mix(v0.first, v1.first, t);
-    let on_second = mix(v0.second, v1.second, t);
-    let hint = v0.corners << 16 | v1.corners;
-    let normal = normalised(clockwise(v1.between - v0.between));
-    let distance = normal.dot(between);
-    if distance <= 0.0 || (-1.0 < t && t < 1.0) {
-        return Closest { on_first, on_second, normal, distance, hint };
-    }
-    // Corner against corner: the axis is not the normal of an edge.
-    let distance = between.length();
-    Closest { on_first, on_second, normal: between * (1.0 / (distance + f64::MIN_POSITIVE)), distance, hint }
 }
