@@ -279,11 +279,6 @@ impl Body {
         self.velocity + arm.perp() * self.spin
     }
 
-    /// Bias velocity at the end of an arm from the centre.
-    pub fn bias_at(&self, arm: Vector) -> Vector {
-        self.bias_velocity + arm.perp() * self.bias_spin
-    }
-
     /// Applies an impulse at the end of an arm.
     pub fn push(&mut self, impulse: Vector, arm: Vector) {
         self.velocity += impulse * self.inverse_mass;

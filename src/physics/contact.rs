@@ -186,26 +186,52 @@ impl Contact {
         }
     }
 
-    /// One iteration: moves bias, normal and friction impulses towards their targets. Returns whether any of them
-    /// changed.
+    /// Whether a point overlaps so far that a bias impulse is needed.
+    pub fn overlaps(&self) -> bool {
+        self.places[..self.count].iter().any(|place| place.target_bias != 0.0)
+    }
+
+    /// One iteration: moves the bias impulses towards their targets. Returns whether any of them changed.
+    pub fn separate(&mut self, bodies: &mut [Body]) -> bool {
+        let normal = self.normal;
+        let [first, second] = self.bodies.map(|body| body as usize);
+        let mut changed = false;
+        for place in &mut self.places[..self.count] {
+            let (a, b) = (&bodies[first], &bodies[second]);
+            let arms = [place.arm, place.other_arm];
+            let velocity = relative([a.bias_velocity, b.bias_velocity], [a.bias_spin, b.bias_spin], arms);
+            let old = place.bias_impulse;
+            let change = plus_dot(place.target_bias, -velocity, normal) * place.normal_mass;
+            place.bias_impulse = not_negative(old + change);
+            if place.bias_impulse == old {
+                continue;
+            }
+            changed = true;
+            let impulse = normal * (place.bias_impulse - old);
+            if first != GROUND {
+                bodies[first].push_bias(-impulse, place.arm);
+            }
+            if second != GROUND {
+                bodies[second].push_bias(impulse, place.other_arm);
+            }
+        }
+        changed
+    }
+
+    /// One iteration: moves normal and friction impulses towards their targets. Returns whether any of them changed.
     pub fn solve(&mut self, bodies: &mut [Body]) -> bool {
         let (normal, tangent) = (self.normal, self.normal.perp());
         let [first, second] = self.bodies.map(|body| body as usize);
         let mut changed = false;
         for place in &mut self.places[..self.count] {
             let (a, b) = (&bodies[first], &bodies[second]);
-            let arms = [place.arm, place.other_arm];
-            let (bias, velocity) = if second == GROUND {
+            let velocity = if second == GROUND {
                 // The same numbers with fewer operations.
-                (-a.bias_at(place.arm), -a.velocity_at(place.arm))
+                -a.velocity_at(place.arm)
             } else {
-                let bias = relative([a.bias_velocity, b.bias_velocity], [a.bias_spin, b.bias_spin], arms);
-                (bias, relative([a.velocity, Vector::ZERO], [a.spin, b.spin], arms) + b.velocity)
+                relative([a.velocity, Vector::ZERO], [a.spin, b.spin], [place.arm, place.other_arm]) + b.velocity
             };
 
-            let old_bias = place.bias_impulse;
-            let change = plus_dot(place.target_bias, -bias, normal) * place.normal_mass;
-            place.bias_impulse = not_negative(old_bias + change);
             let old_normal = place.normal_impulse;
             let change = -plus_dot(place.target_bounce, velocity, normal) * place.normal_mass;
             place.normal_impulse = not_negative(old_normal + change);
@@ -214,19 +240,16 @@ impl Contact {
             let change = -velocity.dot(tangent) * place.tangent_mass;
             place.tangent_impulse = between(-limit, old_tangent + change, limit);
 
-            let bias = place.bias_impulse - old_bias;
             let (along, across) = (place.normal_impulse - old_normal, place.tangent_impulse - old_tangent);
-            if bias == 0.0 && along == 0.0 && across == 0.0 {
+            if along == 0.0 && across == 0.0 {
                 continue;
             }
             changed = true;
-            let (bias, impulse) = (normal * bias, combined(normal, along, across));
+            let impulse = combined(normal, along, across);
             if first != GROUND {
-                bodies[first].push_bias(-bias, place.arm);
                 bodies[first].push(-impulse, place.arm);
             }
             if second != GROUND {
-                bodies[second].push_bias(bias, place.other_arm);
                 bodies[second].push(impulse, place.other_arm);
             }
         }

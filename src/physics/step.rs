@@ -174,16 +174,22 @@ impl World {
             contacts[index as usize].warm_start(bodies);
         }
         joint::warm_start(joints, active_joints, bodies);
-        for _ in 0..ITERATIONS {
+        iterate(|| {
             let mut changed = false;
             for &index in order.iter() {
                 changed |= contacts[index as usize].solve(bodies);
             }
-            changed |= joint::solve(joints, active_joints, bodies);
-            // Further iterations would not change anything.
-            if !changed {
-                break;
-            }
+            changed | joint::solve(joints, active_joints, bodies)
+        });
+        // Bias velocities do not depend on velocities, and seldom is an overlap so deep that it needs them.
+        if order.iter().any(|&index| contacts[index as usize].overlaps()) {
+            iterate(|| {
+                let mut changed = false;
+                for &index in order.iter() {
+                    changed |= contacts[index as usize].separate(bodies);
+                }
+                changed
+            });
         }
         for index in 0..self.order.len() {
             let contact = &self.contacts[self.order[index] as usize];
@@ -194,6 +200,17 @@ impl World {
             {
                 self.reset_idle(acting.body);
             }
+        }
+    }
+}
+
+/// Repeats an iteration of the solver, which returns whether it changed anything: if not, further iterations would not
+/// either.
+#[inline]
+fn iterate(mut once: impl FnMut() -> bool) {
+    for _ in 0..ITERATIONS {
+        if !once() {
+            break;
         }
     }
 }
