@@ -13,12 +13,13 @@ use super::units::DT;
 pub(super) struct Joint {
     /// The plank, and the body it is joined to.
     pub bodies: [u32; 2],
-    /// Anchors in the bodies' frames; zero for the ground.
-    anchors: [Vector; 2],
+    /// The anchor on the plank, in its frame. The other body is held at its centre.
+    anchor: Vector,
     /// The anchor on the ground.
     place: Vector,
     kind: Kind,
-    arms: [Vector; 2],
+    /// From the plank's centre to its anchor.
+    arm: Vector,
     /// Accumulated impulse: along the normal in x (pin, slide), a vector (pivot), or an angular impulse in x (gear).
     impulse: Vector,
 }
@@ -40,28 +41,28 @@ impl Joint {
     /// Holds a plank's centre at a position.
     pub fn pin(plank: u32, place: Vector) -> Self {
         let kind = Kind::Pin { normal: Vector::ZERO, mass: 0.0, target: 0.0 };
-        Self::new([plank, GROUND as u32], [Vector::ZERO; 2], place, kind)
+        Self::new([plank, GROUND as u32], Vector::ZERO, place, kind)
     }
 
     /// Keeps a point of a plank within a distance of a position.
     pub fn slide(plank: u32, anchor: Vector, place: Vector, longest: f64) -> Self {
         let kind = Kind::Slide { longest, normal: Vector::ZERO, mass: 0.0, target: 0.0 };
-        Self::new([plank, GROUND as u32], [anchor, Vector::ZERO], place, kind)
+        Self::new([plank, GROUND as u32], anchor, place, kind)
     }
 
     /// Holds a body's centre at a point of a plank.
     pub fn pivot(plank: u32, anchor: Vector, body: u32) -> Self {
         let kind = Kind::Pivot { matrix: [Vector::ZERO; 2], target: Vector::ZERO };
-        Self::new([plank, body], [anchor, Vector::ZERO], Vector::ZERO, kind)
+        Self::new([plank, body], anchor, Vector::ZERO, kind)
     }
 
     /// Rotates a body with a plank.
     pub fn gear(plank: u32, body: u32) -> Self {
-        Self::new([plank, body], [Vector::ZERO; 2], Vector::ZERO, Kind::Gear { mass: 0.0, target: 0.0 })
+        Self::new([plank, body], Vector::ZERO, Vector::ZERO, Kind::Gear { mass: 0.0, target: 0.0 })
     }
 
-    fn new(bodies: [u32; 2], anchors: [Vector; 2], place: Vector, kind: Kind) -> Self {
-        Self { bodies, anchors, place, kind, arms: [Vector::ZERO; 2], impulse: Vector::ZERO }
+    fn new(bodies: [u32; 2], anchor: Vector, place: Vector, kind: Kind) -> Self {
+        Self { bodies, anchor, place, kind, arm: Vector::ZERO, impulse: Vector::ZERO }
     }
 
     /// The other body of a joint of `body`.
@@ -69,13 +70,13 @@ impl Joint {
         if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
     }
 
-    /// Computes arms, effective masses and targets for this step.
+    /// Computes the arm, effective masses and targets for this step.
     pub fn prepare(&mut self, bodies: &[Body]) {
         let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
-        self.arms = [a.frame().vector(self.anchors[0]), b.frame().vector(self.anchors[1])];
-        let [arm, other_arm] = self.arms;
+        self.arm = a.frame().vector(self.anchor);
+        let arm = self.arm;
         let end = if self.bodies[1] == GROUND as u32 { self.place } else { b.position };
-        let apart = (end - a.position) + other_arm - arm;
+        let apart = (end - a.position) - arm;
         // Pins and slides are fixed to the ground, which adds nothing.
         let along = |normal: Vector| {
             let lever = arm.perp_dot(normal);
@@ -102,7 +103,7 @@ impl Joint {
                 *target = target_for(excess);
             }
             Kind::Pivot { matrix, target } => {
-                *matrix = inverse_mass_matrix([a, b], self.arms);
+                *matrix = inverse_mass_matrix([a, b], arm);
                 *target = apart * PULL;
             }
             Kind::Gear { mass, target } => {
@@ -121,12 +122,11 @@ impl Joint {
             Kind::Pin { normal, mass, target } => self.impulse.x += plus_dot(target, plank.velocity, normal) * mass,
             Kind::Slide { normal, .. } if normal == Vector::ZERO => return false,
             Kind::Slide { normal, mass, target, .. } => {
-                let velocity = plank.velocity_at(self.arms[0]);
+                let velocity = plank.velocity_at(self.arm);
                 self.impulse.x = (old.x + plus_dot(target, velocity, normal) * mass).min(0.0);
             }
             Kind::Pivot { matrix, target } => {
-                let [arm, other_arm] = self.arms.map(Vector::perp);
-                let missing = target - (other.velocity - plank.velocity) + arm * plank.spin - other_arm * other.spin;
+                let missing = target - (other.velocity - plank.velocity) + self.arm.perp() * plank.spin;
                 self.impulse = matrix[0] * missing.x + (matrix[1] * missing.y + old);
             }
             Kind::Gear { mass, target } => self.impulse.x += (target - (other.spin - plank.spin)) * mass,
@@ -141,10 +141,10 @@ impl Joint {
     fn push(&self, plank: &mut Body, other: &mut Body, impulse: Vector) {
         match self.kind {
             Kind::Pin { normal, .. } => plank.velocity -= normal * impulse.x * plank.inverse_mass,
-            Kind::Slide { normal, .. } => plank.push(normal * -impulse.x, self.arms[0]),
+            Kind::Slide { normal, .. } => plank.push(normal * -impulse.x, self.arm),
             Kind::Pivot { .. } => {
-                plank.push(-impulse, self.arms[0]);
-                other.push(impulse, self.arms[1]);
+                plank.push(-impulse, self.arm);
+                other.velocity += impulse * other.inverse_mass;
             }
             Kind::Gear { .. } => {
                 plank.spin -= impulse.x * plank.inverse_moment;
@@ -194,13 +194,12 @@ fn for_each(
     }
 }
 
-/// The symmetric matrix that maps velocities at the ends of two arms to impulses.
-fn inverse_mass_matrix([a, b]: [&Body; 2], [arm, other]: [Vector; 2]) -> [Vector; 2] {
-    let (turn, other_turn) = (a.inverse_moment, b.inverse_moment);
+/// The symmetric matrix that maps velocities at the end of a body's arm, relative to another body, to impulses.
+fn inverse_mass_matrix([a, b]: [&Body; 2], arm: Vector) -> [Vector; 2] {
+    let turn = a.inverse_moment;
     let sum = a.inverse_mass + b.inverse_mass;
-    let xx = (arm.y * arm.y * turn + other.y * other.y * other_turn) + sum;
-    let yy = (arm.x * arm.x * turn + other.x * other.x * other_turn) + sum;
-    let xy = arm.y * turn * -arm.x - other.y * other_turn * other.x;
+    let (xx, yy) = (arm.y * arm.y * turn + sum, arm.x * arm.x * turn + sum);
+    let xy = arm.y * turn * -arm.x;
     let inverse = 1.0 / (xx * yy - xy * xy);
     [Vector::new(yy * inverse, -xy * inverse), Vector::new(-xy * inverse, xx * inverse)]
 }

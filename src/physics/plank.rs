@@ -33,7 +33,9 @@ impl World {
         }
         if tool.kind == ToolKind::SeeSaw {
             let weight_position = place + weight_offset(tool);
-            let weight = self.add_body(Body::new(tool.weight, tool.weight, Motion::at_rest(weight_position.into())));
+            let mut weight = Body::new(tool.weight, tool.weight, Motion::at_rest(weight_position.into()));
+            weight.is_ball = true;
+            let weight = self.add_body(weight);
             self.add_joint(Joint::pivot(plank, weight_position - place, weight));
             self.add_joint(Joint::gear(plank, weight));
         }
