@@ -139,7 +139,7 @@ impl VectorEnvironment {
         Self { players: players.collect(), ..self }
     }
 
-    /// Draws all current scenes, [`IMAGE_LEN`] bytes each, like [`Environment::draw`].
+    /// Draws all current scenes, [`IMAGE_LEN`](super::IMAGE_LEN) bytes each, like [`Environment::draw`].
     pub fn draw(&self, pixels: &mut [u8]) {
         let (images, _) = pixels.as_chunks_mut();
         self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));

@@ -161,7 +161,7 @@ pub(super) struct Body {
     /// Its shape in its own frame, if it has one, and that shape's index.
     pub outline: Option<Outline>,
     pub shape: u32,
-    /// Whether it is a ball, to which rolling friction applies.
+    /// Whether it is a ball: rolling friction applies to it, and its rotation is computed only when something asks for it.
     pub is_ball: bool,
     /// Whether a bucket has captured it.
     pub captured: bool,

@@ -94,7 +94,7 @@ pub enum RunError {
     NoCheckpoint(PathBuf),
     /// The length of a checkpoint's file does not match the manifest.
     #[error(
-        "{} has {found} bytes instead of {expected}: the checkpoint is incomplete; `mge resume` uses an earlier one",
+        "{} has {found} bytes instead of {expected}: the checkpoint is incomplete, only an earlier one can be used",
         path.display()
     )]
     Truncated {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::bounded;
+use crate::spelling::suggestion;
 use crate::tui::actions::{Context, Entry, UiAction, entries, named};
 use crate::tui::input::{Key, KeyError};
 
@@ -22,7 +23,7 @@ pub enum KeymapError {
     #[error("{origin}:{line}: `{text}` is not NAME = KEY...: write `train = t`, or `train =` for no key")]
     Form { origin: String, line: usize, text: String },
     /// No action has the name.
-    #[error("{origin}:{line}: there is no action `{name}`{} (`?` in the workbench lists all names)", suggestion(.nearest))]
+    #[error("{origin}:{line}: there is no action `{name}`{} (`?` in the workbench lists all names)", suggestion(*.nearest))]
     Unknown { origin: String, line: usize, name: String, nearest: Option<&'static str> },
     /// A word is not a key.
     #[error("{origin}:{line}: {source}")]
@@ -30,10 +31,6 @@ pub enum KeymapError {
     /// Two actions that can apply at the same time share a key.
     #[error("{origin}:{line}: key `{key}` of `{name}` already belongs to `{other}`: give one of them another key")]
     Clash { origin: String, line: usize, key: String, name: &'static str, other: &'static str },
-}
-
-fn suggestion(nearest: &Option<&'static str>) -> String {
-    nearest.map(|name| format!(", did you mean `{name}`?")).unwrap_or_default()
 }
 
 impl Default for Keymap {
@@ -204,7 +201,7 @@ mod tests {
     #[test]
     fn mistakes_name_file_and_line() {
         for (text, message) in [
-            ("\ntrian = t", "keys:2: there is no action `trian`, did you mean `train`?"),
+            ("\ntrian = t", "keys:2: there is no action `trian`: did you mean `train`?"),
             ("train = hyper-t", "keys:1: unknown key `hyper-t`"),
             ("train t", "keys:1: `train t` is not NAME = KEY"),
             ("train = q", "keys:1: key `q` of `train` already belongs to `quit`"),

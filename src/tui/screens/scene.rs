@@ -334,7 +334,7 @@ pub fn is_playback(action: UiAction) -> bool {
 /// Replays another past episode of the watched run.
 fn replay(scene: &mut Scene, ui: &Ui, action: UiAction) -> Effect {
     let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
-        return Effect::info("no run with episodes is being watched: the Runs screen (5) has them");
+        return Effect::info("no run with episodes is being watched: the Runs screen has them");
     };
     scene.select(None);
     let last = run.done;

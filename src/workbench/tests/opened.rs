@@ -90,7 +90,9 @@ fn a_run_whose_folder_is_gone_fails_with_a_notice_and_leaves_the_list() {
     let mut session = session(folder.path());
     apply(&mut session, "episodes 1000000").unwrap();
     apply(&mut session, &format!("train {}", quoted(&path))).unwrap();
-    wait(&mut session, &|run| run.episodes() > 0);
+    while session.run().unwrap().episodes() == 0 {
+        session.poll();
+    }
     let delete = format!("delete {}", quoted(&path));
     assert!(apply(&mut session, &delete).unwrap_err().contains("is being trained"));
     std::fs::rename(&path, folder.path().join("moved")).unwrap();

@@ -188,7 +188,7 @@ impl SessionWorkspace {
         };
         let names: Vec<&str> = self.index.runs().iter().filter(is_elsewhere).map(|run| &*run.name).collect();
         if !names.is_empty() {
-            let text = format!("trained by other processes: {}; the Runs screen (5) controls them", names.join(", "));
+            let text = format!("trained by other processes: {}; the Runs screen controls them", names.join(", "));
             self.log(Level::Good, text);
         }
     }

@@ -99,7 +99,7 @@ fn runs_that_other_processes_train_are_reported_once() {
     make(folder.path(), "late");
     workspace.look_for_runs();
     poll_until(&mut workspace, |workspace| names(workspace).contains(&"late"));
-    assert_eq!(reports(&workspace), ["trained by other processes: other; the Runs screen (5) controls them"]);
+    assert_eq!(reports(&workspace), ["trained by other processes: other; the Runs screen controls them"]);
 }
 
 #[test]
