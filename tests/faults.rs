@@ -463,6 +463,20 @@ fn a_damaged_checkpoint_is_reported() {
 }
 
 #[test]
+fn settings_of_a_bench_are_checked_before_its_search_for_subgoals() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("p")).unwrap();
+    let index = r#"{"version": 1, "seed": 0, "split": "test", "start_noise": 0, "puzzles": []}"#;
+    std::fs::write(folder.path().join("p/index.json"), index).unwrap();
+    let bench = |setting| mge(&folder, ["puzzles", "bench", "p", "--prepare", "--out", "out", "--set", setting]);
+    fail(bench("foo=1"), "there is no setting `foo`");
+    fail(bench("ddpg.gamma=7"), "ddpg.gamma");
+    fail(bench("prior=true"), "options of their own");
+    assert!(!folder.path().join("out").exists());
+    succeed(bench("threshold=0.5"));
+}
+
+#[test]
 fn a_script_finishes_what_it_has_started() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.mge"), "method ddpg\nset ddpg.hidden 4\nepisodes 3\ntrain run").unwrap();

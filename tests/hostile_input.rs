@@ -36,8 +36,8 @@ fn train(folder: &Path) {
 #[test]
 fn empty_environment_variables_count_as_none() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, arguments) in [("MGE_KEYS", ["tasks", "--json"]), ("MGE_NOTIFY", ["tasks", "--json"])] {
-        succeed(command(&folder, arguments).env(name, "").output().unwrap());
+    for name in ["MGE_KEYS", "MGE_NOTIFY"] {
+        succeed(command(&folder, ["tasks", "--json"]).env(name, "").output().unwrap());
     }
     fs::write(folder.path().join("s.mge"), "method ddpg\nepisodes 1\ntrain").unwrap();
     succeed(command(&folder, ["script", "s.mge"]).env("MGE_RUNS", "").output().unwrap());

@@ -45,6 +45,8 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
         settings: definitions.collect::<Result<_, _>>()?,
     };
     let index = index_of(&arguments.search)?;
+    // Invalid settings are found before the search for subgoals, on any task.
+    Sweep::parse(plan.sweep(&["task1".into()])?.as_bytes(), "--set")?;
     let file = in_batch(
         arguments.threads,
         arguments.quiet,

@@ -161,8 +161,9 @@ pub(super) struct Body {
     /// Its shape in its own frame, if it has one, and that shape's index.
     pub outline: Option<Outline>,
     pub shape: u32,
-    /// Whether it is a ball: rolling friction applies to it, and its rotation is computed only when something asks for it.
-    pub is_ball: bool,
+    /// Whether it is round, as a ball: rolling friction applies to it, and its rotation is computed only when something
+    /// asks for it.
+    pub is_round: bool,
     /// Whether a bucket has captured it.
     pub captured: bool,
     /// The first body of its group and the next body in the group. Awake bodies have these only while a step forms
@@ -196,7 +197,7 @@ impl Body {
             idle: 0.0,
             outline: None,
             shape: u32::MAX,
-            is_ball: false,
+            is_round: false,
             captured: false,
             root: None,
             next: None,
@@ -228,14 +229,14 @@ impl Body {
     pub fn turn_to(&mut self, angle: f64) {
         if angle != self.angle {
             self.angle = angle;
-            if !self.is_ball {
+            if !self.is_round {
                 self.rotation = direction(angle);
             }
         }
     }
 
     pub fn frame(&self) -> Frame {
-        let rotation = if self.is_ball { direction(self.angle) } else { self.rotation };
+        let rotation = if self.is_round { direction(self.angle) } else { self.rotation };
         Frame { position: self.position, rotation }
     }
 

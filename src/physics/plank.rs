@@ -34,8 +34,7 @@ impl World {
         if tool.kind == ToolKind::SeeSaw {
             let weight_position = place + weight_offset(tool);
             let mut weight = Body::new(tool.weight, tool.weight, Motion::at_rest(weight_position.into()));
-            // It has no shape that rotates, and touches nothing.
-            weight.is_ball = true;
+            weight.is_round = true;
             let weight = self.add_body(weight);
             self.add_joint(Joint::pivot(plank, weight_position - place, weight));
             self.add_joint(Joint::gear(plank, weight));

@@ -105,7 +105,7 @@ pub(super) fn capture(bucket: &Actor, body: &mut Body) -> bool {
 /// Plank: rolling friction slows balls. Returns whether it did.
 pub(super) fn brake(plank: &Actor, body: &mut Body) -> bool {
     let friction = plank.tool.roll_friction;
-    let brakes = body.is_ball && friction > 1.0;
+    let brakes = body.is_round && friction > 1.0;
     if brakes {
         let kept = 1.0 - (friction - 1.0);
         body.spin *= kept;

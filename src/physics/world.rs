@@ -123,7 +123,7 @@ impl World {
     pub fn add_ball(&mut self, ball: Ball, motion: impl Into<Motion>) -> usize {
         let (mass, radius) = (exact(ball.mass), exact(ball.radius));
         let mut body = Body::new(mass, mass * (0.5 * (radius * radius)), motion.into());
-        body.is_ball = true;
+        body.is_round = true;
         let material = [ball.elasticity, ball.friction].map(exact);
         self.add_mover(body, Outline::disc(radius), material, Mover::Ball(ball))
     }

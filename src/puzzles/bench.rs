@@ -1,7 +1,6 @@
 //! Methods on generated puzzles: proposes subgoals for each puzzle, then writes a sweep over all of them.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
@@ -9,8 +8,7 @@ use super::error::PuzzleError;
 use super::index::Index;
 use super::proposals::SubgoalSearch;
 use crate::batch::{Batch, BatchProgress};
-use crate::task;
-use crate::trainer::{Method, RunConfig, SettingError};
+use crate::trainer::Method;
 
 /// Name of the bench's sweep in its folder.
 const SWEEP: &str = "sweep.json";
@@ -31,21 +29,23 @@ pub struct BenchPlan {
 }
 
 impl BenchPlan {
-    /// Checks the settings before any work is done for them.
-    fn check(&self) -> Result<(), PuzzleError> {
-        let of_options = |key: &str| ["task", "method", "seed", "episodes", "model"].contains(&key);
-        if let Some((key, _)) = self.settings.iter().find(|(key, _)| of_options(key)) {
+    /// The [sweep](crate::sweep) over the tasks in these files.
+    ///
+    /// # Errors
+    /// [`PuzzleError::SettingOfOption`].
+    pub fn sweep(&self, tasks: &[PathBuf]) -> Result<String, PuzzleError> {
+        let of_option = |key: &str| ["task", "method", "seed", "episodes", "model", "prior"].contains(&key);
+        if let Some((key, _)) = self.settings.iter().find(|(key, _)| of_option(key)) {
             return Err(PuzzleError::SettingOfOption(key.clone()));
         }
-        let task = Arc::new(task::load("task1")?);
-        for method in &self.methods {
-            let mut config = RunConfig::default_for(task.clone(), *method);
-            for (key, value) in &self.settings {
-                config = config.with_unchecked_setting(key, value)?;
-            }
-            config.validate().map_err(SettingError::from)?;
-        }
-        Ok(())
+        let mut sweep = Map::new();
+        sweep.insert("task".into(), tasks.iter().map(|task| task.display().to_string()).collect());
+        sweep.insert("method".into(), self.methods.iter().map(|method| method.name()).collect());
+        sweep.insert("seed".into(), (0..self.seeds).collect());
+        sweep.insert("episodes".into(), json!(self.episodes));
+        sweep.insert("model".into(), Value::String(self.search.model.clone().into()));
+        sweep.extend(self.settings.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))));
+        Ok(format!("{:#}\n", Value::Object(sweep)))
     }
 }
 
@@ -62,17 +62,9 @@ pub fn prepare(
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<PathBuf, PuzzleError> {
-    plan.check()?;
     let tasks = plan.search.propose(index, out, batch, on_progress)?;
-    let mut sweep = Map::new();
-    sweep.insert("task".into(), tasks.iter().map(|task| task.display().to_string()).collect());
-    sweep.insert("method".into(), plan.methods.iter().map(|method| method.name()).collect());
-    sweep.insert("seed".into(), (0..plan.seeds).collect());
-    sweep.insert("episodes".into(), json!(plan.episodes));
-    sweep.insert("model".into(), Value::String(plan.search.model.clone().into()));
-    sweep.extend(plan.settings.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))));
+    let text = plan.sweep(&tasks)?;
     let path = out.join(SWEEP);
-    let text = format!("{:#}\n", Value::Object(sweep));
     crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
     Ok(path)
 }

@@ -6,7 +6,7 @@ use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
 use crate::json::SyntaxError;
 use crate::task::TaskError;
-use crate::trainer::{PriorError, SettingError, TrainingError};
+use crate::trainer::{PriorError, TrainingError};
 
 /// Why puzzles cannot be generated or used.
 #[derive(Debug, thiserror::Error)]
@@ -44,9 +44,6 @@ pub enum PuzzleError {
     /// A transfer was interrupted.
     #[error("interrupted after {done} of {jobs} puzzles: their subgoals are kept, the trainings begin again")]
     TransferInterrupted { done: usize, jobs: usize },
-    /// A setting of the trainings is unknown or invalid.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
     /// A setting of the trainings is also an option.
     #[error("--set {0}=...: tasks, methods, seeds, episodes and model of a bench have options of their own")]
     SettingOfOption(String),

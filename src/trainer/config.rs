@@ -138,7 +138,12 @@ const SETTINGS: [Setting; 20] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
-    Setting::number("noise_decay.share", 0.0, 1.0, "share of the episodes after which the scale would be 0"),
+    Setting::number(
+        "noise_decay.share",
+        0.0,
+        1.0,
+        "share of the episodes, rounded to whole ones, after which the scale would be 0",
+    ),
     Setting {
         path: "hold_tolerance",
         range: Range::NumberOrNull(0.0, 1.0),

@@ -371,6 +371,9 @@ impl RunLoop<'_> {
     /// Records the error as the run's end. If this fails as well, the caller still returns the
     /// original error.
     fn fail(&mut self, error: &dyn std::fmt::Display) {
+        for problem in std::mem::take(&mut self.problems) {
+            let _ = self.writer.note(&format!("a checkpoint cannot be used: {problem}"));
+        }
         let _ = self.writer.record(&Event::Failed { episode: self.watch.episode(), reason: error.to_string() });
     }
 }

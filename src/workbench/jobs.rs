@@ -148,7 +148,7 @@ impl Session {
             }
             std::thread::sleep(POLL_INTERVAL);
         }
-        match self.run().and_then(|run| run.failure()) {
+        match self.run().filter(|run| run.was_trained_here()).and_then(|run| run.failure()) {
             Some(reason) => Err(SessionError::Failed(reason.to_owned())),
             None => Ok(self.under_way()),
         }

@@ -261,6 +261,8 @@ impl RunView {
             self.failure = Some(error.to_string());
         }
         self.trainer = Some(trainer?);
+        // How an earlier training ended says nothing about this one, which may fail before its first event.
+        self.history.last = None;
         Ok(())
     }
 
@@ -282,14 +284,16 @@ impl RunView {
                 changed = true;
             }
             if let Some(outcome) = trainer.outcome() {
-                self.failure = outcome.err();
+                let failed = outcome.err();
+                self.failure = failed.clone();
                 self.saved_prior.known = Some(Ok(trainer.watch().prior()));
                 self.trainer = None;
                 self.leaving_pause = false;
                 changed = true;
                 // Its latest events. They lack a failure that could not be written, as on a full disk.
-                while self.read_on(&mut changed, &mut events) {}
-                if let Some(reason) = self.failure.clone()
+                let mut restarted = false;
+                while self.read_on(&mut restarted, &mut events) {}
+                if let Some(reason) = failed
                     && !matches!(self.history.last, Some(Event::Failed { .. }))
                 {
                     events.push(Event::Failed { episode: self.episodes(), reason });

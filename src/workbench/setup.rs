@@ -15,7 +15,7 @@ pub(super) struct Setup {
     pub file: Option<PathBuf>,
     /// The settings; their task is a copy of the editor's.
     pub config: RunConfig,
-    /// Whether the number of episodes was set explicitly; only then does it extend finished runs.
+    /// Whether the number of episodes was set explicitly; only then does it extend runs that are continued.
     pub episodes_asked: bool,
 }
 
@@ -44,8 +44,10 @@ impl Setup {
     pub fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
         let mut task = self.editor.task().clone();
         let path = match (path, &self.file) {
-            (Some(path), _) => {
-                if let Some(stem) = path.file_stem() {
+            (Some(path), file) => {
+                if let Some(stem) = path.file_stem()
+                    && file.as_deref() != Some(path)
+                {
                     task.name = stem.to_string_lossy().into_owned();
                 }
                 path.to_owned()

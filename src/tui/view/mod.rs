@@ -59,7 +59,7 @@ pub struct ViewModel {
     pub proposing: Option<(usize, usize)>,
     /// The settings of the next run.
     pub settings: RunConfig,
-    /// The number of episodes to which continuing extends a finished run that has fewer, if it was set.
+    /// The number of episodes to which continuing extends a run that has fewer, if it was set.
     pub extends_to: Option<u32>,
     /// The folder for runs.
     pub folder: PathBuf,

@@ -42,7 +42,7 @@ pub struct Episodes(pub u32);
 
 impl Execute for Episodes {
     syntax! {
-        "episodes" "N" "set the episodes of the next run, and of a finished one that is continued"
+        "episodes" "N" "set the episodes of the next run, and of a shorter one that is continued"
             => Episodes { 0: Number("number of episodes") };
     }
 

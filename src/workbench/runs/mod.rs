@@ -33,9 +33,12 @@ impl Session {
             None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
         };
         self.refuse_if_busy(&folder)?;
-        self.extend(&RunDirectory::open(&folder)?)?;
+        let report = match self.extend(&RunDirectory::open(&folder)?)? {
+            Some(episodes) => format!("with {episodes} episodes, continuing"),
+            None => "continuing".to_owned(),
+        };
         let number = self.known_or_read(&folder, command.clone().into())?;
-        self.start_run(number, command.until, "continuing")
+        self.start_run(number, command.until, &report)
     }
 
     /// The number of episodes to which continuing extends a run that has fewer; None unless it was set explicitly.
@@ -44,8 +47,8 @@ impl Session {
     }
 
     /// Raises the number of episodes of a run to the number set in the session, if that was set explicitly and is
-    /// larger. Otherwise refuses a run of which no episode is left.
-    fn extend(&mut self, directory: &RunDirectory) -> Result<(), SessionError> {
+    /// larger; returns it then. Otherwise refuses a run of which no episode is left.
+    fn extend(&mut self, directory: &RunDirectory) -> Result<Option<u32>, SessionError> {
         directory.check_free()?;
         let config: RunConfig = directory.config()?;
         let status = directory.status()?;
@@ -58,7 +61,7 @@ impl Session {
             // A run that was extended before, but not started, has episodes left.
             let done = status.last_episode.map_or(0, |record| record.episode);
             if !is_finished || done < u64::from(config.episodes) {
-                return Ok(());
+                return Ok(None);
             }
             return Err(SessionError::Finished { run, episodes: done });
         };
@@ -67,7 +70,7 @@ impl Session {
         if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
             run.set_config(config);
         }
-        Ok(())
+        Ok(Some(episodes))
     }
 
     /// The number of the run in a folder. A run new to the session is added, and its log is read in

@@ -107,6 +107,18 @@ fn a_run_whose_folder_is_gone_fails_with_a_notice_and_leaves_the_list() {
     assert!(matches!(&failures[..], [reason] if reason.contains("was moved or deleted")), "{failures:?}");
     assert_eq!(apply(&mut session, &delete).unwrap(), "run is no longer listed: its folder is gone");
     assert!(session.runs().is_empty() && session.run().is_none());
+
+    // The moved run recorded its failure; continued without its checkpoints, it fails again, before its first event.
+    let moved = folder.path().join("moved");
+    run(&mut session, &format!("open {}\nwait", quoted(&moved)));
+    assert!(matches!(session.run().unwrap().state(), RunState::Failed(_)));
+    std::fs::create_dir_all(moved.join("checkpoint/last")).unwrap();
+    for entry in std::fs::read_dir(moved.join("checkpoint")).unwrap() {
+        std::fs::write(entry.unwrap().path().join("manifest.json"), "damaged").unwrap();
+    }
+    apply(&mut session, "continue").unwrap();
+    let error = session.wait(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("manifest.json"), "{error}");
 }
 
 #[test]
