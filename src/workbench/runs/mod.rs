@@ -34,7 +34,7 @@ impl Session {
         };
         self.refuse_if_busy(&folder)?;
         let report = match self.extend(&RunDirectory::open(&folder)?)? {
-            Some(episodes) => format!("with {episodes} episodes, continuing"),
+            Some(episodes) => format!("extended to {episodes} episodes, continuing"),
             None => "continuing".to_owned(),
         };
         let number = self.known_or_read(&folder, command.clone().into())?;
