@@ -45,9 +45,10 @@ impl Difference {
     }
 }
 
-/// The closest points of two outlines, starting from an earlier hint.
-pub(super) fn closest(first: Side, second: Side, hint: u32) -> Closest {
-    let pair = Pair { first: first.outline, second: second.outline };
+/// The closest points of two outlines, starting from an earlier hint. Unless `measures` is set, those of an overlap are
+/// any with a negative distance.
+pub(super) fn closest(first: Side, second: Side, hint: u32, measures: bool) -> Closest {
+    let pair = Pair { first: first.outline, second: second.outline, measures };
     let (start, end) = if hint == 0 {
         let (low, high) = (second.bounds.low * 0.5, second.bounds.high * 0.5);
         // As in the engine, the second centre's x and y are subtracted in different orders: ties depend on it.
@@ -67,6 +68,8 @@ pub(super) fn closest(first: Side, second: Side, hint: u32) -> Closest {
 struct Pair<'a> {
     first: &'a Outline,
     second: &'a Outline,
+    /// Whether overlaps are measured.
+    measures: bool,
 }
 
 impl Pair<'_> {
@@ -92,7 +95,7 @@ impl Pair<'_> {
                 if -1.0 < t && t < 1.0 { (v1.between - v0.between).perp() } else { -mix(v0.between, v1.between, t) };
             let p = self.support(normal);
             if is_left(p.between, v0.between, Vector::ZERO) && is_left(v1.between, p.between, Vector::ZERO) {
-                return self.expand(v0, p, v1);
+                return if self.measures { self.expand(v0, p, v1) } else { self.on_edge(&v1, &v0) };
             }
             if p.between.dot(normal) <= v0.between.dot(normal).max(v1.between.dot(normal)) {
                 break;

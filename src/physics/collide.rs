@@ -52,8 +52,9 @@ pub(super) struct Side<'a> {
     pub number: u64,
 }
 
-/// Contact points of two outlines, of which the first has the lower or equal rank.
-pub(super) fn collide(first: Side, second: Side, hint: u32) -> Touching {
+/// Contact points of two outlines, of which the first has the lower or equal rank. Unless `measures` is set, they only
+/// show whether the outlines touch.
+pub(super) fn collide(first: Side, second: Side, hint: u32, measures: bool) -> Touching {
     match (first.outline, second.outline) {
         (&Outline::Disc { centre, radius }, &Outline::Disc { centre: other, radius: other_radius }) => {
             let reach = radius + other_radius;
@@ -64,7 +65,7 @@ pub(super) fn collide(first: Side, second: Side, hint: u32) -> Touching {
             let t = (along.dot(centre - a) / along.length_squared()).min(1.0).max(0.0);
             point_contact(centre, radius, a + along * t, thickness, radius + thickness, normal, hint)
         }
-        _ => edge_contact(first, second, hint),
+        _ => edge_contact(first, second, hint, measures),
     }
 }
 
@@ -95,15 +96,17 @@ struct Edge {
     radius: f64,
 }
 
-fn edge_contact(first: Side, second: Side, hint: u32) -> Touching {
-    let found = closest(first, second, hint);
+fn edge_contact(first: Side, second: Side, hint: u32, measures: bool) -> Touching {
+    let is_disc = matches!(first.outline, Outline::Disc { .. });
+    // Where sides meet, the points decide whether the outlines touch.
+    let found = closest(first, second, hint, measures || !is_disc);
     let mut touching = Touching { normal: found.normal, hint: found.hint, ..Touching::default() };
     let (radius, other_radius) = (first.outline.radius(), second.outline.radius());
     if found.distance.is_nan() || found.distance > radius + other_radius {
         return touching;
     }
     let normal = found.normal;
-    if let Outline::Disc { .. } = first.outline {
+    if is_disc {
         touching.push(found.on_first + normal * radius, found.on_second + normal * -other_radius, 0);
         return touching;
     }

@@ -66,16 +66,17 @@ impl World {
         }
         let (first, second) = if a.outline.rank() > b.outline.rank() { (second, first) } else { (first, second) };
         let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);
+        let is_sensor = a.is_sensor || b.is_sensor;
         let touching = collide(
             Side { outline: &a.outline, bounds: &a.bounds, number: a.number },
             Side { outline: &b.outline, bounds: &b.bounds, number: b.number },
             self.broad.hint(pair),
+            !is_sensor,
         );
         self.broad.set_hint(pair, touching.hint);
         if touching.points().is_empty() {
             return;
         }
-        let is_sensor = a.is_sensor || b.is_sensor;
         let owners = [a.owner, b.owner];
         let index = self.contact_between([first, second]);
         let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);

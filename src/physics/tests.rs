@@ -144,6 +144,33 @@ fn sensors_detect_and_do_not_push() {
 }
 
 #[test]
+fn an_overlap_that_is_not_measured_is_found_at_the_same_places() {
+    use super::collide::{Side, collide};
+    use super::outline::Outline;
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let star = Outline::hull(&tool_kind::regular(5, tool_kind::STAR_TURN, 4.0));
+    let square = Outline::rectangle(5.0, 5.0);
+    for second in [&star, &square] {
+        let second = Side { outline: second, bounds: &second.bounds(), number: 1 };
+        let mut hints = [0; 2];
+        let mut counts = [0; 2];
+        for _ in 0..5000 {
+            let centre = [0; 2].map(|_| rng.gen_range(-9.0..9.0)).into();
+            let first = Outline::Disc { centre, radius: 4.0 };
+            let first = Side { outline: &first, bounds: &first.bounds(), number: 0 };
+            let [measured, seen] = [true, false].map(|measures| {
+                let touching = collide(first, second, hints[usize::from(measures)], measures);
+                hints[usize::from(measures)] = touching.hint;
+                !touching.points().is_empty()
+            });
+            assert_eq!(measured, seen, "{centre}");
+            counts[usize::from(seen)] += 1;
+        }
+        assert!(counts.iter().all(|&count| count > 1000), "{counts:?}");
+    }
+}
+
+#[test]
 fn equal_balls_exchange_their_velocities() {
     let mut world = World::new([0.0; 2]);
     world.add_ball(Ball::default(), moving([30.0, 40.0], [6.0, 0.0]));

@@ -400,7 +400,7 @@ fn overlap(a: &Outline, b: &Outline, number: u64) -> bool {
     let (a, b) = if a.rank() > b.rank() { (b, a) } else { (a, b) };
     let (first, second) = (a.bounds(), b.bounds());
     let touching =
-        collide(Side { outline: a, bounds: &first, number }, Side { outline: b, bounds: &second, number }, 0);
+        collide(Side { outline: a, bounds: &first, number }, Side { outline: b, bounds: &second, number }, 0, false);
     !touching.points().is_empty()
 }
 
