@@ -164,23 +164,22 @@ impl Learner {
         Ok(())
     }
 
-    /// Makes the configured number of updates on fresh minibatches and returns the metrics of the
-    /// last one; `None` until the warm-up is over.
+    /// Makes the configured number of updates on fresh minibatches and returns the metrics of each; none until the
+    /// warm-up is over.
     ///
     /// # Errors
     /// If learning has diverged.
-    pub fn learn(&mut self) -> Result<Option<UpdateMetrics>, UpdateError> {
+    pub fn learn(&mut self) -> Result<Vec<UpdateMetrics>, UpdateError> {
         let config = self.ddpg.config();
         let (count, batch_size) = (config.updates_per_step, config.batch_size);
         if self.replay.is_empty() || self.recorded < config.warmup_steps as u64 {
-            return Ok(None);
+            return Ok(Vec::new());
         }
-        let mut metrics = None;
-        for _ in 0..count {
+        let update = |_| {
             self.sample(batch_size);
-            metrics = Some(self.ddpg.update(&self.batch)?);
-        }
-        Ok(metrics)
+            self.ddpg.update(&self.batch)
+        };
+        (0..count).map(update).collect()
     }
 
     /// Draws a minibatch: uniformly, except for the share from segments.

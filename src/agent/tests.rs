@@ -205,11 +205,12 @@ fn an_origin_outside_the_observation_is_refused() {
 fn updates_start_after_the_warm_up() {
     let config = DdpgConfig { updates_per_step: 3, ..small() };
     let mut learner = learner(&config, 1);
-    assert_eq!(learner.learn().unwrap(), None);
+    assert!(learner.learn().unwrap().is_empty());
     live(&mut learner, 0..19);
     assert_eq!((learner.recorded(), learner.ddpg().updates()), (19, 0));
     live(&mut learner, 19..30);
     assert_eq!((learner.recorded(), learner.ddpg().updates()), (30, 33));
+    assert_eq!(learner.learn().unwrap().len(), 3);
 }
 
 #[test]

@@ -19,7 +19,8 @@ impl Charges {
     /// The actions of the real rollouts from which a run's first clusters are built, plus the launches on which
     /// its dynamics model was trained, one action each. With the true physics all rollouts are real, and their
     /// minimum number is counted. Rollouts that end early are counted in full, and the launches are counted for
-    /// every run that uses the model. A model that cannot be read has no launches.
+    /// every run that uses the model. A model that cannot be read has no launches. Rollouts that planning and model
+    /// replay make during the episodes are not counted, not even in the true physics.
     pub fn of(&mut self, config: &RunConfig) -> u64 {
         let source = config.rollout_source();
         let rollouts = |task: &Arc<Task>| rollout_actions(config, task, &source);

@@ -1,5 +1,7 @@
 //! Comparison of runs: which method is better, by how much, and with what certainty.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -7,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::found::FoundRun;
 use super::groups::{AREA, FINAL, Groups, HELD, Score};
 use super::row::{LearningRow, TrainedRun};
+use super::settings::training_key;
 use crate::run::RunState;
 use crate::stats::aggregate::{iqm, mean, median, optimality_gap};
 use crate::stats::comparison::improvement_interval;
@@ -100,11 +103,15 @@ pub(super) const MEASURES: [Measure; 3] = [
 pub(super) fn without_duplicates(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<ExcludedRun>) {
     let mut kept: Vec<FoundRun> = Vec::new();
     let mut copies = Vec::new();
+    let mut known: HashMap<String, PathBuf> = HashMap::new();
     for run in runs {
-        match kept.iter().find(|known| known.config == run.config) {
-            None => kept.push(run),
-            Some(known) => {
-                let reason = format!("has the settings and the seed of {}", known.path.display());
+        match known.entry(training_key(&run.config)) {
+            Entry::Vacant(place) => {
+                place.insert(run.path.clone());
+                kept.push(run);
+            }
+            Entry::Occupied(same) => {
+                let reason = format!("has the settings and the seed of {}", same.get().display());
                 copies.push(ExcludedRun { run: run.path, reason });
             }
         }
@@ -213,8 +220,14 @@ mod tests {
     fn a_run_is_counted_once() {
         let folder = tempfile::tempdir().unwrap();
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
-        for (name, seed) in [("a", "0"), ("b", "0"), ("c", "1")] {
-            let config = config.with_setting("seed", seed).unwrap();
+        let config = config.with_setting("method", "ddpg").unwrap();
+        // Without clusters, epsilon has no effect; checkpoints never have one.
+        for (name, seed, epsilon, checkpoints) in
+            [("a", "0", "0.1", "100"), ("b", "0", "0.3", "2"), ("c", "1", "0.1", "100")]
+        {
+            let changes = [("seed", seed), ("epsilon", epsilon), ("checkpoints.last_every", checkpoints)];
+            let changed = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
+            let config = changes.into_iter().fold(config.clone(), changed);
             RunDirectory::create(folder.path().join(name), &config).unwrap();
         }
         let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();

@@ -69,7 +69,9 @@ fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
     let entries = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?;
     let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| entry.map(|entry| entry.path())).collect();
     let mut runs = paths.map_err(RunError::io("read", folder))?;
-    runs.retain(|path| is_run(path));
+    // A process that is killed while it copies a run leaves a hidden folder.
+    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    runs.retain(|path| is_run(path) && !is_hidden(path));
     runs.sort();
     Ok(runs)
 }
@@ -123,7 +125,10 @@ fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, Fo
         // The state may have changed: a process that was killed leaves the log unchanged.
         return Ok((stamp, FoundRun { state: directory.status()?.state, ..run.clone() }));
     }
-    let config: RunConfig = directory.config()?;
+    let config: RunConfig = directory.config().or_else(|error| {
+        directory.refuse_model()?;
+        Err(error)
+    })?;
     let history = match RunHistory::read(&directory) {
         // The run was created, but has not started.
         Err(error) if error.is_not_found() => RunHistory::default(),
@@ -139,6 +144,20 @@ mod tests {
 
     use super::*;
     use crate::run::{EpisodeRecord, Event, RunWriter};
+
+    #[test]
+    fn unfinished_copies_and_dynamics_models_are_not_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        for name in ["a", ".collecting-x"] {
+            RunDirectory::create(folder.path().join(name), &config).unwrap();
+        }
+        let found = find_runs(&[folder.path().to_owned()]).unwrap();
+        assert_eq!(found, [folder.path().join("a")]);
+        RunDirectory::create(folder.path().join("b"), &serde_json::json!({ "tools": ["box"] })).unwrap();
+        let error = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap_err();
+        assert!(matches!(error, RunError::OfModel(_)), "{error}");
+    }
 
     #[test]
     fn only_changed_runs_are_read_again() {

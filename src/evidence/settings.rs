@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
+use serde_json::json;
+
 use super::row::LearningRow;
 use crate::dynamics::tool_set_name;
 use crate::guidance::EpsilonSchedule;
@@ -62,7 +64,9 @@ impl LearningRow {
     /// Name of its method, threshold and settings, as in legends and tables.
     pub fn label(&self) -> String {
         let mut label = match self.method.parse::<Method>() {
-            Ok(method) if method.has_clusters() && method.uses("epsilon") => {
+            Ok(method)
+                if method.uses("epsilon") && (method.has_clusters() || self.settings.contains_key(WHOLE_SCHEDULE)) =>
+            {
                 format!("{}, epsilon {}", method.label(), self.threshold())
             }
             Ok(method) => method.label().to_owned(),
@@ -139,6 +143,15 @@ fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
     let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
     let fork = ("fork".to_owned(), fork);
     leaves.map(|(path, value)| in_short(path, value)).chain(task_changes(&config.task, shipped)).chain([fork]).collect()
+}
+
+/// A text that two configurations share if they train in the same way: with the same seed and values of all settings
+/// that affect learning.
+pub(super) fn training_key(config: &RunConfig) -> String {
+    let epsilon = config.method.uses("epsilon").then(|| config.epsilon.to_string());
+    let settings = compared_settings(config, &[]);
+    let tasks: Vec<&Task> = config.tasks().map(|task| &**task).collect();
+    json!([tasks, config.method, config.seed, epsilon, settings]).to_string()
 }
 
 /// A setting as text, whole tasks by their names.
@@ -276,6 +289,10 @@ mod tests {
         let needs =
             ["need:0.5:0.25:20", "need:0.3:0.25:20"].map(|spec| adaptive.with_setting("epsilon", spec).unwrap());
         assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are distinguished");
+        let without_clusters = RunConfig::default_for(task.clone(), Method::DdpgAdaptive);
+        let changes = [("epsilon", "need:0:0.75:20"), ("epsilon", "need:0:0.1:20"), ("granularity", "step")];
+        let changed = changes.map(|(key, value)| without_clusters.with_setting(key, value).unwrap());
+        assert_eq!(labels(&changed).iter().collect::<BTreeSet<_>>().len(), 3, "{:?}", labels(&changed));
         // Each method has its own colour, whatever the other methods are.
         let names: Vec<&str> = all.iter().map(String::as_str).collect();
         let colours = |names: &[&str]| -> Vec<String> {

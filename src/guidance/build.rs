@@ -54,7 +54,7 @@ pub(super) fn build_stages(
         model: model.name(),
         config: config.clone(),
         stages: Vec::new(),
-        ..ActionPrior::uniform(task, seed)
+        ..ActionPrior::uniform(task, config, seed)
     };
     let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
     for stage in 0..stages {

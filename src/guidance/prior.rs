@@ -59,13 +59,13 @@ impl ActionPrior {
     }
 
     /// A prior without clusters: every stage samples uniformly.
-    pub fn uniform(task: &Task, seed: u64) -> Self {
+    pub fn uniform(task: &Task, config: &GuidanceConfig, seed: u64) -> Self {
         Self {
             version: Self::VERSION,
             task: task.name.clone(),
             model: "uniform".to_owned(),
             seed,
-            config: GuidanceConfig::default(),
+            config: config.clone(),
             stages: vec![StagePrior::default(); task.stage_count()],
         }
     }

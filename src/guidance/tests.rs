@@ -97,7 +97,7 @@ fn clusters_are_drawn_by_their_weights() {
     let stage =
         StagePrior { clusters: vec![cluster(-0.5, 0.7), cluster(0.0, 0.2), cluster(0.5, 0.1)], ..Default::default() };
     let task = task::load("task1").unwrap();
-    let mut prior = ActionPrior::uniform(&task, 0);
+    let mut prior = ActionPrior::uniform(&task, &GuidanceConfig::default(), 0);
     prior.stages[1] = stage;
     let mut rng = rng();
     let mut drawn = [0; 3];
@@ -229,7 +229,7 @@ fn a_model_without_the_task_s_tools_is_an_error() {
 #[test]
 fn a_prior_round_trips_and_is_accepted_only_for_its_task() {
     let task = task::load("task1").unwrap();
-    let mut prior = ActionPrior::uniform(&task, 7);
+    let mut prior = ActionPrior::uniform(&task, &GuidanceConfig::default(), 7);
     prior = prior.with_actions(0, &[[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng());
     let text = prior.to_json();
     assert_eq!(ActionPrior::parse(&text, "prior.json", &task).unwrap(), prior);
@@ -419,7 +419,7 @@ fn true_physics_guides_better_than_chance() {
         };
         (0..100).map(episode).sum::<u32>()
     };
-    let (guided, random) = (reached(&prior), reached(&ActionPrior::uniform(&task, 1)));
+    let (guided, random) = (reached(&prior), reached(&ActionPrior::uniform(&task, &GuidanceConfig::default(), 1)));
     assert!(guided > 50 && random < 30, "{guided} {random}");
 }
 
@@ -445,7 +445,7 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
         };
         (0..300).map(episode).sum::<u32>()
     };
-    let (guided, random) = (goals(&prior), goals(&ActionPrior::uniform(&task, 1)));
+    let (guided, random) = (goals(&prior), goals(&ActionPrior::uniform(&task, &GuidanceConfig::default(), 1)));
     assert!(guided >= 5 && random == 0, "{guided} {random}");
 }
 

@@ -48,7 +48,7 @@ pub fn build_with_tools(
     let mut env = Environment::new(task.clone()).with_slots(0).with_action_set(set);
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
-    let mut prior = ActionPrior { model: model.name(), config: config.clone(), ..ActionPrior::uniform(task, seed) };
+    let mut prior = ActionPrior { model: model.name(), ..ActionPrior::uniform(task, config, seed) };
     let stages = task.stage_count();
     for stage in 0..stages {
         progress(stage);

@@ -121,7 +121,8 @@ impl<'a> Search<'a> {
                 judged => judged?,
             };
             if let Some(mut puzzle) = judged {
-                let random = play_actions(&task, self.criteria.random_actions, seed, handle.stop());
+                // Other episodes than those by which the puzzle was chosen, which have few goals for that reason.
+                let random = play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop());
                 let Some((episodes, goals)) = random else { return Ok(None) };
                 (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
                 task::save(&task, &puzzle.path(self.folder))?;

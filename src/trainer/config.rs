@@ -172,7 +172,7 @@ const SETTINGS: [Setting; 20] = [
         1_000_000_000,
         "episodes of a task between refinements of its clusters; 0 for none",
     ),
-    Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
+    Setting::count("refinement.least", 1, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
     Setting::count("practice.rollouts", 0, 100_000, "rollouts towards each stage before the first episode, at most"),
     Setting::count(
@@ -331,7 +331,20 @@ impl RunConfig {
             );
             return Err(ValidationError::new("method", message));
         }
-        Ok(())
+        let (guidance, usual) = (&self.guidance, GuidanceConfig::default());
+        let unused = [
+            ("least_hits", guidance.least_hits == usual.least_hits),
+            ("most_model_rollouts", guidance.most_model_rollouts == usual.most_model_rollouts),
+            ("longest_horizon", guidance.longest_horizon == usual.longest_horizon),
+            ("start_states", guidance.start_states == usual.start_states),
+        ];
+        match unused.into_iter().find(|(_, is_usual)| !is_usual) {
+            Some((name, _)) => {
+                let message = "has no effect with `tools`, whose clusters are built from one batch of rollouts";
+                Err(ValidationError::new(name, message).within("guidance"))
+            }
+            None => Ok(()),
+        }
     }
 
     /// All tasks of the run, in the order in which they are played.

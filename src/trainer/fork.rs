@@ -109,7 +109,9 @@ pub fn fork(
     let mut priors = training.priors();
     priors.resize(config.tasks().count(), None);
     for (index, (task, prior)) in config.tasks().zip(&mut priors).enumerate() {
-        let is_other = index == 0 && old.task != config.task;
+        let is_other = (index == 0 && old.task != config.task)
+            || old.rollout_source() != config.rollout_source()
+            || old.guidance != config.guidance;
         if config.is_guided() && (is_other || prior.is_none()) {
             *prior = build_prior(&config.on(task), |_| (), stop)?.map(Arc::new);
         }

@@ -118,8 +118,8 @@ impl Method {
     /// Whether a setting of a run, given by its JSON path, affects the method.
     pub fn uses(self, path: &str) -> bool {
         match path.split('.').next().unwrap_or(path) {
-            "epsilon" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
-            "granularity" | "refinement" | "practice" => self.has_clusters() && self.learns(),
+            "epsilon" | "granularity" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
+            "refinement" | "practice" => self.has_clusters() && self.learns(),
             "guidance" => self.has_clusters(),
             "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "model_replay" => self == Self::ModelReplay,

@@ -101,7 +101,7 @@ pub fn build_prior(
 ) -> Result<Option<ActionPrior>, PriorError> {
     if let Some(tools) = config.tools {
         let Some(model) = tool_model(&config.rollout_source(), &config.task, tools)? else {
-            return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
+            return Ok(Some(ActionPrior::uniform(&config.task, &config.guidance, config.seed)));
         };
         return Ok(guidance::build_with_tools(
             &config.task,
@@ -114,7 +114,7 @@ pub fn build_prior(
         )?);
     }
     let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else {
-        return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
+        return Ok(Some(ActionPrior::uniform(&config.task, &config.guidance, config.seed)));
     };
     let model = InterruptibleModel::new(&*model, stop);
     Ok(guidance::build(&config.task, &model, &config.guidance, config.seed, progress)?)

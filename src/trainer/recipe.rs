@@ -8,7 +8,7 @@ use super::parts::Observation;
 use super::setting::non_default_settings;
 use crate::agent::DdpgConfig;
 use crate::env::{BALL_POSITION, TARGET_POSITION};
-use crate::guidance::{ClusterCount, EpsilonSchedule};
+use crate::guidance::{ClusterCount, EpsilonSchedule, GuidanceConfig};
 use crate::nn::Activation;
 use crate::physics::ToolSplit;
 use crate::task::{Task, TaskError, load_all};
@@ -33,6 +33,7 @@ impl RunConfig {
             config.prior = PriorSource::TruePhysics;
             // Rewarding actions are more diverse than with a single tool.
             (config.guidance.model_rollouts, config.guidance.clusters) = (5000, ClusterCount::Fixed(10));
+            config.guidance.longest_horizon = GuidanceConfig::default().longest_horizon;
         }
         config
     }

@@ -14,7 +14,7 @@ use crossbeam_channel::unbounded;
 
 use super::*;
 use crate::agent::ReplayBuffer;
-use crate::guidance::ActionPrior;
+use crate::guidance::{ActionPrior, GuidanceConfig};
 use crate::run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunState, read_events, read_metrics};
 use crate::stop::Stop;
 use crate::task::{self, Task};
@@ -133,7 +133,7 @@ fn thresholds_and_noise_follow_the_episode() {
     config.epsilon = "linear:1:0:4".parse().unwrap();
     config.ddpg.ou.sigma = 0.4;
     config.noise_decay = NoiseDecay { final_scale: 0.1, share: 0.5 };
-    let prior = Arc::new(ActionPrior::uniform(&config.task, 0));
+    let prior = Arc::new(ActionPrior::uniform(&config.task, &GuidanceConfig::default(), 0));
     let mut training = Training::new(config.clone(), Some(prior)).unwrap();
     let mut noise_used = Vec::new();
     let mut records = Vec::new();

@@ -141,6 +141,7 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
+    use crate::guidance::GuidanceConfig;
     use crate::trainer::{Method, Training};
 
     fn training() -> (Training, Environment) {
@@ -181,7 +182,7 @@ mod tests {
     fn random_tools_come_from_the_set() {
         let (training, env) = training();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let prior = ActionPrior::uniform(env.task(), 0);
+        let prior = ActionPrior::uniform(env.task(), &GuidanceConfig::default(), 0);
         let mut seen = [0; ACTION_SET];
         for _ in 0..4000 {
             let action = explored(training.ddpg(), &env, &prior, &mut rng);

@@ -189,7 +189,7 @@ impl Training {
     }
 
     fn current_needs(&self) -> Vec<f32> {
-        needs(&self.progress.epsilon, &self.progress.attempts, self.env.task().stage_count())
+        needs(self.schedule(), &self.progress.attempts, self.env.task().stage_count())
     }
 
     /// Sets the action prior from the next episode on; with several tasks, that of the first.
@@ -250,11 +250,8 @@ impl Training {
             {
                 self.note_attempt(stage, reached);
             }
-            if let Some(metrics) =
-                self.learn_from(stage, [&observation, &next_observation], &action, &step, &mut played)?
-            {
-                means.add(&metrics);
-            }
+            let updates = self.learn_from(stage, [&observation, &next_observation], &action, &step, &mut played)?;
+            updates.iter().for_each(|metrics| means.add(metrics));
             if step.end.is_some() {
                 self.imagine(&states, noise_scale)?;
                 let record = self.finish_episode(&trace, &step, threshold * mean_need, noise_scale, &means);
@@ -281,19 +278,19 @@ impl Training {
         action: &[f32],
         step: &Step,
         played: &mut Played,
-    ) -> Result<Option<UpdateMetrics>, TrainingError> {
+    ) -> Result<Vec<UpdateMetrics>, TrainingError> {
         if step.reached_stage() {
             self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
         }
         if !self.config.method.learns() {
-            return Ok(None);
+            return Ok(Vec::new());
         }
         let (reward, terminated) = (step.reward, step.terminated);
         self.learner.record(Transition { observation, action, reward, next_observation, terminated })?;
         if step.reached_stage() {
             self.learner.reach(stage);
         }
-        Ok(if self.skips_update() { None } else { self.learner.learn()? })
+        Ok(if self.skips_update() { Vec::new() } else { self.learner.learn()? })
     }
 
     /// Whether no update follows the latest transition, because every stage is mastered.
@@ -327,7 +324,7 @@ impl Training {
     }
 
     fn keep_rewarding(&mut self, stage: usize, actions: Vec<Vec<f32>>) {
-        if self.config.refinement.every == 0 {
+        if self.config.refinement.every == 0 || !self.config.method.uses("refinement") {
             return;
         }
         let stages = self.env.task().stage_count();
@@ -362,29 +359,43 @@ impl Training {
         self.progress.prior.clone()
     }
 
-    /// The epsilon threshold of the next episode; 0 without guidance. A schedule that a user has changed in a run that
-    /// has clusters applies even if the run began without guidance.
+    /// The epsilon schedule in effect. A schedule that a user has changed in a run that has clusters applies even if
+    /// the run began without guidance.
+    fn schedule(&self) -> &EpsilonSchedule {
+        if self.config.method.uses("epsilon") || self.has_live_schedule() {
+            &self.progress.epsilon
+        } else {
+            &EpsilonSchedule::Constant(0.0)
+        }
+    }
+
+    fn has_live_schedule(&self) -> bool {
+        self.progress.prior.is_some() && self.progress.epsilon != self.config.epsilon
+    }
+
+    /// The probability with which the next episode's actions are drawn from the clusters.
     fn threshold(&self) -> f32 {
-        let Progress { episode, epsilon, prior, .. } = &self.progress;
-        let is_live = prior.is_some() && *epsilon != self.config.epsilon;
-        if self.config.is_guided() || is_live { epsilon.threshold(*episode as u32) } else { 0.0 }
+        if self.config.method == Method::OpenLoop {
+            return if self.progress.first_success.is_some() { 0.0 } else { 1.0 };
+        }
+        let has_clusters = self.config.is_guided() || self.has_live_schedule();
+        if has_clusters { self.schedule().threshold(self.progress.episode as u32) } else { 0.0 }
     }
 
     /// Draws what chooses the actions of the next stage. Always consumes a random number, so that the
     /// stream does not depend on the schedule.
     fn draw(&mut self, threshold: f32) -> Explorer {
-        let progress = &mut self.progress;
-        let draw: f32 = progress.streams.guidance.r#gen();
+        let draw: f32 = self.progress.streams.guidance.r#gen();
         if self.config.method == Method::OpenLoop {
             return Explorer::Clusters;
         }
-        explorer(&progress.epsilon, threshold, &progress.attempts, self.env.snapshot().stage(), draw)
+        explorer(self.schedule(), threshold, &self.progress.attempts, self.env.snapshot().stage(), draw)
     }
 
     /// Holds a policy only with exploration by need, where greedy attempts measure its success.
     fn hold_or_release(&mut self) {
         let is_held = self.learner.ddpg().holds_policy();
-        let by_need = matches!(self.progress.epsilon, EpsilonSchedule::Need { .. });
+        let by_need = matches!(self.schedule(), EpsilonSchedule::Need { .. });
         match by_need && self.config.hold_tolerance.is_some() {
             true if !is_held => {
                 self.progress.hold = Hold::default();
@@ -403,7 +414,7 @@ impl Training {
     }
 
     fn note_attempt(&mut self, stage: usize, reached: bool) {
-        let EpsilonSchedule::Need { attempts, .. } = self.progress.epsilon else { return };
+        let EpsilonSchedule::Need { attempts, .. } = *self.schedule() else { return };
         let progress = &mut self.progress;
         progress.attempts.note(stage, reached, attempts);
         let Some(tolerance) = self.config.hold_tolerance else { return };

@@ -54,7 +54,7 @@ fn a_resumed_run_keeps_the_schedule_and_clusters_set_during_training() {
     let mut config = config(Method::DdpgMge, 8);
     config.epsilon = "1".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
-    let given = Arc::new(ActionPrior::uniform(&config.task, 77));
+    let given = Arc::new(ActionPrior::uniform(&config.task, &GuidanceConfig::default(), 77));
     let schedule = Control::SetSchedule("step:0.8:0.5:4".parse().unwrap());
     let first = [schedule, Control::SetPrior(given.clone()), Control::PauseAt(3)];
     let trainer = Trainer::spawn(run.clone(), first).unwrap();
@@ -63,7 +63,8 @@ fn a_resumed_run_keeps_the_schedule_and_clusters_set_during_training() {
     trainer.join().unwrap();
     assert_eq!(saved_prior(&run, &config.task).unwrap().as_ref(), Some(&*given));
     // As if other clusters had been set after the checkpoint.
-    std::fs::write(run.prior_path(), ActionPrior::uniform(&config.task, 78).to_json()).unwrap();
+    std::fs::write(run.prior_path(), ActionPrior::uniform(&config.task, &GuidanceConfig::default(), 78).to_json())
+        .unwrap();
     finish(&run);
     let records = read_metrics(&run.metrics_path()).unwrap();
     let epsilons: Vec<f32> = records.iter().map(|record| record.epsilon).collect();

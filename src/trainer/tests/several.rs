@@ -64,7 +64,7 @@ fn every_task_is_practised_and_evaluated() {
     config.practice = Practice { rollouts: 3, enough: 1 };
     config.evaluation = Evaluation { every: 1, episodes: 2, tools: None };
     let config = with_easy_task(config);
-    let prior = |task: &Arc<Task>| Arc::new(ActionPrior::uniform(task, 0));
+    let prior = |task: &Arc<Task>| Arc::new(ActionPrior::uniform(task, &GuidanceConfig::default(), 0));
     let mut training = Training::with_priors(config.clone(), config.tasks().map(prior).collect()).unwrap();
     let practised = training.practise().unwrap().unwrap();
     let least = config.tasks().count();
@@ -86,7 +86,7 @@ fn clusters_of_a_further_task_follow_its_own_actions() {
     config.refinement = Refinement { every: 1, least: 1, most: 5 };
     // No tool is needed in the easy task.
     config = config.with_setting("guidance.rewarding", "all").unwrap();
-    let prior = |task: &Arc<Task>| Arc::new(ActionPrior::uniform(task, 0));
+    let prior = |task: &Arc<Task>| Arc::new(ActionPrior::uniform(task, &GuidanceConfig::default(), 0));
     let mut training = Training::with_priors(config.clone(), config.tasks().map(prior).collect()).unwrap();
     for _ in 0..12 {
         training.run_episode().unwrap();

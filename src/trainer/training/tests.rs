@@ -1,6 +1,7 @@
 //! Tests of single episodes.
 
 use super::*;
+use crate::guidance::GuidanceConfig;
 use crate::run::Event;
 use crate::task::Task;
 
@@ -52,7 +53,7 @@ fn a_schedule_set_for_an_unguided_run_applies_once_it_has_clusters() {
             training.set_schedule(schedule.parse().unwrap());
         }
         if prior {
-            training.set_prior(Arc::new(ActionPrior::uniform(&training.config().task, 0)));
+            training.set_prior(Arc::new(ActionPrior::uniform(&training.config().task, &GuidanceConfig::default(), 0)));
         }
         let (record, trace) = training.run_episode().unwrap();
         (record.epsilon, trace.steps[0].source)
@@ -62,6 +63,26 @@ fn a_schedule_set_for_an_unguided_run_applies_once_it_has_clusters() {
     assert_eq!(thresholds(Some("1"), false), (0.0, Source::Policy));
     assert_eq!(thresholds(None, true), (0.0, Source::Policy));
     assert_eq!(thresholds(Some("1"), true), (1.0, Source::Clusters));
+}
+
+#[test]
+fn a_method_that_does_not_use_epsilon_ignores_every_schedule() {
+    let actions = |epsilon: &str| {
+        let mut training = Training::new(easy().with_setting("epsilon", epsilon).unwrap(), None).unwrap();
+        let played = (0..3).map(|_| training.run_episode().unwrap().1.steps[0].action).collect::<Vec<_>>();
+        assert!(training.needs().is_empty(), "{epsilon}");
+        played
+    };
+    assert_eq!(actions("need:0:0:20"), actions("0.5"));
+}
+
+#[test]
+fn open_loop_replay_draws_from_clusters_until_it_has_a_success() {
+    let config = RunConfig { method: Method::OpenLoop, ..easy() };
+    let prior = Arc::new(ActionPrior::uniform(&config.task, &config.guidance, 0));
+    let mut training = Training::new(config, Some(prior)).unwrap();
+    let epsilons = [0; 3].map(|_| training.run_episode().unwrap().0.epsilon);
+    assert_eq!(epsilons, [1.0, 0.0, 0.0]);
 }
 
 /// First actions of several episodes without noise, while the networks learn.

@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use super::*;
 use crate::agent::DdpgConfig;
 use crate::env::Environment;
+use crate::guidance::GuidanceConfig;
 use crate::trainer::{PriorSource, Trace, observed};
 use crate::tui::testing::{empty, run_summary, typical};
 use crate::tui::view::Live;
@@ -99,7 +100,7 @@ fn a_training_on_several_tasks_shows_each_of_them() {
     let config = Arc::make_mut(&mut run.config);
     config.further_tasks = vec![task("task4")];
     watched.task = view.task.clone();
-    watched.prior = Some(Arc::new(ActionPrior::uniform(&view.task, 0)));
+    watched.prior = Some(Arc::new(ActionPrior::uniform(&view.task, &GuidanceConfig::default(), 0)));
     view.prior = watched.prior.clone();
     view.watched = Some(watched);
     let subject = choose(&view, Choice::Latest, None);
