@@ -23,13 +23,18 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text in a file.
+/// The text in a file, without a byte-order mark.
 ///
 /// # Errors
 /// As [`read`] with [`TEXT`], and when the file is not UTF-8.
 pub(crate) fn read_text(path: &Path) -> io::Result<String> {
-    String::from_utf8(read(path, TEXT)?)
-        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("not UTF-8 text: {}", error.utf8_error())))
+    let mut text = String::from_utf8(read(path, TEXT)?).map_err(|error| {
+        io::Error::new(io::ErrorKind::InvalidData, format!("not UTF-8 text: {}", error.utf8_error()))
+    })?;
+    if text.starts_with('\u{feff}') {
+        text.remove(0);
+    }
+    Ok(text)
 }
 
 /// Refuses folders, and pipes and devices, on which a read might block.
@@ -54,6 +59,8 @@ mod tests {
         std::fs::write(&path, b"four").unwrap();
         assert_eq!(read(&path, 4).unwrap(), b"four");
         assert_eq!(read(&path, 3).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(read_text(&path).unwrap(), "four");
+        std::fs::write(&path, "\u{feff}four").unwrap();
         assert_eq!(read_text(&path).unwrap(), "four");
         std::fs::write(&path, b"\xff").unwrap();
         assert_eq!(read_text(&path).unwrap_err().kind(), io::ErrorKind::InvalidData);

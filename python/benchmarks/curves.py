@@ -25,7 +25,7 @@ def peer(path):
 def ours(path):
     run = mge.read_run(path)
     label = f"{run.config['method']}, seed {run.config['seed']} (ours)"
-    return label, [0, *run.episodes["steps"].cumsum()], [0, *run.episodes["rolling_success"]]
+    return label, [0, *run.episodes["environment_steps"]], [0, *run.episodes["rolling_success"]]
 
 
 def main():

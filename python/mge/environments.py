@@ -222,7 +222,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         )
 
     def render(self) -> np.ndarray | None:
-        """The current scene, uint8 of height x width x 3."""
+        """The current scene, uint8 of height x width x 3. Planks are shown as they were placed; image observations show
+        them as they have turned."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array'")
             return None
@@ -364,7 +365,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), self._rewards.copy(), self._terminated.copy(), self._truncated.copy(), infos
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """The current scenes, each uint8 of height x width x 3."""
+        """The current scenes, as `PuzzleEnv.render` shows them, each uint8 of height x width x 3."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array'")
             return None

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::error::exception;
@@ -81,6 +82,9 @@ pub fn figure_tasks(tasks: Vec<PyRef<'_, Task>>) -> Figure {
 #[pyfunction]
 #[pyo3(signature = (folders, greedy = false, steps = false))]
 pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, steps: bool) -> PyResult<Figure> {
+    if greedy && steps {
+        return Err(PyValueError::new_err("`greedy` and `steps` cannot be combined: evaluations are by episode"));
+    }
     let runs: Vec<TrainedRun> = found(py, folders)?.into_iter().map(|run| run.trained).collect();
     let bootstrap = Bootstrap::default();
     let curves = work(py, || match steps {

@@ -176,11 +176,11 @@ impl AnyModel {
     pub fn of(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
         let learned = if let Ok(model) = model.cast::<Model>() {
             model.get().0.clone()
-        } else if let Ok(name) = model.extract::<String>() {
-            match name.as_str() {
+        } else if let Ok(name) = model.extract::<PathBuf>() {
+            match &*name.to_string_lossy() {
                 "physics" => return Ok(Self::Physics),
                 "rapier" => return Ok(Self::Rapier),
-                _ => dynamics::named(&name).map_err(exception)?,
+                name => dynamics::named(name).map_err(exception)?,
             }
         } else {
             return PythonModel::of(model, task).map(Self::Python);
@@ -259,8 +259,7 @@ impl PythonModel {
         }
         let tools = values.into_pyarray(py).reshape([balls.len(), most, TOOL])?;
         let answer = self.object.bind(py).call_method1("advance", (ball_array(py, balls)?, tools))?;
-        let answer = py.import("numpy")?.call_method1("asarray", (answer, "float32"))?;
-        let answer: PyReadonlyArray2<'_, f32> = answer.extract()?;
+        let answer: PyReadonlyArray2<'_, f32> = numbers(&answer, "advance(...)", "[balls, 5]")?;
         let next = balls_of(&answer)?;
         if next.len() != balls.len() {
             let (found, wanted) = (next.len(), balls.len());

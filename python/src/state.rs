@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 use super::error::exception;
 use super::figures::Figure;
 use mge::env;
-use mge::figures::{Animation, Moment};
+use mge::figures::{Animation, Moment, Mover};
 use mge::physics::{BallState, PHYSICS_DT, to_normalised};
+use mge::task::GoalShape;
 
 /// Columns of a ball: x, y, velocity x, y, spin.
 pub const BALL: usize = 5;
@@ -21,14 +22,34 @@ pub fn ball_row(ball: &BallState) -> [f32; BALL] {
     [x, y, vx, vy, ball.angular_velocity]
 }
 
-/// The current scene.
+/// The current scene; planks as they were placed.
 pub fn scene(env: &env::Environment) -> Animation {
-    let (task, now) = (env.task(), env.snapshot());
-    let time = now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT;
-    let reached = now.stage() + usize::from(now.goal_reached());
-    let placed = now.world().tools().skip(task.tools.len()).copied().collect();
-    let moment = Moment { time, ball: to_normalised(now.ball().position), placed, reached };
-    Animation { task: task.as_ref().clone(), moments: vec![moment], frame_ms: 0, trail: 0 }
+    let (mut task, now) = (env.task().as_ref().clone(), env.snapshot());
+    // In the order of the world: the target, the marker, a goal that is a ball, then the others.
+    let mut index = 0;
+    let mut next = || {
+        index += 1;
+        now.world().ball(index)
+    };
+    let mover = |body: BallState, radius: f32, is_box: bool| Mover {
+        position: to_normalised(body.position),
+        radius,
+        angle: is_box.then_some(body.angle),
+    };
+    let mut movers: Vec<Mover> = task.marker.iter().map(|marker| mover(next(), marker.ball.radius, false)).collect();
+    if task.goal.shape == GoalShape::Ball {
+        task.goal.position = to_normalised(next().position);
+    }
+    movers.extend(task.balls.iter().map(|ball| mover(next(), ball.radius, false)));
+    movers.extend(task.boxes.iter().map(|moving| mover(next(), moving.size / 2.0, true)));
+    let moment = Moment {
+        time: now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT,
+        ball: to_normalised(now.ball().position),
+        movers,
+        placed: now.world().tools().skip(task.tools.len()).copied().collect(),
+        reached: now.reached().iter().filter(|reached| **reached).count() + usize::from(now.goal_reached()),
+    };
+    Animation { task, moments: vec![moment], frame_ms: 0, trail: 0 }
 }
 
 /// States of one or several environments: episodes and random streams. Returned by an environment's

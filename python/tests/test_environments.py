@@ -302,6 +302,16 @@ def test_rays_have_the_same_length_for_every_task():
         mge.PuzzleEnv(observation=["rays", "objects"])
 
 
+def test_rendering_shows_what_moves_besides_the_target():
+    env = mge.PuzzleEnv("create/Moving", tools="train", render_mode="rgb_array", render_size=(200, 200))
+    env.reset(seed=0)
+    first = env.render()
+    env.step([0, 0.0, 0.0])  # the no-op
+    changed = (env.render() != first).any(axis=2)
+    assert changed[40:, 100:].any(), "the target falls on the right"
+    assert changed[40:, :100].any(), "the goal, a ball, falls on the left"
+
+
 def test_rendering():
     env = mge.PuzzleEnv(render_mode="rgb_array", render_size=(200, 160))
     env.reset(seed=0)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::runner::JobHandle;
-use crate::run::{RunDirectory, RunError, RunState};
+use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Ending, RunConfig, TrainerError, train};
 
 /// Trains the run in `path` to its end: creates it if it does not exist, resumes it if it was interrupted, and does
@@ -12,10 +12,7 @@ use crate::trainer::{Ending, RunConfig, TrainerError, train};
 /// # Errors
 /// As [`train`], and when the folder cannot be used.
 pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<RunDirectory>, TrainerError> {
-    let directory = match RunDirectory::open(path) {
-        Err(RunError::NotARun(_)) => RunDirectory::create(path, config)?,
-        opened => opened?,
-    };
+    let directory = RunDirectory::open_or_create(path, config)?;
     if directory.status()?.state != RunState::Finished
         && train(&directory, handle.controls(), handle.watch())? == Ending::Stopped
     {

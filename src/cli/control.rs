@@ -9,6 +9,7 @@ use std::time::Duration;
 use super::output::{self, Outcome};
 use crate::guidance::EpsilonSchedule;
 use crate::run::{Event, Request, RunDirectory, RunState};
+use crate::trainer::RunConfig;
 
 /// Polling interval of the log.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -25,6 +26,13 @@ pub fn stop(run: &Path) -> Outcome {
 }
 
 pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
+    let directory = RunDirectory::open(run)?;
+    directory.refuse_model()?;
+    let method = directory.config::<RunConfig>()?.method;
+    if !method.is_adaptive() && !(method.learns() && directory.prior_path().exists()) {
+        let fork = format!("mge fork --set epsilon={schedule} {}", run.display());
+        return Err(format!("{} has no action clusters, so that epsilon has no effect: `{fork}`", run.display()).into());
+    }
     let request = Request::Epsilon { schedule: schedule.to_string() };
     ask(run, &request, |event| matches!(event, Event::ScheduleChanged { .. }))
 }
@@ -44,6 +52,7 @@ fn state(run: &Path) -> Result<RunState, Box<dyn std::error::Error>> {
 /// Sends a request to the process that trains a run and waits until its effect is in the log.
 fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome {
     let directory = RunDirectory::open(run)?;
+    directory.refuse_model()?;
     let mut log = directory.events();
     // Skips earlier events.
     while log.poll()?.more {}

@@ -70,7 +70,8 @@ pub fn resume(arguments: &Resume) -> Outcome {
     if arguments.detached {
         control::detach()?;
     }
-    if let [run] = arguments.runs.as_slice()
+    // A paused run continues where it is, but there its episodes cannot be changed.
+    if let ([run], None) = (arguments.runs.as_slice(), arguments.episodes)
         && control::resume(run)?
     {
         return Ok(());
@@ -160,16 +161,23 @@ fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrup
         std::thread::sleep(Duration::from_millis(10));
     }
     drop(viewer);
-    let results: Vec<Outcome> =
-        session.runs().iter().filter(followed).map(|run| result(run, stopping, interrupt)).collect();
-    results.into_iter().collect()
+    let mut outcome = Ok(());
+    for run in session.runs().iter().filter(followed) {
+        // All problems are shown, the last one as the error of the program.
+        if let Err(problem) = result(run, stopping, interrupt)
+            && let Err(earlier) = std::mem::replace(&mut outcome, Err(problem))
+        {
+            output::message(earlier);
+        }
+    }
+    outcome
 }
 
 /// Prints the result of a run on stdout.
 fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     let episodes = run.config().episodes;
     if let Some(failure) = run.failure() {
-        return Err(failure.to_owned().into());
+        return Err(format!("{}: {failure}", run.directory().path().display()).into());
     }
     if stopping && run.state() != RunState::Finished {
         let folder = run.directory().path().display().to_string();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::Sweep as Arguments;
-use super::interrupt::Interrupt;
+use super::interrupt::{self, Interrupt};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::batch::{Batch, default_threads};
@@ -11,7 +11,7 @@ use crate::sweep::{self, Sweep, SweepError};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {
-        return collect(&arguments.collect, &folder(arguments));
+        return interrupt::brief(|| collect(&arguments.collect, &folder(arguments)));
     }
     let sweep = match (&arguments.file, &arguments.one) {
         (Some(file), _) => Sweep::load(file)?,

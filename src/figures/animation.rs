@@ -8,7 +8,7 @@ use super::layout::note;
 use super::output::write_with_table;
 use super::provenance::Provenance;
 use super::render::{pixels, rgb};
-use super::scene::{PLACED_TOOL, Position, SceneView, Window};
+use super::scene::{Mover, PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::Table;
 use super::tasks::heading;
@@ -36,6 +36,8 @@ pub struct Moment {
     pub time: f32,
     /// Normalised position of the ball.
     pub ball: Position,
+    /// The marker, other balls and boxes; empty if their paths are not known.
+    pub movers: Vec<Mover>,
     /// Tools placed so far.
     pub placed: Vec<Tool>,
     /// Stages (subgoals in order, then the goal) reached so far.
@@ -61,6 +63,9 @@ impl Animation {
         view.surroundings(&self.task);
         for tool in &moment.placed {
             view.tool(tool, PLACED_TOOL);
+        }
+        for mover in &moment.movers {
+            view.mover(mover);
         }
         let past: Vec<Position> =
             self.moments[index.saturating_sub(trail)..=index].iter().map(|past| past.ball).collect();

@@ -61,6 +61,7 @@ pub use provenance::Provenance;
 pub use relative::{Edge, Instant, RelativeFrames};
 #[cfg(test)]
 pub use render::rgb;
+pub use scene::Mover;
 pub(crate) use style::series;
 pub use style::{Color, DEFAULT_DPI};
 pub use tasks::TaskGrid;

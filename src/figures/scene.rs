@@ -16,6 +16,17 @@ pub const PLACED_TOOL: Color = YELLOW;
 /// The ball.
 pub const BALL: Color = BLACK;
 
+/// A moving object other than the target ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mover {
+    /// Normalised position of its centre.
+    pub position: Position,
+    /// Radius, or half a side, in units.
+    pub radius: f32,
+    /// Angle of a box in radians; None for a ball.
+    pub angle: Option<f32>,
+}
+
 /// A normalised position.
 pub type Position = [f32; 2];
 
@@ -149,6 +160,18 @@ impl<'c, 'p> SceneView<'c, 'p> {
     /// An empty circle of `radius` units.
     pub fn ring(&self, position: Position, radius: f32, color: Color) {
         self.shape(&circle(self.at(position), self.length(radius)), faded(WHITE, 0.0), Pen::new(color, THIN_WIDTH))
+    }
+
+    /// A moving object other than the target ball, empty.
+    pub fn mover(&self, mover: &Mover) {
+        let Mover { position, radius, angle } = *mover;
+        let Some(angle) = angle else { return self.ring(position, radius, GREY) };
+        let ([x, y], radius) = (self.at(position), self.length(radius));
+        let (sin, cos) = f64::from(angle).sin_cos();
+        // On the page, y points down.
+        let corner = |[a, b]: [f64; 2]| [x + radius * (a * cos - b * sin), y - radius * (a * sin + b * cos)];
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner);
+        self.shape(&corners, faded(WHITE, 0.0), Pen::new(GREY, THIN_WIDTH))
     }
 
     fn subgoal(&self, region: &Region, index: usize, stages: usize) {

@@ -66,6 +66,21 @@ impl RunDirectory {
         Ok(directory)
     }
 
+    /// The run in `path`, which is created if there is none; another process may do the same.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::open`] and [`RunDirectory::create`].
+    pub fn open_or_create(path: &Path, config: &impl Serialize) -> Result<Self> {
+        match Self::open(path) {
+            Err(RunError::NotARun(_)) => match Self::create(path, config) {
+                // Another process was faster.
+                Err(error @ (RunError::AlreadyARun(_) | RunError::NotEmpty(_))) => Self::open(path).map_err(|_| error),
+                created => created,
+            },
+            opened => opened,
+        }
+    }
+
     /// The run in a folder, without any check.
     pub(super) fn at(path: &Path) -> Self {
         Self { path: path.to_owned() }
@@ -92,6 +107,24 @@ impl RunDirectory {
     /// [`RunError::Malformed`] with the position in `config.json`.
     pub fn config<C: DeserializeOwned>(&self) -> Result<C> {
         Ok(parse_json::<Saved<C>>(&self.config_path(), &self.config_bytes()?)?.config)
+    }
+
+    /// Whether it is of a dynamics model in a sweep instead of an agent.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::config`].
+    pub fn is_of_model(&self) -> Result<bool> {
+        let config: serde_json::Value = self.config()?;
+        // Those of a model are a list.
+        Ok(config.get("tools").is_some_and(serde_json::Value::is_array))
+    }
+
+    /// Returns an error if it is of a dynamics model.
+    ///
+    /// # Errors
+    /// [`RunError::OfModel`], or as [`RunDirectory::config`].
+    pub fn refuse_model(&self) -> Result<()> {
+        if self.is_of_model()? { Err(RunError::OfModel(self.path.clone())) } else { Ok(()) }
     }
 
     /// Replaces the configuration of a run that is not being trained, for example to add episodes.
@@ -329,6 +362,23 @@ mod tests {
     }
 
     const CONFIG: Config = Config { seed: 3, epsilon: 0.1 };
+
+    #[test]
+    fn several_processes_may_create_the_same_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        let made: Vec<_> = std::thread::scope(|scope| {
+            let make = || RunDirectory::open_or_create(&path, &CONFIG).map(|run| run.path().to_owned());
+            let threads: Vec<_> = (0..8).map(|_| scope.spawn(make)).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        for run in made {
+            assert!(matches!(&run, Ok(made) if *made == path) || matches!(run, Err(RunError::InUse { .. })), "{run:?}");
+        }
+        fs::write(folder.path().join("note.txt"), "").unwrap();
+        let taken = RunDirectory::open_or_create(folder.path(), &CONFIG);
+        assert!(matches!(taken, Err(RunError::NotEmpty(_))), "{taken:?}");
+    }
 
     #[test]
     fn config_is_versioned_and_round_trips() {

@@ -48,6 +48,7 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
     }
     let runs = out.join("runs");
     fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
+    remove_unfinished(&runs)?;
     for (name, path) in &best {
         let target = runs.join(name);
         if *path != target {
@@ -91,11 +92,24 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
     Ok(if is_finished { second } else { first })
 }
 
-/// Copies a run's folder to `target` atomically.
+/// Prefix of the folder into which a run is copied before it gets its name.
+const COLLECTING: &str = ".collecting-";
+
+/// Removes the unfinished copies of a process that was killed.
+fn remove_unfinished(runs: &Path) -> Result<(), SweepError> {
+    for entry in fs::read_dir(runs).map_err(RunError::io("read", runs))? {
+        let path = entry.map_err(RunError::io("read", runs))?.path();
+        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(COLLECTING)) {
+            fs::remove_dir_all(&path).map_err(RunError::io("remove", &path))?;
+        }
+    }
+    Ok(())
+}
+
+/// Copies a run's folder completely, then puts the copy in the place of `target`.
 fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
     let parent = target.parent().unwrap_or(Path::new("."));
-    let new =
-        tempfile::Builder::new().prefix(".collecting-").tempdir_in(parent).map_err(RunError::io("write", parent))?;
+    let new = tempfile::Builder::new().prefix(COLLECTING).tempdir_in(parent).map_err(RunError::io("write", parent))?;
     copy(from, new.path())?;
     if target.exists() {
         fs::remove_dir_all(target).map_err(RunError::io("replace", target))?;

@@ -123,15 +123,16 @@ impl ModelJob {
     /// Trains and evaluates the model in `folder`, or does the missing part of it. None if it was stopped
     /// before the end.
     pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, WorkError> {
-        let directory = match RunDirectory::open(folder) {
-            Err(RunError::NotARun(_)) => RunDirectory::create(folder, self)?,
-            opened => opened?,
-        };
+        let directory = RunDirectory::open_or_create(folder, self)?;
         let file = folder.join(RESULT);
         if file.exists() {
             return Ok(Some(()));
         }
         let _lock = directory.lock()?;
+        // Another process may have finished it meanwhile.
+        if file.exists() {
+            return Ok(Some(()));
+        }
         let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());
         let trained = train_to_file(&path, model, training, &self.tools, command, |now| {
             handle.set_done(u64::from(now.epoch));

@@ -36,8 +36,7 @@ pub(super) enum Kind {
 
 /// The kind of a run in a sweep's folder.
 pub(super) fn kind_of(path: &Path) -> Result<Kind, SweepError> {
-    let config: Value = RunDirectory::open(path)?.config()?;
-    Ok(if config.get("tools").is_some_and(Value::is_array) { Kind::Model } else { Kind::Agent })
+    Ok(if RunDirectory::open(path)?.is_of_model()? { Kind::Model } else { Kind::Agent })
 }
 
 /// Reads the results of all runs in a sweep's folder.

@@ -191,8 +191,11 @@ impl Editor {
     /// When the resulting task is not playable; then nothing is changed.
     pub fn apply(&mut self, edit: &Edit) -> Result<(), ValidationError> {
         let changed = edit.apply(&self.now)?;
-        self.go_to(changed);
-        self.future.clear();
+        // Moving something to where it is, for example, is nothing to undo or to save.
+        if changed != self.now {
+            self.go_to(changed);
+            self.future.clear();
+        }
         Ok(())
     }
 
@@ -310,6 +313,15 @@ mod tests {
         editor.apply(&Edit::DeleteSubgoal { index: 0 }).unwrap();
         let swap = Edit::SwapSubgoals { first: 0, second: 1 };
         check(&mut editor, &swap, "subgoal 2: there is only one: choose 1");
+    }
+
+    #[test]
+    fn an_edit_that_changes_nothing_leaves_the_history_alone() {
+        let mut editor = editor();
+        editor.apply(&Edit::MoveGoal { position: [0.1, 0.3] }).unwrap();
+        editor.undo();
+        editor.apply(&Edit::SwapSubgoals { first: 0, second: 0 }).unwrap();
+        assert!(editor.redo() && editor.undo() && !editor.undo());
     }
 
     #[test]

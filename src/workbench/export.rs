@@ -187,7 +187,7 @@ fn animation(task: &Task, trace: &Trace) -> Animation {
             let last = ends && n + 1 == trace.steps.len();
             if last || (steps + i).is_multiple_of(STEPS_PER_FRAME) {
                 let time = (steps + i) as f32 * PHYSICS_DT;
-                moments.push(Moment { time, ball: *ball, placed: placed.clone(), reached });
+                moments.push(Moment { time, ball: *ball, movers: Vec::new(), placed: placed.clone(), reached });
             }
         }
         steps += step.path.len();

@@ -98,6 +98,19 @@ mod tests {
     }
 
     #[test]
+    fn a_fork_with_other_guidance_has_new_clusters() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        let train = TRAIN.replace("method ddpg-uniform", "method ddpg-mge\nset prior rapier\nepsilon 0.5");
+        play(&mut session, &format!("{train}fork 12 guidance.clusters.fixed=2 guidance.std_floor=0.3\nwait\n"));
+        let name = session.runs()[1].name();
+        let prior = std::fs::read_to_string(folder.path().join(name).join("prior.json")).unwrap();
+        let prior: serde_json::Value = serde_json::from_str(&prior).unwrap();
+        let clusters = prior["stages"][0]["clusters"].as_array().unwrap();
+        assert!(clusters.len() <= 2 && clusters[0]["std"][0].as_f64().unwrap() >= 0.3, "{prior}");
+    }
+
+    #[test]
     fn a_fork_without_changes_repeats_the_run_and_one_with_changes_diverges() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = session(folder.path());

@@ -21,7 +21,7 @@ impl HandPlay {
     pub fn new(task: Arc<Task>, seed: u64) -> Self {
         let mut env = Environment::new(task);
         env.reset(&mut ChaCha8Rng::seed_from_u64(seed));
-        Self { env, trace: Trace::default() }
+        Self { trace: Trace::begin(&env, 0), env }
     }
 
     /// Places the task's tool, or the tool with this number in CREATE's catalogue, and simulates one action interval.

@@ -46,7 +46,10 @@ impl Script {
     pub fn parse(text: &str, origin: &str, variables: &Variables) -> Result<Self, ScriptError> {
         let mut commands = Vec::new();
         for (index, line) in text.lines().enumerate() {
-            let command = substitute(line, variables)
+            // A comment is not a use of a variable.
+            let text =
+                if line.trim_start().starts_with('#') { Ok(line.to_owned()) } else { substitute(line, variables) };
+            let command = text
                 .and_then(|line| Command::parse(&line).map_err(|error| error.to_string()))
                 .map_err(|problem| ScriptError::Line { origin: origin.to_owned(), line: index + 1, problem })?;
             commands.extend(command.map(|command| (index + 1, command)));
@@ -138,6 +141,13 @@ mod tests {
 
     fn session(folder: &Path) -> Session {
         Session::new(task::load("task1").unwrap(), folder.to_owned())
+    }
+
+    #[test]
+    fn a_comment_may_name_a_variable_without_a_value() {
+        let script = Script::parse("  # needs ${SEED}\nseed 1", "s", &[]).unwrap();
+        assert_eq!(script.commands.len(), 1);
+        assert!(Script::parse("seed ${SEED}", "s", &[]).is_err());
     }
 
     #[test]

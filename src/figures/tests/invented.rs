@@ -284,6 +284,7 @@ pub fn animation() -> Animation {
         Moment {
             time: t,
             ball,
+            movers: Vec::new(),
             placed: if t > 1.3 { vec![task.placeable.tool([0.2, -0.4])] } else { vec![] },
             reached: usize::from(t > 2.0),
         }

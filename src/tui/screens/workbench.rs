@@ -11,6 +11,7 @@ use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, status, tools, training};
 use crate::run::Metric;
+use crate::text::printable;
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::Object;
 use crate::tui::widgets::columns::shortened;
@@ -112,7 +113,7 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     }
     let (clusters, colour) = status::clusters(ui);
     put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
-    put(&format!("\n{}", view.task.description), Style::new());
+    put(&format!("\n{}", printable(&view.task.description)), Style::new());
     let placeable = view.task.placeable;
     let file = view.file.as_ref().map_or_else(|| "shipped with the program".to_owned(), |f| f.display().to_string());
     let tool = tool_in_words(&placeable.tool([0.0; 2]), true);

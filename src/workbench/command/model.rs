@@ -67,7 +67,7 @@ impl Execute for ModelEvaluate {
 pub struct ModelStop;
 
 impl Execute for ModelStop {
-    syntax! { "model stop" "" "end the training or evaluation of a model; nothing of it is kept" => ModelStop {}; }
+    syntax! { "model stop" "" "end the training or evaluation of a model; a checkpoint is kept" => ModelStop {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.stop_model_work()

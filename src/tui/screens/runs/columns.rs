@@ -4,6 +4,7 @@ use ratatui::layout::Alignment;
 
 use super::super::Ui;
 use super::super::status::bar;
+use super::is_setting;
 use super::line::Line;
 use crate::run::Metric;
 use crate::spelling::did_you_mean;
@@ -85,8 +86,7 @@ pub fn parse(text: &str) -> Result<Option<Vec<Column>>, String> {
         if let Some(known) = ALL.iter().find(|(name, ..)| *name == word) {
             return Ok(Column { from: 0, ..column(known) });
         }
-        // Some settings have no dot in their path.
-        if word.contains('.') || ["prior", "granularity", "start_noise"].contains(&word) {
+        if is_setting(word) {
             let width = (word.len() as u16).clamp(6, 24);
             let heading = word.to_owned();
             return Ok(Column { heading, width, from: 0, alignment: Alignment::Right, kind: Kind::Setting });

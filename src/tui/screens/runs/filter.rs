@@ -1,6 +1,7 @@
 //! The filter of the list of runs: words, and conditions such as `task:4` and `epsilon<0.2`.
 
 use super::super::Ui;
+use super::is_setting;
 use crate::spelling::did_you_mean;
 use crate::tui::view::RunSummary;
 
@@ -96,8 +97,7 @@ fn term(word: &str) -> Result<Term, String> {
         Some((column.to_owned(), *comparison, value.to_owned()))
     });
     if let Some((column, comparison, value)) = compared {
-        // Other settings are named by their JSON path, such as `ddpg.gamma`.
-        if !NUMBERS.contains(&&*column) && !column.contains('.') {
+        if !NUMBERS.contains(&&*column) && !is_setting(&column) {
             let known = did_you_mean(NUMBERS, &column);
             return Err(format!("`{column}` is not one of {} or a setting{known}", NUMBERS.join(", ")));
         }
@@ -105,10 +105,10 @@ fn term(word: &str) -> Result<Term, String> {
         return Ok(Term::Compared(column, comparison, value));
     }
     match lower.split_once(':') {
-        Some((column, part)) if WORDS.contains(&column) || column.contains('.') => {
+        Some((column, _)) if NUMBERS.contains(&column) => Err(format!("write `{column}=`, `<` or `>` and a number")),
+        Some((column, part)) if WORDS.contains(&column) || is_setting(column) => {
             Ok(Term::Part(column.to_owned(), part.to_owned()))
         }
-        Some((column, _)) if NUMBERS.contains(&column) => Err(format!("write `{column}=`, `<` or `>` and a number")),
         Some((column, _)) => {
             Err(format!("`{column}` is not one of {}{}", WORDS.join(", "), did_you_mean(WORDS, column)))
         }
@@ -153,7 +153,8 @@ mod tests {
 
     #[test]
     fn conditions_are_read_and_mistakes_explained() {
-        let parsed = Filter::parse(" old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9").unwrap();
+        let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 tools:train hold_tolerance<1";
+        let parsed = Filter::parse(text).unwrap();
         let part = |column: &str, text: &str| Term::Part(column.into(), text.into());
         let compared = |column: &str, comparison, value| Term::Compared(column.into(), comparison, value);
         let expected = vec![
@@ -163,6 +164,8 @@ mod tests {
             compared("epsilon", Comparison::Less, 0.2),
             compared("seed", Comparison::AtLeast, 3.0),
             compared("ddpg.gamma", Comparison::Equal, 0.9),
+            part("tools", "train"),
+            compared("hold_tolerance", Comparison::Less, 1.0),
         ];
         assert_eq!(parsed.terms, expected);
         for (text, problem) in [

@@ -10,6 +10,7 @@ mod preview;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use ratatui::buffer::Buffer;
@@ -22,6 +23,8 @@ use super::curves::CurvesState;
 use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Ui};
 use crate::run::RunState;
+use crate::task;
+use crate::trainer::{RunConfig, config_keys};
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
@@ -56,6 +59,14 @@ const LOOK: Duration = Duration::from_secs(2);
 const BESIDE: u16 = 110;
 /// Lines above and below the selected one whose curves are read.
 const AROUND: usize = 60;
+
+/// Whether a column or a condition may name it as a setting: `tools`, or a JSON path such as `ddpg.gamma`, which may be
+/// of a run of another version.
+fn is_setting(name: &str) -> bool {
+    static NAMES: LazyLock<Vec<String>> =
+        LazyLock::new(|| config_keys(&RunConfig::new(Arc::new(task::shipped().swap_remove(0)))));
+    name.contains('.') || NAMES.iter().any(|known| known == name)
+}
 
 impl Runs {
     /// Advances time; true when the folder should be scanned again.
