@@ -29,7 +29,8 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
     let directory = RunDirectory::open(run)?;
     directory.refuse_model()?;
     let method = directory.config::<RunConfig>()?.method;
-    if !method.is_adaptive() && !(method.learns() && directory.prior_path().exists()) {
+    let has_clusters = method.learns() && directory.prior_path().exists();
+    if !method.is_adaptive() && !has_clusters {
         let fork = format!("mge fork --set epsilon={schedule} {}", run.display());
         return Err(format!("{} has no action clusters, so that epsilon has no effect: `{fork}`", run.display()).into());
     }
