@@ -117,7 +117,8 @@ class Broken(Inertia):
         (lambda balls: balls[:, :4], ValueError, r"shape \[3, 4\]"),
         (lambda balls: balls[1:], ValueError, "2 balls for 3"),
         (lambda balls: balls * np.nan, ValueError, "not finite"),
-        (lambda balls: "no", ValueError, "no"),
+        (lambda balls: balls[0], ValueError, r"`advance\(...\)` has the shape \(5,\)"),
+        (lambda balls: None, TypeError, r"`advance\(...\)` is of type object"),
         (lambda balls: 1 / 0, ZeroDivisionError, "division"),
     ],
 )
