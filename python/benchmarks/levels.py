@@ -21,12 +21,12 @@ def method(config):
 
 
 def cells(runs):
-    """Seeds, goals of episodes, and means over the seeds of the last evaluation."""
+    """Goals of all episodes, and means over the seeds of the last evaluation."""
     goals = sum(int(run.episodes["goal"].sum()) for run in runs)
     episodes = sum(len(run.episodes["goal"]) for run in runs)
     latest = [run.evaluations for run in runs if len(run.evaluations["episode"])]
     means = [sum(each[name][-1] for each in latest) / len(latest) for name in ("success", "mean_return") if latest]
-    return [len(runs), f"{goals} of {episodes}", *(f"{mean:.2f}" for mean in means)]
+    return [f"{goals} of {episodes}", *(f"{mean:.2f}" for mean in means)]
 
 
 def main():
@@ -40,13 +40,13 @@ def main():
             if run.state == "finished":
                 groups[run.config["task"]["name"], method(run.config)].append(run)
     levels, methods = sorted({level for level, _ in groups}), sorted({name for _, name in groups if name})
-    heads = "".join(f" {name}: seeds | goals | success | return |" for name in methods)
+    heads = "".join(f" {name}: goals | success | return |" for name in methods)
     print(f"| level | random play: goals |{heads}")
-    print("|---|--:|" + "--:|--:|--:|--:|" * len(methods))
+    print("|---|--:|" + "--:|--:|--:|" * len(methods))
     for level in levels:
-        row = [level, *cells(groups[level, None])[1:2]] if (level, None) in groups else [level, "-"]
+        row = [level, *cells(groups[level, None])[:1]] if (level, None) in groups else [level, "-"]
         for name in methods:
-            row += cells(groups[level, name]) if (level, name) in groups else ["-"] * 4
+            row += cells(groups[level, name]) if (level, name) in groups else ["-"] * 3
         print("| " + " | ".join(map(str, row)) + " |")
 
 
