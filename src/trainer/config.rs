@@ -172,7 +172,7 @@ const SETTINGS: [Setting; 20] = [
         1_000_000_000,
         "episodes of a task between refinements of its clusters; 0 for none",
     ),
-    Setting::count("refinement.least", 1, 100_000, "own rewarding actions of a stage before its clusters follow them"),
+    Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
     Setting::count("practice.rollouts", 0, 100_000, "rollouts towards each stage before the first episode, at most"),
     Setting::count(

@@ -348,7 +348,7 @@ impl Training {
         let prior = self.progress.prior.as_ref()?;
         let mut refined = ActionPrior::clone(prior);
         for (stage, actions) in self.progress.rewarding.iter_mut().enumerate() {
-            if actions.len() >= self.config.refinement.least {
+            if actions.len() >= self.config.refinement.least.max(1) {
                 refined = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model);
             }
         }
