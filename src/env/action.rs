@@ -74,8 +74,8 @@ pub struct Step {
     pub subgoals: Vec<usize>,
     /// The goal was reached in this action.
     pub goal: bool,
-    /// Tools placed by the agent (by order of placement) that the ball touched in this
-    /// action before it reached the first of `subgoals` or the goal.
+    /// Tools placed by the agent (by order of placement) that a ball or box touched in this action before the first of
+    /// `subgoals` or the goal was reached. The marker, for example, can push the target.
     pub touched: Vec<usize>,
 }
 

@@ -227,7 +227,7 @@ impl Snapshot {
     }
 
     fn note_touched_tools(&self, step: &mut Step) {
-        for touch in self.world.touches().iter().filter(|touch| touch.ball == TARGET) {
+        for touch in self.world.touches() {
             if let ObjectId::Tool(index) = touch.object
                 && let Some(placed) = index.checked_sub(self.task.tools.len())
                 && !step.touched.contains(&placed)

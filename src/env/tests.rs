@@ -36,6 +36,15 @@ fn at(x: f32, y: f32) -> Action {
 }
 
 #[test]
+fn a_tool_that_the_marker_touches_counts_as_touched() {
+    let mut env = Environment::new(Arc::new(task::load("create/Push").unwrap()));
+    env.reset(&mut ChaCha8Rng::seed_from_u64(0));
+    // Below the marker, far from the target.
+    let touched = (0..4).any(|_| env.step([0.6, 0.3]).unwrap().touched == [0]);
+    assert!(touched && env.snapshot().placed().len() == 1);
+}
+
+#[test]
 fn touches_count_until_the_first_stage_is_reached() {
     let ball = json!({"position": at(30.0, 42.0), "velocity": [20.0, 5.0], "friction": 0.0});
     let placeable = json!({"type": "box", "size": 8, "elasticity": 1.0});
