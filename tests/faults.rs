@@ -66,6 +66,7 @@ fn a_run_in_use_is_refused() {
     let expected = format!("is in use by process {}", std::process::id());
     fail(mge(&folder, ["resume", "run", "--quiet"]), &expected);
     assert_eq!(metrics(&run), before);
+    fail(mge(&folder, ["epsilon", "run", "0.1"]), "has no action clusters");
 }
 
 /// A run of another process is controlled from a shell, also after it has detached from its terminal.
@@ -74,7 +75,10 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     let ask = |arguments: &[&str]| succeed(mge(&folder, arguments));
-    let child = under_way(&train("run", "1000000"), &run, 3);
+    let mut arguments = train("run", "1000000");
+    // A method that uses epsilon.
+    arguments.iter_mut().filter(|argument| **argument == "ddpg").for_each(|method| *method = "ddpg-adaptive");
+    let child = under_way(&arguments, &run, 3);
     assert!(ask(&["pause", "run"]).ends_with(": paused\n"));
     let at_rest = metrics(&run);
     assert_eq!(ask(&["pause", "run"]), "paused already\n");
