@@ -31,8 +31,11 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
     let method = directory.config::<RunConfig>()?.method;
     let has_clusters = method.learns() && directory.prior_path().exists();
     if !method.is_adaptive() && !has_clusters {
-        let fork = format!("mge fork --set epsilon={schedule} {}", run.display());
-        return Err(format!("{} has no action clusters, so that epsilon has no effect: `{fork}`", run.display()).into());
+        let remedy = match method.uses("epsilon") {
+            true => "fork it with another epsilon".to_owned(),
+            false => format!("its method is `{method}`"),
+        };
+        return Err(format!("{} has no action clusters, so that epsilon has no effect: {remedy}", run.display()).into());
     }
     let request = Request::Epsilon { schedule: schedule.to_string() };
     ask(run, &request, |event| matches!(event, Event::ScheduleChanged { .. }))

@@ -115,7 +115,7 @@ impl RunDirectory {
     /// As [`RunDirectory::config`].
     pub fn is_of_model(&self) -> Result<bool> {
         let config: serde_json::Value = self.config()?;
-        // Those of a model are a list.
+        // The tools of a model are a list; those of an agent are the name of a split.
         Ok(config.get("tools").is_some_and(serde_json::Value::is_array))
     }
 
