@@ -84,6 +84,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     assert_eq!(ask(&["pause", "run"]), "paused already\n");
     assert!(ask(&["epsilon", "run", "0.25"]).ends_with(": epsilon is now 0.25\n"));
     assert_eq!(metrics(&run), at_rest, "a paused run continued");
+    fail(mge(&folder, ["resume", "run", "--episodes", "2000000"]), "is paused by another process");
     assert!(ask(&["resume", "run"]).ends_with(": resumed\n"));
     wait_until(|| metrics(&run) != at_rest);
     assert!(ask(&["stop", "run"]).contains("requested by another process"));
@@ -441,6 +442,50 @@ fn an_extended_run_can_be_repeated_from_its_start() {
     same.extend(["--set", "noise_decay.share=0.375"]);
     succeed(mge(&folder, same));
     assert_eq!(metrics(&folder.path().join("same")), whole);
+}
+
+#[test]
+fn refusing_more_episodes_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    succeed(mge(&folder, train("run", "20")));
+    let [config, events] = ["config.json", "events.jsonl"].map(|name| run.join(name));
+    let before = [&config, &events].map(|path| std::fs::read(path).unwrap());
+    let rows = metrics(&run);
+    let longer = || mge(&folder, ["resume", "run", "--episodes", "30", "--quiet"]);
+    for damaged in ["", "episode", &rows.replace("\n5,", "\nfive,")] {
+        std::fs::write(run.join("metrics.csv"), damaged).unwrap();
+        fail(longer(), "metrics.csv");
+        assert_eq!([&config, &events].map(|path| std::fs::read(path).unwrap()), before, "{damaged:?}");
+    }
+    std::fs::write(run.join("metrics.csv"), &rows).unwrap();
+    succeed(longer());
+    assert!(metrics(&run).starts_with(&rows));
+}
+
+#[test]
+fn a_report_leaves_out_damaged_runs_and_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    for run in ["runs/good", "runs/damaged"] {
+        succeed(mge(&folder, train(run, "5")));
+    }
+    std::fs::write(folder.path().join("runs/damaged/config.json"), "{").unwrap();
+    succeed(mge(&folder, ["report", "runs"]));
+    let report = std::fs::read_to_string(folder.path().join("report/report.md")).unwrap();
+    assert!(report.contains("from 1 finished runs") && report.contains("- `runs/damaged`: "), "{report}");
+    fail(mge(&folder, ["report", "runs/damaged"]), "config.json");
+}
+
+#[test]
+fn settings_that_limit_each_other_are_given_in_any_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let train = |settings: [&str; 2]| {
+        let start = ["train", "task1", "--method", "planning", "--episodes", "1", "--quiet", "--model", "true"];
+        let settings = settings.into_iter().flat_map(|setting| ["--set", setting]);
+        mge(&folder, start.into_iter().chain(settings).chain(["--out", "run"]))
+    };
+    succeed(train(["planner.rollouts=4", "planner.elites=2"]));
+    fail(train(["planner.rollouts=4", "planner.elites=5"]), "planner.elites");
 }
 
 #[test]

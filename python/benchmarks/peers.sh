@@ -23,7 +23,7 @@ train() { # SETTINGS ALGORITHM [OPTION...]
 }
 
 small='policy_kwargs={"net_arch":[128,128]}'
-for algorithm in sbx-td3 sbx-sac sbx-crossq sb3-ppo; do
+for algorithm in sbx-td3 sbx-sac sb3-ppo; do
     train default $algorithm
 done
 train tuned sbx-td3 --set "$small" --set batch_size=128 --set learning_rate=0.001 --set learning_starts=2000

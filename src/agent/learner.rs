@@ -97,11 +97,6 @@ impl Learner {
         &self.ddpg
     }
 
-    /// The replay buffer.
-    pub fn replay(&self) -> &ReplayBuffer {
-        &self.replay
-    }
-
     /// The exploration noise.
     pub fn noise(&self) -> &OrnsteinUhlenbeck {
         &self.noise

@@ -43,10 +43,15 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
 
 /// Resumes a run that another process has paused; false if it is not paused.
 pub fn resume(run: &Path) -> Result<bool, Box<dyn std::error::Error>> {
-    if state(run)? != RunState::Paused {
+    if !is_paused(run)? {
         return Ok(false);
     }
     ask(run, &Request::Resume, |event| matches!(event, Event::Resumed { .. })).map(|()| true)
+}
+
+/// Whether another process has paused a run.
+pub fn is_paused(run: &Path) -> Result<bool, Box<dyn std::error::Error>> {
+    Ok(state(run)? == RunState::Paused)
 }
 
 fn state(run: &Path) -> Result<RunState, Box<dyn std::error::Error>> {

@@ -6,8 +6,7 @@ use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::dynamics::{
-    self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
-    train_to_file,
+    self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, train_to_file,
 };
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
@@ -38,13 +37,8 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
         let epoch = trained.training.epoch();
         return Err(interrupt.ended(format!("stopped after epoch {epoch}: the same command continues")).into());
     }
-    let divergence = trained.divergence();
-    if divergence.is_some() {
-        trained.model().save(&arguments.out)?;
-    }
-    trained.remove_checkpoint();
-    if let Some(reason) = divergence {
-        return Err(format!("{reason}; the model is that of the epoch before").into());
+    if let Some(reason) = trained.finish(&arguments.out)? {
+        return Err(reason.into());
     }
     Ok(output::line(arguments.out.display())?)
 }
@@ -98,7 +92,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
     let mut progress = Progress::new(1, arguments.quiet);
-    let evaluation = evaluate_with_progress(&model, &task::shipped(), &config, &mut |now| {
+    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, &mut |now| {
         progress.set(now.done as u64, now.total as u64, &now.part);
         true
     })?

@@ -46,7 +46,9 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let runs = std::env::var_os("MGE_RUNS").map_or_else(|| PathBuf::from("runs"), PathBuf::from);
+    let runs = std::env::var_os("MGE_RUNS")
+        .filter(|runs| !runs.is_empty())
+        .map_or_else(|| PathBuf::from("runs"), PathBuf::from);
     let mut session = Session::on_task(&arguments.task, runs)?;
     let usual = if arguments.tools.is_some() { Method::RECOMMENDED_WITH_TOOLS } else { Method::RECOMMENDED };
     let mut commands: Vec<Command> = vec![command::Method(arguments.method.unwrap_or(usual)).into()];
@@ -55,34 +57,57 @@ pub fn train(arguments: &Train) -> Outcome {
     commands.extend([command::Seed(arguments.seed).into(), command::Episodes(arguments.episodes).into()]);
     commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
     commands.extend(arguments.model.clone().map(|source| command::Model(source).into()));
-    for setting in &arguments.settings {
-        let (key, value) = split_definition(setting, "--set")?;
-        commands.push(command::Set { key, value }.into());
-    }
-    commands.push(command::Train { folder: arguments.out.clone(), ..Default::default() }.into());
     for command in commands {
         session.apply(command)?;
     }
+    apply_settings(&mut session, &arguments.settings)?;
+    session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, &interrupt)
+}
+
+/// Applies `--set` options in their order. A setting that is out of range only because of a later one is tried again
+/// after it.
+fn apply_settings(session: &mut Session, settings: &[String]) -> Outcome {
+    let parsed = settings.iter().map(|setting| split_definition(setting, "--set"));
+    let mut left: Vec<(String, String)> = parsed.collect::<Result<_, _>>()?;
+    while !left.is_empty() {
+        let (count, mut refusal) = (left.len(), None);
+        left.retain(|(key, value)| {
+            let set = command::Set { key: key.clone(), value: value.clone() };
+            session.apply(set).map_err(|error| refusal.get_or_insert(error)).is_err()
+        });
+        if let Some(error) = refusal.filter(|_| left.len() == count) {
+            return Err(error.into());
+        }
+    }
+    Ok(())
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
     if arguments.detached {
         control::detach()?;
     }
-    // A paused run continues where it is, but there its episodes cannot be changed.
-    if let ([run], None) = (arguments.runs.as_slice(), arguments.episodes)
-        && control::resume(run)?
-    {
-        return Ok(());
+    let mut runs = Vec::new();
+    for run in &arguments.runs {
+        // A paused run continues where it is, but there its episodes cannot be changed.
+        match arguments.episodes {
+            None if control::resume(run)? => {}
+            Some(_) if control::is_paused(run)? => {
+                let again = shell_words::join(["mge", "resume", &run.to_string_lossy()]);
+                return Err(
+                    format!("{} is paused by another process: `{again}` continues it there", run.display()).into()
+                );
+            }
+            _ => runs.push(run),
+        }
     }
+    let Some(first) = runs.first() else { return Ok(()) };
     let interrupt = Interrupt::listen()?;
-    // clap requires at least one.
-    let mut session = Session::on_run(&arguments.runs[0])?;
+    let mut session = Session::on_run(first)?;
     if let Some(episodes) = arguments.episodes {
         session.apply(command::Episodes(episodes))?;
     }
-    for run in &arguments.runs {
+    for run in runs {
         match session.apply(command::Continue { folder: Some(run.clone()), until: None }) {
             // It is left as it is, and its result is printed.
             Err(SessionError::Finished { run: name, episodes }) => {

@@ -14,6 +14,7 @@ use crate::env;
 use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
+use crate::text::counted;
 use crate::trainer::{PriorSource, rollout_model};
 
 pub fn run(arguments: Tasks) -> Outcome {
@@ -63,8 +64,8 @@ fn list(as_json: bool) -> Outcome {
     }
     for (task, _) in &tasks {
         let tools = task.tool_set().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-        let (placeable, count) = (task.placeable.kind, task.subgoals.len());
-        let about = format!("{tools}; places a {placeable}; {count} subgoal(s)");
+        let (placeable, subgoals) = (task.placeable.kind, counted(task.subgoals.len(), "subgoal"));
+        let about = format!("{tools}; places a {placeable}; {subgoals}");
         output::lines(format_args!("{}  {about}\n       {}\n", task.name, task.description))?;
     }
     Ok(())
@@ -75,8 +76,8 @@ fn check(files: &[String]) -> Outcome {
     for file in files {
         match check_file(file) {
             Ok(task) => {
-                let (subgoals, tools) = (task.subgoals.len(), task.tools.len());
-                output::line(format_args!("{file}: ok ({subgoals} subgoals, {tools} tools)"))?;
+                let (subgoals, tools) = (counted(task.subgoals.len(), "subgoal"), counted(task.tools.len(), "tool"));
+                output::line(format_args!("{file}: ok ({subgoals}, {tools})"))?;
             }
             Err(error) => {
                 wrong += 1;

@@ -19,6 +19,7 @@ use super::variety::Variety;
 use crate::env::{Action, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::Task;
+use crate::validation::{Setting, check_settings};
 
 /// Settings of an evaluation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +40,24 @@ pub struct EvaluationConfig {
 impl Default for EvaluationConfig {
     fn default() -> Self {
         Self { launches: 300, episodes: 50, horizon: 4, hit_rollouts: 2000, seed: 1 }
+    }
+}
+
+/// The numeric settings of [`EvaluationConfig`].
+const EVALUATION_SETTINGS: [Setting; 4] = [
+    Setting::count("launches", 1, 1_000_000, "fresh launches for each tool type"),
+    Setting::count("episodes", 1, 100_000, "random episodes of each task"),
+    Setting::count("horizon", 1, 1000, "actions of a scene rollout"),
+    Setting::count("hit_rollouts", 1, 1_000_000, "rollouts of each task"),
+];
+
+impl EvaluationConfig {
+    /// Checks that all settings are in range.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<()> {
+        Ok(check_settings(self, &EVALUATION_SETTINGS)?)
     }
 }
 
@@ -138,27 +157,18 @@ pub struct EvaluationProgress {
     pub part: String,
 }
 
-/// Evaluates a model on fresh launches at its tools, and on scenes of those `tasks` that it supports.
+/// Evaluates a model on fresh launches at its tools, and on scenes of those `tasks` that it supports. `on_progress` is
+/// called before every part; if it returns false, the evaluation stops and returns `None`.
 ///
 /// # Errors
-/// When the model cannot predict a scene of such a task.
-pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Result<Evaluation> {
-    let evaluation = evaluate_with_progress(model, tasks, config, &mut |_| true)?;
-    // `None` is returned only if the callback returns false.
-    Ok(evaluation.expect("the evaluation was not stopped"))
-}
-
-/// Like [`evaluate()`]. `on_progress` is called before every part; if it returns false, the evaluation
-/// stops and returns `None`.
-///
-/// # Errors
-/// As [`evaluate()`].
-pub fn evaluate_with_progress(
+/// When a setting is out of range, or the model cannot predict a scene of such a task.
+pub fn evaluate(
     model: &Model,
     tasks: &[Task],
     config: &EvaluationConfig,
     on_progress: &mut dyn FnMut(&EvaluationProgress) -> bool,
 ) -> Result<Option<Evaluation>> {
+    config.validate()?;
     let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
     let of_launches: usize = varieties(model).iter().map(|variety| kinds(model, *variety).count()).sum();
     let total = PREDICTORS * (of_launches + 2 * known);
@@ -399,15 +409,15 @@ mod tests {
         let config = EvaluationConfig { launches: 4, episodes: 1, horizon: 1, hit_rollouts: 2, seed: 5 };
         let tasks = [task::load("task1").unwrap(), task::load("task3").unwrap()];
         let mut reports = Vec::new();
-        let whole = evaluate_with_progress(&model, &tasks, &config, &mut |now| {
+        let whole = evaluate(&model, &tasks, &config, &mut |now| {
             reports.push((now.done, now.total));
             true
         });
         // Two tools and one supported task, four predictors each.
         assert_eq!(reports, (0..16).map(|done| (done, 16)).collect::<Vec<_>>());
-        assert_eq!(whole.unwrap().unwrap(), evaluate(&model, &tasks, &config).unwrap());
+        assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &mut |_| true).unwrap());
         let mut parts = 0;
-        let stopped = evaluate_with_progress(&model, &tasks, &config, &mut |_| {
+        let stopped = evaluate(&model, &tasks, &config, &mut |_| {
             parts += 1;
             parts < 3
         });

@@ -76,7 +76,7 @@ pub use config::{
 pub use error::{DynamicsError, Result};
 pub use evaluate::{
     Compared, Evaluation, EvaluationConfig, EvaluationProgress, HitPredictions, LaunchErrors, OneTool, SceneErrors,
-    evaluate, evaluate_with_progress,
+    evaluate,
 };
 pub(crate) use graph::{Edges, Graphs, Layout};
 pub use launch::{Launch, Split, collect};

@@ -197,10 +197,11 @@ impl Model {
             return Err(DynamicsError::Version { origin: origin.to_owned(), found, wanted: VERSION });
         }
         let config: ModelConfig = entry(file, "config").map_err(wrong)?;
-        config.validate()?;
+        config.validate().map_err(|error| content(&error.to_string()))?;
         let tools: Vec<ToolKind> = entry(file, "tools").map_err(wrong)?;
-        let provenance = entry(file, "provenance").map_err(wrong)?;
-        if canonical_tool_set(&tools)? != tools {
+        let provenance: Provenance = entry(file, "provenance").map_err(wrong)?;
+        provenance.training.validate().map_err(|error| content(&error.to_string()))?;
+        if canonical_tool_set(&tools).map_err(|error| content(&error.to_string()))? != tools {
             return Err(content("its tool set is not in canonical order"));
         }
         let layout = GraphBuilder::new(config.clone(), tools.clone()).layout();
@@ -248,7 +249,7 @@ const RADII: std::ops::RangeInclusive<f32> = 2.0..=6.0;
 const FORMAT: &str = "mge dynamics model";
 
 /// A metadata entry, parsed from JSON.
-pub(super) fn entry<T: serde::de::DeserializeOwned>(file: &TensorFile, key: &str) -> Result<T, TensorFileError> {
+fn entry<T: serde::de::DeserializeOwned>(file: &TensorFile, key: &str) -> Result<T, TensorFileError> {
     let invalid = |reason: String| TensorFileError::Metadata { key: key.to_owned(), reason };
     let text = file.metadata.get(key).ok_or_else(|| invalid("it is missing".to_owned()))?;
     serde_json::from_str(text).map_err(|error| invalid(error.to_string()))

@@ -15,7 +15,7 @@ use super::config::{Loss, ModelConfig, TrainConfig};
 use super::error::{DynamicsError, Result};
 use super::graph::GraphBuilder;
 use super::launch::{Launch, Split, collect, data_hash};
-use super::model::{Model, Provenance, entry};
+use super::model::{Model, Provenance};
 use super::network::Network;
 use super::normaliser::Normaliser;
 use super::samples::Samples;
@@ -185,8 +185,7 @@ impl Training {
         let model = Model::from_file(file, origin)?;
         let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
         let optimiser = Optimiser::load(file, OPTIMISER).map_err(wrong)?;
-        let provenance: Provenance = entry(file, "provenance").map_err(wrong)?;
-        provenance.training.validate()?;
+        let provenance = &model.provenance;
         let mut data = Data::collect(&model.config, &provenance.training, &model.tools)?;
         if data.hash != provenance.data_hash {
             return Err(DynamicsError::Content {

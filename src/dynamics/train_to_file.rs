@@ -44,6 +44,20 @@ impl TrainedModel {
         }
     }
 
+    /// Ends a training that was not stopped: saves the model of the epoch before if it diverged, and removes the
+    /// checkpoint. Returns why it diverged.
+    ///
+    /// # Errors
+    /// When the model cannot be written.
+    pub fn finish(&self, path: &Path) -> Result<Option<String>> {
+        let divergence = self.divergence().map(|reason| format!("{reason}; the model is that of the epoch before"));
+        if divergence.is_some() {
+            self.model().save(path)?;
+        }
+        self.remove_checkpoint();
+        Ok(divergence)
+    }
+
     /// Removes the checkpoint. Call this once everything needed from the training has been saved. A
     /// failure is harmless: the same training would just continue from the checkpoint.
     pub fn remove_checkpoint(&self) {

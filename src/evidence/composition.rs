@@ -160,7 +160,7 @@ impl Composition {
         let paths = find_runs(&self.runs)?;
         // The lock is held while runs are read, but not while the figure is composed.
         let mut kept = reader.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = kept.read(&paths, &mut |read| on_progress(read, paths.len()))?;
+        let found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
         drop(kept);
         let runs = self.chosen(without_duplicates(shown(found)).0)?;
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();

@@ -81,7 +81,26 @@ fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
 /// # Errors
 /// When a run cannot be read.
 pub fn read_runs(paths: &[PathBuf]) -> Result<Vec<FoundRun>, RunError> {
-    RunReader::default().read(paths, &mut |_| {})
+    RunReader::default().read(paths, &mut |_| {}).all()
+}
+
+/// Runs on disk that were read.
+#[derive(Debug, Default)]
+pub struct ReadRuns {
+    /// The readable ones.
+    pub runs: Vec<FoundRun>,
+    /// The folders of the others, and why they cannot be read.
+    pub unreadable: Vec<(PathBuf, RunError)>,
+}
+
+impl ReadRuns {
+    /// The runs, if all of them could be read.
+    ///
+    /// # Errors
+    /// The first reason why one cannot be read.
+    pub fn all(self) -> Result<Vec<FoundRun>, RunError> {
+        self.unreadable.into_iter().next().map_or(Ok(self.runs), |(_, error)| Err(error))
+    }
 }
 
 /// Reads runs, caching those that have not changed.
@@ -91,29 +110,32 @@ pub struct RunReader {
 }
 
 impl RunReader {
-    /// As [`read_runs`]; `on_progress` is called with the number of runs read so far.
-    ///
-    /// # Errors
-    /// As [`read_runs`].
-    pub fn read(&mut self, paths: &[PathBuf], on_progress: &mut dyn FnMut(usize)) -> Result<Vec<FoundRun>, RunError> {
+    /// As [`read_runs`]; `on_progress` is called with the number of folders read so far.
+    pub fn read(&mut self, paths: &[PathBuf], on_progress: &mut dyn FnMut(usize)) -> ReadRuns {
         if self.known.len() > KEPT {
             let wanted: BTreeSet<&PathBuf> = paths.iter().collect();
             self.known.retain(|path, _| wanted.contains(path));
         }
-        let mut runs = Vec::new();
+        let ReadRuns { mut runs, mut unreadable } = ReadRuns::default();
         for some in paths.chunks(READ_AT_ONCE) {
-            let read = some.par_iter().map(|path| read_run(path, self.known.get(path)));
-            let read = read.collect::<Result<Vec<(Stamp, FoundRun)>, RunError>>()?;
-            runs.extend(read.iter().map(|(_, run)| run.clone()));
-            self.known.extend(read.into_iter().map(|(stamp, run)| (run.path.clone(), (stamp, run))));
-            on_progress(runs.len());
+            let read: Vec<_> = some.par_iter().map(|path| read_run(path, self.known.get(path))).collect();
+            for (path, read) in some.iter().zip(read) {
+                match read {
+                    Ok((stamp, run)) => {
+                        runs.push(run.clone());
+                        self.known.insert(path.clone(), (stamp, run));
+                    }
+                    Err(error) => unreadable.push((path.clone(), error)),
+                }
+            }
+            on_progress(runs.len() + unreadable.len());
         }
         let mut charges = Charges::default();
         for run in &mut runs {
             run.trained.row.charged = charges.of(&run.config);
         }
         distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
-        Ok(runs)
+        ReadRuns { runs, unreadable }
     }
 }
 
@@ -172,13 +194,13 @@ mod tests {
         let (_quiet, mut busy) = (make("a"), make("b"));
         let paths = ["a", "b"].map(|name| folder.path().join(name));
         let mut reader = RunReader::default();
-        assert_eq!(reader.read(&paths, &mut |_| {}).unwrap().len(), 2);
+        assert_eq!(reader.read(&paths, &mut |_| {}).all().unwrap().len(), 2);
         // Marks the cached rows by a number that is not in the files.
         reader.known.values_mut().for_each(|(_, run)| run.trained.row.episodes = 77);
         busy.record(&Event::EpisodeFinished(EpisodeRecord { episode: 2, ..EpisodeRecord::default() })).unwrap();
         let episodes = |runs: Vec<FoundRun>| runs.iter().map(|run| run.trained.row.episodes).collect::<Vec<_>>();
-        assert_eq!(episodes(reader.read(&paths, &mut |_| {}).unwrap()), [77, 2]);
+        assert_eq!(episodes(reader.read(&paths, &mut |_| {}).all().unwrap()), [77, 2]);
         std::fs::remove_dir_all(&paths[0]).unwrap();
-        assert!(reader.read(&paths, &mut |_| {}).is_err(), "a deleted run is an error");
+        assert!(reader.read(&paths, &mut |_| {}).all().is_err(), "a deleted run is an error");
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
 use super::error::EvidenceError;
 use super::figures::{learning_curves, method_scores, performance_profile, step_curves};
-use super::found::{FoundRun, RunReader, find_runs};
+use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
 use super::row::TrainedRun;
 use super::table::format_share;
@@ -23,7 +23,7 @@ const MOST_PAIRED: usize = 5;
 /// runs.
 ///
 /// # Errors
-/// When no run is finished, a run cannot be read, or a file cannot be written.
+/// When no run is finished, or a file cannot be written.
 pub fn report(
     folders: &[PathBuf],
     out: &Path,
@@ -33,17 +33,22 @@ pub fn report(
     on_progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Comparison, EvidenceError> {
     let paths = find_runs(folders)?;
-    let found = RunReader::default().read(&paths, &mut |read| on_progress(read, paths.len()))?;
+    let found = RunReader::default().read(&paths, &mut |read| on_progress(read, paths.len()));
+    let ReadRuns { runs: found, unreadable } = found;
     let (finished, others): (Vec<FoundRun>, Vec<FoundRun>) =
         found.into_iter().partition(|run| run.state == RunState::Finished);
     if finished.is_empty() {
-        return Err(EvidenceError::NothingFinished { runs: others.len() });
+        return Err(match unreadable.into_iter().next() {
+            Some((_, error)) => error.into(),
+            None => EvidenceError::NothingFinished { runs: others.len() },
+        });
     }
     let (finished, copies) = without_duplicates(finished);
     let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
     let hash = config_hash(&configs)?;
     let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
-    let left_out = others.iter().map(left_out).chain(copies).collect();
+    let damaged = |(run, error): (PathBuf, RunError)| ExcludedRun { run, reason: error.to_string() };
+    let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
     let report = Comparison::new(&runs, left_out, bootstrap, command)?;
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(RunError::io("create", &figures))?;
@@ -100,7 +105,7 @@ impl Comparison {
         if self.left_out.is_empty() {
             return;
         }
-        let _ = writeln!(text, "Left out (unfinished runs and duplicates):\n");
+        let _ = writeln!(text, "Left out (unfinished runs, duplicates, damaged runs):\n");
         for ExcludedRun { run, reason } in &self.left_out {
             let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
         }

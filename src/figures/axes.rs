@@ -84,7 +84,7 @@ impl Axis {
         let high = if high.is_finite() && high > low { high } else { 10.0 * low };
         let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
         let factors: &[f64] = if (high / low).log10() > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        let every = (((high / low).log10() / 6.0) as usize + 1).max(1);
+        let every = ((high / low).log10() / 6.0) as usize + 1;
         let places =
             powers.step_by(every).flat_map(|power| factors.iter().map(move |factor| factor * 10f64.powi(power)));
         let text = |value: f64| match value {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::ClusterCount;
 use super::rewarding::Rewarding;
+use crate::json::SyntaxError;
 use crate::validation::{Setting, ValidationError, check_settings};
 
 /// How the prior is built.
@@ -65,8 +66,8 @@ impl Default for GuidanceConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum GuidanceError {
     /// The text is not an action prior.
-    #[error("{origin}:{line}: not an action prior: {message}")]
-    Syntax { origin: String, line: usize, message: String },
+    #[error("not an action prior: {0}")]
+    Syntax(#[from] SyntaxError),
     /// The prior was built for another task.
     #[error(
         "{origin}: the action prior is for {found} with {found_stages} stages, not for {wanted} with {wanted_stages}: build it again"

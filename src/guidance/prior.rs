@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::clusters::{Cluster, ToolCluster, cluster_points};
 use super::config::{GuidanceConfig, GuidanceError};
 use crate::env::{Action, uniform_action};
+use crate::json;
 use crate::task::Task;
 
 /// The clusters of one stage and the data they were made from.
@@ -85,31 +86,25 @@ impl ActionPrior {
     /// When the text is not a prior, has another format version or belongs to another task, or
     /// contains values that are impossible for actions.
     pub fn parse(text: &str, origin: &str, task: &Task) -> Result<Self, GuidanceError> {
-        let origin = || origin.to_owned();
-        let syntax = |error: serde_json::Error| GuidanceError::Syntax {
-            origin: origin(),
-            line: error.line(),
-            message: error.to_string(),
-        };
         // Other versions may have other fields, so the version is read first.
-        let Header { version } = serde_json::from_str(text).map_err(syntax)?;
+        let Header { version } = json::parse(text.as_bytes(), origin)?;
         if version != Self::VERSION {
-            return Err(GuidanceError::Version { origin: origin(), found: version, wanted: Self::VERSION });
+            return Err(GuidanceError::Version { origin: origin.to_owned(), found: version, wanted: Self::VERSION });
         }
-        let prior: Self = serde_json::from_str(text).map_err(syntax)?;
+        let prior: Self = json::parse(text.as_bytes(), origin)?;
         let wanted_stages = task.stage_count();
         if prior.task != task.name || prior.stages.len() != wanted_stages {
             return Err(GuidanceError::OtherTask {
-                origin: origin(),
+                origin: origin.to_owned(),
                 found: prior.task,
                 found_stages: prior.stages.len(),
                 wanted: task.name.clone(),
                 wanted_stages,
             });
         }
-        prior.config.validate().map_err(|error| GuidanceError::Config { origin: origin(), error })?;
+        prior.config.validate().map_err(|error| GuidanceError::Config { origin: origin.to_owned(), error })?;
         match prior.stages.iter().position(|stage| !stage.is_possible()) {
-            Some(stage) => Err(GuidanceError::Numbers { origin: origin(), stage: stage + 1 }),
+            Some(stage) => Err(GuidanceError::Numbers { origin: origin.to_owned(), stage: stage + 1 }),
             None => Ok(prior),
         }
     }

@@ -266,7 +266,7 @@ fn a_prior_round_trips_and_is_accepted_only_for_its_task() {
         let error = refused(&format!("{head}{tail}"), &task);
         assert!(error.contains("of stage 1 are out of range"), "{to}: {error}");
     }
-    assert!(refused(&text[..text.len() / 2], &task).starts_with("prior.json:"));
+    assert!(refused(&text[..text.len() / 2], &task).starts_with("not an action prior: prior.json:"));
     assert!(refused("{\"version\": 9, \"clusters\": []}", &task).contains("version 9"));
     assert!(refused("[]", &task).contains("not an action prior"));
 }
@@ -401,7 +401,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
     // The ball falls into the lower goal and cannot reach the upper one.
     let (below, task) = roll_out([x, y - 0.3]);
     assert!(below.hit && below.balls.len() == below.actions.len());
-    assert_eq!(below.path[0], crate::physics::to_normalised(task.ball.start().position));
+    assert_eq!(below.path[0], task.ball.position);
     assert!(!roll_out([0.9, 0.9]).0.hit);
 }
 

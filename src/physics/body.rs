@@ -235,6 +235,17 @@ impl Body {
         }
     }
 
+    /// Moves an outline, whose form in the body's frame is `local`, with the body.
+    pub fn place(&self, local: &Outline, outline: &mut Outline) {
+        match (&mut *outline, local) {
+            // Fast path for most moving shapes: a centred disc does not depend on the rotation.
+            (Outline::Disc { centre, .. }, Outline::Disc { centre: local, .. }) if *local == Vector::ZERO => {
+                *centre = self.position;
+            }
+            _ => outline.move_to(local, &self.frame()),
+        }
+    }
+
     pub fn frame(&self) -> Frame {
         let rotation = if self.is_round { direction(self.angle) } else { self.rotation };
         Frame { position: self.position, rotation }

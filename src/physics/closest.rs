@@ -7,14 +7,21 @@
 use rapier2d::prelude::*;
 use smallvec::{SmallVec, smallvec};
 
-use super::collide::Side;
-use super::outline::{Outline, clockwise, normalised};
+use super::outline::{Bounds, Outline, clockwise, normalised};
 
 /// Largest number of iterations; then the current edge is used.
 const MAX_ROUNDS: usize = 30;
 
 /// Corners of a hull, stored inline: overlaps would otherwise allocate in every step. Hulls rarely have more corners.
 type Hull = SmallVec<[Difference; 8]>;
+
+/// An outline in world coordinates, its bounding box, and its shape's number.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Side<'a> {
+    pub outline: &'a Outline,
+    pub bounds: &'a Bounds,
+    pub number: u64,
+}
 
 /// The closest points of two outlines without their radii.
 #[derive(Debug, Clone, Copy)]

@@ -5,8 +5,8 @@
 
 use rapier2d::prelude::*;
 
-use super::closest::{closest, farthest_corner};
-use super::outline::{Bounds, Outline};
+use super::closest::{Side, closest, farthest_corner};
+use super::outline::Outline;
 
 /// Multiplier of the engine's pair hash.
 const PAIR: u64 = 3_344_921_057;
@@ -42,14 +42,6 @@ impl Touching {
         self.points[self.count] = Point { on_first, on_second, key };
         self.count += 1;
     }
-}
-
-/// An outline in world coordinates, its bounding box, and its shape's number.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Side<'a> {
-    pub outline: &'a Outline,
-    pub bounds: &'a Bounds,
-    pub number: u64,
 }
 
 /// Contact points of two outlines, of which the first has the lower or equal rank. Unless `measures` is set, they only

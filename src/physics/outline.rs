@@ -3,7 +3,6 @@
 
 use rapier2d::prelude::*;
 
-use super::body::Body;
 use super::direction::direction;
 
 /// Largest number of corners of a polygon.
@@ -170,19 +169,9 @@ impl Outline {
         placed
     }
 
-    /// Sets it to the outline `local` of its body in world coordinates, like [`placed`](Self::placed).
-    pub fn place(&mut self, local: &Self, body: &Body) {
-        match (&mut *self, local) {
-            // Fast path for most moving shapes: a centred disc does not depend on the rotation.
-            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) if *local == Vector::ZERO => {
-                *centre = body.position;
-            }
-            _ => self.move_to(local, &body.frame()),
-        }
-    }
-
-    /// Writes only what a frame changes: an outline is large, and every step moves several.
-    fn move_to(&mut self, local: &Self, frame: &Frame) {
+    /// Sets it to the outline `local` in world coordinates, like [`placed`](Self::placed). Writes only what a frame
+    /// changes: an outline is large, and every step moves several.
+    pub fn move_to(&mut self, local: &Self, frame: &Frame) {
         match (self, local) {
             (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) => *centre = frame.point(*local),
             (Self::Segment { a, b, normal, .. }, Self::Segment { a: local_a, b: local_b, normal: local, .. }) => {

@@ -2,7 +2,8 @@
 
 use super::body::GROUND;
 use super::broad::{Candidate, Extent};
-use super::collide::{Side, collide};
+use super::closest::Side;
+use super::collide::collide;
 use super::contact::{Contact, ITERATIONS, PERSISTENCE, State};
 use super::joint;
 use super::rules::Rule;
@@ -43,7 +44,7 @@ impl World {
             let body = &self.bodies[index as usize];
             if let Some(outline) = &body.outline {
                 let shape = &mut self.shapes[body.shape as usize];
-                shape.outline.place(outline, body);
+                body.place(outline, &mut shape.outline);
                 shape.bounds = shape.outline.bounds();
             }
         }

@@ -145,7 +145,8 @@ fn sensors_detect_and_do_not_push() {
 
 #[test]
 fn an_overlap_that_is_not_measured_is_found_at_the_same_places() {
-    use super::collide::{Side, collide};
+    use super::closest::Side;
+    use super::collide::collide;
     use super::outline::Outline;
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let star = Outline::hull(&tool_kind::regular(5, tool_kind::STAR_TURN, 4.0));

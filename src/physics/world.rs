@@ -6,7 +6,8 @@ use rapier2d::prelude::Vector;
 
 use super::body::{Ball, BallState, Body, GROUND, Motion, MovingBox, Shape};
 use super::broad::{BroadPhase, Candidate, Extent};
-use super::collide::{Side, collide};
+use super::closest::Side;
+use super::collide::collide;
 use super::contact::Contact;
 use super::joint::Joint;
 use super::outline::{Frame, Outline};

@@ -1,5 +1,6 @@
 //! Puzzles with subgoals proposed by a dynamics model, which was not trained on puzzles.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::{PuzzleError, finished};
@@ -63,7 +64,10 @@ impl SubgoalSearch {
         match std::fs::read_to_string(&path) {
             Ok(known) if known == text => Ok(()),
             Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),
-            Err(_) => crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path)),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))
+            }
+            Err(error) => Err(PuzzleError::io(&path)(error)),
         }
     }
 }

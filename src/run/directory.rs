@@ -14,7 +14,7 @@ use super::checkpoint::{check_format, parse_json, sha256};
 use super::log::{EventReader, read_tail};
 use super::status::RunStatus;
 use super::store::CheckpointStore;
-use super::{Result, RunError, file, folder};
+use super::{Result, RunError, file, folder, metrics};
 use crate::atomic;
 
 /// The format of a run folder that this program writes, and the newest that it reads.
@@ -256,6 +256,14 @@ impl RunDirectory {
     /// `events.jsonl`
     pub fn events_path(&self) -> PathBuf {
         self.path.join("events.jsonl")
+    }
+
+    /// Checks that `metrics.csv` reaches to an episode.
+    ///
+    /// # Errors
+    /// When it ends before, or a row is invalid.
+    pub fn check_metrics(&self, episode: u64) -> Result<()> {
+        metrics::end_of(&self.metrics_path(), episode).map(drop)
     }
 
     /// `metrics.csv`

@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
 }
 
 /// All bytes of a file; `None` if there is no such file.
-pub(super) fn read_optional(path: &Path) -> Result<Option<Vec<u8>>> {
+pub(crate) fn read_optional(path: &Path) -> Result<Option<Vec<u8>>> {
     match read(path) {
         Err(error) if error.is_not_found() => Ok(None),
         found => found.map(Some),

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, TempDir};
@@ -11,10 +10,7 @@ use super::{Result, RunError};
 
 /// A new folder beside `path`, to fill and then rename to it; removed if dropped before.
 pub(super) fn new_beside(path: &Path) -> Result<TempDir> {
-    let mut builder = Builder::new();
-    builder.prefix(TEMPORARY);
-    follow_umask(&mut builder);
-    builder.tempdir_in(parent_of(path)).map_err(RunError::io("create a folder beside", path))
+    Builder::new().prefix(TEMPORARY).tempdir_in(parent_of(path)).map_err(RunError::io("create a folder beside", path))
 }
 
 /// Name prefix of folders that are being filled.
@@ -60,11 +56,6 @@ pub(super) fn parent_of(path: &Path) -> PathBuf {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
         _ => PathBuf::from("."),
     }
-}
-
-/// Makes temporary folders, which are private by default, follow the user's umask.
-fn follow_umask(builder: &mut Builder<'_, '_>) {
-    builder.permissions(std::fs::Permissions::from_mode(0o777));
 }
 
 #[cfg(test)]

@@ -9,7 +9,16 @@ use super::{Result, RunError, file};
 /// Opens the table for writing; removes the rows after `episode` and a half-written last row.
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
-    let bytes = file::read(path)?;
+    file.cut(end_of(path, episode)?)?;
+    Ok(file)
+}
+
+/// The offset at which the row of `episode` ends.
+///
+/// # Errors
+/// [`RunError::LogTooShort`] if there is no such row, [`RunError::Malformed`] if a row before it is invalid.
+pub(super) fn end_of(path: &Path, episode: u64) -> Result<u64> {
+    let bytes = file::read_optional(path)?.unwrap_or_default();
     let (rows, ends, damage) = parse(path, file::whole_lines(&bytes));
     let kept = rows.iter().take_while(|row| row.episode <= episode).count();
     let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
@@ -17,8 +26,7 @@ pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
         let short = RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode };
         return Err(damage.unwrap_or(short));
     }
-    file.cut(kept.checked_sub(1).map_or(0, |last| ends[last]))?;
-    Ok(file)
+    Ok(kept.checked_sub(1).map_or(0, |last| ends[last]))
 }
 
 /// Appends one row, preceded by the header if it is the first.

@@ -65,6 +65,7 @@ pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
 pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};
 pub use error::RunError;
 pub use event::{EpisodeRecord, Event, LoggedEvent, Practised};
+pub(crate) use file::read_optional;
 pub use history::{EvaluationRecord, RunHistory};
 pub use log::{EventReader, Poll, read_events};
 pub use metric::{Direction, Metric, MetricInfo};

@@ -27,19 +27,18 @@ pub struct Efficiency {
 pub fn efficiency(successes: &[bool], window: NonZeroUsize) -> Efficiency {
     let curve = rolling_success(successes, window);
     Efficiency {
-        episodes_to_50: episodes_to_threshold(successes, window, 0.5),
-        episodes_to_80: episodes_to_threshold(successes, window, 0.8),
+        episodes_to_50: episodes_to_threshold(&curve, window, 0.5),
+        episodes_to_80: episodes_to_threshold(&curve, window, 0.8),
         auc: area_under_curve(&curve),
         final_success: curve.last().copied(),
         held_success: curve[curve.len() - curve.len().div_ceil(4)..].iter().copied().min_by(f64::total_cmp),
     }
 }
 
-/// Number of episodes after which the rolling success rate first is at least `threshold`; `None` if it never is. Only
-/// full windows count, otherwise a single lucky first episode would be 100 %.
-pub fn episodes_to_threshold(successes: &[bool], window: NonZeroUsize, threshold: f64) -> Option<u64> {
+/// Number of episodes after which a curve of the rolling success rate first is at least `threshold`; `None` if it never
+/// is. Only full windows count, otherwise a single lucky first episode would be 100 %.
+fn episodes_to_threshold(curve: &[f64], window: NonZeroUsize, threshold: f64) -> Option<u64> {
     let full = window.get() - 1;
-    let curve = rolling_success(successes, window);
     let after = curve.iter().skip(full).position(|&rate| rate >= threshold)?;
     Some((full + after + 1) as u64)
 }
@@ -58,14 +57,14 @@ mod tests {
     #[test]
     fn thresholds_count_from_the_first_full_window() {
         let successes = [true, false, false, false, true, true, true, true];
-        let to = |threshold| episodes_to_threshold(&successes, WINDOW, threshold);
+        let to = |threshold| episodes_to_threshold(&rolling_success(&successes, WINDOW), WINDOW, threshold);
         assert_eq!(to(0.25), Some(4));
         assert_eq!(to(0.5), Some(6));
         assert_eq!(to(1.0), Some(8));
         assert_eq!(to(1.1), None);
         assert_eq!(to(f64::NAN), None);
-        assert_eq!(episodes_to_threshold(&[true; 3], WINDOW, 0.5), None);
-        assert_eq!(episodes_to_threshold(&[true; 4], WINDOW, 0.5), Some(4));
+        assert_eq!(episodes_to_threshold(&[1.0; 3], WINDOW, 0.5), None);
+        assert_eq!(episodes_to_threshold(&[1.0; 4], WINDOW, 0.5), Some(4));
     }
 
     #[test]

@@ -243,7 +243,11 @@ fn model_job<'a>(
         if failure.is_some() {
             trained.model().save(&path)?;
         }
-        let evaluation = evaluate(trained.model(), &plan.tasks, &plan.evaluation)?;
+        let evaluation = evaluate(trained.model(), &plan.tasks, &plan.evaluation, &mut |now| {
+            handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
+            !handle.is_stopped()
+        })?;
+        let Some(evaluation) = evaluation else { return Ok(None) };
         let ablated = Ablated { variant, seed, failure, evaluation };
         folder.write_json(&file, &ablated)?;
         trained.remove_checkpoint();

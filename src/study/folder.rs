@@ -1,6 +1,5 @@
 //! The folder of a study: it belongs to one plan, and existing files are reused.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -8,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::error::StudyError;
 use crate::json;
-use crate::run::RunError;
+use crate::run::{RunError, read_optional};
 
 /// A study's folder.
 #[derive(Debug, Clone, Copy)]
@@ -25,11 +24,10 @@ impl Folder<'_> {
             std::fs::create_dir_all(&path).map_err(RunError::io("create", &path))?;
         }
         let path = self.path("plan.json");
-        match std::fs::read_to_string(&path) {
-            Ok(found) if found == json::pretty(plan) => Ok(()),
-            Ok(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
-            Err(error) if error.kind() == ErrorKind::NotFound => self.write("plan.json", json::pretty(plan).as_bytes()),
-            Err(error) => Err(RunError::io("read", &path)(error).into()),
+        match read_optional(&path)? {
+            Some(found) if found == json::pretty(plan).as_bytes() => Ok(()),
+            Some(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
+            None => self.write("plan.json", json::pretty(plan).as_bytes()),
         }
     }
 
@@ -55,14 +53,10 @@ impl Folder<'_> {
     /// The value in a file of the study; None if there is no such file.
     pub fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, StudyError> {
         let path = self.path(name);
-        match std::fs::read_to_string(&path) {
-            Ok(text) => match serde_json::from_str(&text) {
-                Ok(value) => Ok(Some(value)),
-                Err(error) => Err(StudyError::Content { path, message: error.to_string() }),
-            },
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(RunError::io("read", &path)(error).into()),
-        }
+        let Some(text) = read_optional(&path)? else { return Ok(None) };
+        serde_json::from_slice(&text)
+            .map(Some)
+            .map_err(|error| StudyError::Content { path, message: error.to_string() })
     }
 
     /// Writes a value as JSON.

@@ -27,7 +27,7 @@ pub struct HitCounts {
 /// A policy that does not learn.
 pub trait Explorer {
     /// Called before each episode.
-    fn start_episode(&mut self, _rng: &mut ChaCha8Rng) {}
+    fn start_episode(&mut self) {}
     /// The next action.
     fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action;
 }
@@ -72,7 +72,7 @@ impl ActorNoise {
 }
 
 impl Explorer for ActorNoise {
-    fn start_episode(&mut self, _: &mut ChaCha8Rng) {
+    fn start_episode(&mut self) {
         self.noise.reset();
     }
 
@@ -96,7 +96,7 @@ pub fn play(
     let mut env = Environment::new(task.clone());
     loop {
         env.reset(&mut rng);
-        explorer.start_episode(&mut rng);
+        explorer.start_episode();
         loop {
             if stop.is_requested() {
                 return false;

@@ -12,7 +12,7 @@ use super::report::{HitRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{
-    DynamicsError, Ended, Evaluation, Model, Progress, Variant, evaluate_with_progress, tool_set_name, train_to_file,
+    DynamicsError, Ended, Evaluation, Model, Progress, Variant, evaluate, tool_set_name, train_to_file,
 };
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
@@ -197,7 +197,7 @@ impl<'a> Study<'a> {
             if let Some(evaluation) = self.folder.read(&file)? {
                 return Ok(Some(model_row(&evaluation, variant)));
             }
-            let evaluation = evaluate_with_progress(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
+            let evaluation = evaluate(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
                 handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
                 !handle.is_stopped()
             })?;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
@@ -10,7 +9,7 @@ use super::models::{MODEL, RESULT};
 use super::results::{Kind, common_kind, kind_of};
 use crate::dynamics::{Model, checkpoint_of};
 use crate::evidence::find_runs;
-use crate::run::{RunDirectory, RunError, RunState};
+use crate::run::{RunDirectory, RunError, RunState, read_optional};
 
 /// Copies the runs of several sweep folders into the folder `out`, which may already hold runs. Of
 /// several copies of a run, the one with the most episodes or epochs is kept. Returns the number of
@@ -74,11 +73,8 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
         Kind::Agent => "metrics.csv",
         Kind::Model => RESULT,
     };
-    let read = |path: &Path| match fs::read(path.join(file)) {
-        // A run that has not started has no such file.
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        bytes => bytes.map_err(RunError::io("read", &path.join(file))),
-    };
+    // A run that has not started has no such file.
+    let read = |path: &Path| read_optional(&path.join(file)).map(Option::unwrap_or_default);
     let (a, b) = (read(first)?, read(second)?);
     if !(a.starts_with(&b) || b.starts_with(&a)) {
         return conflict("have the same settings and different results");

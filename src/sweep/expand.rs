@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use serde::Serialize;
 use serde_json::Value;
 
 use super::error::SweepError;
@@ -35,8 +34,7 @@ pub struct Job {
 }
 
 /// The work of a job.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Work {
     /// Trains an agent.
     Train(Box<RunConfig>),

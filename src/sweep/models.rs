@@ -10,7 +10,7 @@ use super::file::{Combination, Grid};
 use crate::batch::JobHandle;
 use crate::dynamics::{
     DynamicsError, Ended, EvaluationConfig, EvaluationProgress, LaunchErrors, ModelConfig, ToolSet, TrainConfig,
-    TrainedModel, canonical_tool_set, evaluate_with_progress, model_name, train_to_file,
+    TrainedModel, canonical_tool_set, evaluate, model_name, train_to_file,
 };
 use crate::json;
 use crate::physics::ToolKind;
@@ -93,6 +93,7 @@ impl ModelJob {
         };
         job.model.validate().map_err(wrong)?;
         job.training.validate().map_err(wrong)?;
+        job.evaluation.validate().map_err(wrong)?;
         Ok(job)
     }
 
@@ -154,7 +155,7 @@ impl ModelJob {
     fn result(&self, trained: &TrainedModel, handle: &JobHandle) -> Result<Option<ModelResult>, WorkError> {
         let model = trained.model();
         let continues = &mut |_: &EvaluationProgress| !handle.is_stopped();
-        let Some(evaluation) = evaluate_with_progress(model, &task::shipped(), &self.evaluation, continues)? else {
+        let Some(evaluation) = evaluate(model, &task::shipped(), &self.evaluation, continues)? else {
             return Ok(None);
         };
         let (one_step_error, rollout_error) = evaluation.mean_errors();

@@ -11,7 +11,7 @@ use super::error::SweepError;
 use super::models::{ModelResult, RESULT, short};
 use crate::evidence::{FoundRun, find_runs, read_runs};
 use crate::json;
-use crate::run::{RunDirectory, RunError};
+use crate::run::{RunDirectory, RunError, read_optional};
 
 /// The results of a sweep, as a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,10 +103,8 @@ fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
     for path in paths {
         let settings: Value = RunDirectory::open(path)?.config()?;
         let file = path.join(RESULT);
-        let result = match std::fs::read(&file) {
-            Ok(bytes) => checked::<ModelResult>(&bytes, &file)?,
-            Err(_) => Value::Null,
-        };
+        let bytes = read_optional(&file)?;
+        let result = bytes.map_or(Ok(Value::Null), |bytes| checked::<ModelResult>(&bytes, &file))?;
         found.push((path, settings, result));
     }
     let settings = differing(found.iter().map(|(_, settings, _)| settings));

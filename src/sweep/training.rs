@@ -70,7 +70,8 @@ pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
 #[derive(Default)]
 pub(super) struct Agents {
     tasks: BTreeMap<String, Arc<Task>>,
-    models: HashSet<(String, Method, String)>,
+    /// What the models of configurations already checked depend on.
+    models: HashSet<String>,
 }
 
 impl Agents {
@@ -131,7 +132,8 @@ impl Agents {
 
     /// Checks that the model exists and covers the tools, before the run would fail.
     fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
-        let key = (config.task.name.clone(), config.method, String::from(config.prior.clone()));
+        let RunConfig { task, more_tasks, method, prior, tools, .. } = config;
+        let key = format!("{:?}", (&task.name, more_tasks, method, prior, tools, config.is_guided()));
         if self.models.contains(&key) {
             return Ok(());
         }

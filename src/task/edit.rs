@@ -138,10 +138,7 @@ fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>
             entry(proposed, "proposal", index)?;
             Ok(vec![proposed.remove(index)])
         }
-        None if proposed.is_empty() => {
-            let message = "there are none: `propose` makes some".to_owned();
-            Err(ValidationError { path: "proposals".to_owned(), message })
-        }
+        None if proposed.is_empty() => Err(ValidationError::new("proposals", "there are none: `propose` makes some")),
         None => Ok(std::mem::take(proposed)),
     }
 }

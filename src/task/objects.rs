@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::physics::{Ball, BallState, Motion, MovingBox, exact, to_units};
+use crate::physics::{Ball, Motion, MovingBox, exact, to_units};
 
 /// Radius of CREATE's balls and stars, and default radius of regions, in units.
 pub const STANDARD_RADIUS: f32 = 4.0;
@@ -44,11 +44,6 @@ impl BallSpec {
     /// Initial motion, in units and in the precision of the physics.
     pub fn motion(&self) -> Motion {
         Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
-    }
-
-    /// Initial state, in units.
-    pub fn start(&self) -> BallState {
-        BallState { velocity: self.velocity, ..BallState::at_rest(to_units(self.position)) }
     }
 }
 

@@ -107,6 +107,19 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     outcome
 }
 
+/// Checks that a run can be continued with `config`, without changing anything.
+///
+/// # Errors
+/// When its newest checkpoint or its metrics cannot be used.
+pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Result<(), TrainerError> {
+    if directory.checkpoints().names()?.is_empty() {
+        return Ok(());
+    }
+    let (checkpoint, _) = directory.checkpoints().load_newest()?;
+    Training::resume(config.clone(), &checkpoint)?;
+    Ok(directory.check_metrics(checkpoint.episode)?)
+}
+
 /// Runs `work`; records a panic as the run's end before resuming it.
 fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_>) -> T) -> T {
     match catch_unwind(AssertUnwindSafe(|| work(run_loop))) {

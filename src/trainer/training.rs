@@ -2,6 +2,7 @@
 
 mod error;
 mod evaluation;
+mod learning;
 mod means;
 mod practice;
 mod saved;
@@ -19,15 +20,14 @@ use serde::{Deserialize, Serialize};
 use super::config::RunConfig;
 use super::exploration::{Attempts, Explorer, explorer, needs};
 use super::hold::{Failure, Hold};
-use super::imagination::imagine;
 use super::method::Method;
 use super::parts::Granularity;
 use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
 use super::tools::{self, Space};
 use super::trace::Trace;
-use crate::agent::{Ddpg, Learner, Transition, UpdateMetrics};
-use crate::env::{Action, Environment, Placement, Snapshot, Step};
+use crate::agent::{Ddpg, Learner};
+use crate::env::{Action, Environment, Placement, Step};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, InterruptibleModel, Played, RolloutModel};
 use crate::run::{EpisodeRecord, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
@@ -267,96 +267,6 @@ impl Training {
             }
             observation = next_observation;
         }
-    }
-
-    /// Learns from a step towards a stage, given the observations before and after it. If the step reached the stage,
-    /// keeps the rewarding actions of `played`.
-    fn learn_from(
-        &mut self,
-        stage: usize,
-        [observation, next_observation]: [&[f32]; 2],
-        action: &[f32],
-        step: &Step,
-        played: &mut Played,
-    ) -> Result<Vec<UpdateMetrics>, TrainingError> {
-        if step.reached_stage() {
-            self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
-        }
-        if !self.config.method.learns() {
-            return Ok(Vec::new());
-        }
-        let (reward, terminated) = (step.reward, step.terminated);
-        self.learner.record(Transition { observation, action, reward, next_observation, terminated })?;
-        if step.reached_stage() {
-            self.learner.reach(stage);
-        }
-        Ok(if self.skips_update() { Vec::new() } else { self.learner.learn()? })
-    }
-
-    /// Whether no update follows the latest transition, because every stage is mastered.
-    fn skips_update(&self) -> bool {
-        if self.learner.recorded().is_multiple_of(self.config.mastered_update_interval.into()) {
-            return false;
-        }
-        let needs = self.current_needs();
-        !needs.is_empty() && needs.iter().all(|need| *need == 0.0)
-    }
-
-    /// For [`Method::ModelReplay`], adds transitions imagined by the model from the episode's states to the
-    /// replay buffer.
-    fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
-        let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
-        let model = InterruptibleModel::new(&**model, &self.stop);
-        let rng = &mut self.progress.streams.model;
-        let config = &self.config;
-        let ddpg = self.learner.ddpg();
-        let imagined = imagine(&model, &self.env, states, ddpg, &config.model_replay, noise_scale, rng);
-        for imagined in imagined.map_err(PriorError::from)? {
-            self.learner.record(Transition {
-                observation: &imagined.observation,
-                action: &imagined.action,
-                reward: imagined.reward,
-                next_observation: &imagined.next_observation,
-                terminated: imagined.terminated,
-            })?;
-        }
-        Ok(())
-    }
-
-    fn keep_rewarding(&mut self, stage: usize, actions: Vec<Vec<f32>>) {
-        if self.config.refinement.every == 0 || !self.config.method.uses("refinement") {
-            return;
-        }
-        let stages = self.env.task().stage_count();
-        self.progress.rewarding.resize(stages, VecDeque::new());
-        let kept = &mut self.progress.rewarding[stage];
-        kept.extend(actions);
-        kept.drain(..kept.len().saturating_sub(self.config.refinement.most));
-    }
-
-    /// If it is due, rebuilds clusters from the agent's own rewarding actions for stages that have
-    /// enough of them. Returns the prior if it changed; with several tasks, if that of the first changed.
-    pub fn refine(&mut self) -> Option<Arc<ActionPrior>> {
-        let (every, (round, played)) = (u64::from(self.config.refinement.every), self.latest_turn()?);
-        let is_due = every > 0 && round.is_multiple_of(every);
-        let changed = is_due.then(|| self.on_task(played, Self::refine_now)).flatten();
-        changed.filter(|_| played == 0)
-    }
-
-    /// Like [`refine`](Self::refine), whether or not it is due.
-    fn refine_now(&mut self) -> Option<Arc<ActionPrior>> {
-        let prior = self.progress.prior.as_ref()?;
-        let mut refined = ActionPrior::clone(prior);
-        for (stage, actions) in self.progress.rewarding.iter_mut().enumerate() {
-            if actions.len() >= self.config.refinement.least.max(1) {
-                refined = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model);
-            }
-        }
-        if refined == **prior {
-            return None;
-        }
-        self.progress.prior = Some(Arc::new(refined));
-        self.progress.prior.clone()
     }
 
     /// The epsilon schedule in effect. A schedule that a user has changed in a run that has clusters applies even if

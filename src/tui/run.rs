@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use rustix::io::Errno;
+
 use super::app::{App, Guarded, TerminalRequest, report_recovered_edits};
 use super::input::{Keymap, KeymapError};
 use super::terminal::signals::{self, Listener, Request};
@@ -112,9 +114,8 @@ fn false_if_hung_up(connected: io::Result<bool>) -> io::Result<bool> {
 /// Whether an error means that the terminal hung up.
 fn is_hang_up(error: &io::Error) -> bool {
     // Reading or writing a hung-up terminal fails with EIO.
-    const EIO: i32 = 5;
     matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof)
-        || error.raw_os_error() == Some(EIO)
+        || error.raw_os_error() == Some(Errno::IO.raw_os_error())
 }
 
 /// The terminal: output and input.

@@ -6,8 +6,7 @@ use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, create_parent, write_file};
 use crate::dynamics::{
-    self, Ended, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig,
-    evaluate_with_progress, train_to_file,
+    self, Ended, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, train_to_file,
 };
 use crate::task;
 
@@ -104,8 +103,7 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     if trained.ended == Ended::Stopped {
         return Err(failed(&"ended before it was trained; train it again to continue"));
     }
-    trained.remove_checkpoint();
-    if let Some(reason) = trained.divergence() {
+    if let Some(reason) = trained.finish(path).map_err(|error| failed(&error))? {
         return Err(failed(&reason));
     }
     Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
@@ -115,7 +113,7 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
     let model = dynamics::named(name).map_err(|error| error.to_string())?;
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
     let on_progress = &mut |now: &EvaluationProgress| reporter.progress(now.done, now.total);
-    let evaluation = evaluate_with_progress(&model, &task::shipped(), &config, on_progress)
+    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, on_progress)
         .map_err(|error| error.to_string())?
         .ok_or_else(|| format!("{name}: ended before it was measured"))?;
     let launches = evaluation.launches.iter().map(|launches| {

@@ -17,12 +17,14 @@ impl Session {
         let first = self.config().seed;
         let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
         let mut report = String::new();
-        for seed in first..=last {
+        let outcome = (first..=last).try_for_each(|seed| {
             self.apply(Seed(seed))?;
             let folder = folder.map(|folder| folder.join(format!("seed{seed}")));
             report = self.apply(Train { folder, seeds: None, until })?;
-        }
+            Ok::<_, SessionError>(())
+        });
         self.apply(Seed(first))?;
+        outcome?;
         Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })
     }
 }

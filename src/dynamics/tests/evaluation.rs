@@ -30,7 +30,7 @@ fn evaluations_of_all_variants_report_every_part() {
         let read = Model::load(&path).unwrap();
         assert_eq!(read.config(), &variant.apply(small()));
         assert_eq!(variant.to_string().parse(), Ok(variant));
-        evaluate(trained.model(), &task::shipped(), &settings).unwrap()
+        evaluate(trained.model(), &task::shipped(), &settings, &mut |_| true).unwrap().unwrap()
     });
     assert_eq!(epochs, 4);
     for result in &results {
@@ -86,7 +86,7 @@ fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
 fn shipped_models_predict_better_than_the_baselines() {
     let settings = EvaluationConfig { launches: 60, episodes: 40, horizon: 1, hit_rollouts: 1, seed: 8 };
     for (name, model) in shipped_models() {
-        let evaluation = evaluate(model, &task::shipped(), &settings).unwrap();
+        let evaluation = evaluate(model, &task::shipped(), &settings, &mut |_| true).unwrap().unwrap();
         for launch in &evaluation.launches {
             let errors = of_each(&launch.errors, |tool| tool.one_step_contact.mean);
             assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");

@@ -105,7 +105,7 @@ fn levels_with_other_moving_objects_are_refused() {
 #[test]
 fn an_evaluation_includes_held_out_tools() {
     let settings = EvaluationConfig { launches: 6, ..EvaluationConfig::default() };
-    let found = evaluate(&tiny(), &[], &settings).unwrap();
+    let found = evaluate(&tiny(), &[], &settings, &mut |_| true).unwrap().unwrap();
     let kinds = |errors: &[LaunchErrors]| errors.iter().map(|errors| errors.tool).collect::<Vec<_>>();
     assert_eq!(kinds(&found.launches), ToolKind::ALL);
     use ToolKind::{Belt, Fan, Funnel, Hinge, Triangle};

@@ -1,6 +1,6 @@
 //! The selected lines of the Models, Figures and Log screens.
 
-use super::figures::Composer;
+use super::figures::composer::Composer;
 use crate::tui::actions::Tab;
 
 /// The selected line of each screen; the Log counts from its end.

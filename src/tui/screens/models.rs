@@ -40,13 +40,15 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     };
     let widths = [Constraint::Length(1), Constraint::Length(column as u16), Constraint::Fill(1)];
     let count = view.models.len();
+    // A file may have been deleted since it was selected.
+    let selected = lists.model.min(count.saturating_sub(1));
     let rows = Constraint::Length(count as u16);
     let [above, _, below] = Layout::vertical([rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
-    regions.add_rows(list::draw(count, Some(lists.model), row, &widths, above, theme, buffer));
+    regions.add_rows(list::draw(count, Some(selected), row, &widths, above, theme, buffer));
     let below = below.inner(Margin::new(2, 0));
     let paragraph = |text: &str, style| lines(&format!("{text}\n "), below.width, style);
     let mut text = Text::default();
-    if let Some(model) = view.models.get(lists.model) {
+    if let Some(model) = view.models.get(selected) {
         text.extend(paragraph(&format!("{}: {}", model.name, model.about), Style::new()));
         if let Some(evaluation) = &model.evaluation {
             text.extend(errors(evaluation, below.width, theme));

@@ -119,8 +119,7 @@ const COLOUR_BLIND: Swatch = (
 );
 
 impl Theme {
-    /// Replaces the workbench's own symbols by ASCII where the terminal needs it; names of tasks and runs stay
-    /// as they are.
+    /// Replaces the workbench's own symbols by ASCII where the terminal needs it, also where a name contains them.
     pub fn make_plain(&self, buffer: &mut Buffer) {
         if self.marker != Marker::Ascii {
             return;
@@ -129,6 +128,7 @@ impl Theme {
             match cell.symbol() {
                 "·" => _ = cell.set_char('-'),
                 "›" => _ = cell.set_char('>'),
+                "└" => _ = cell.set_char('`'),
                 _ => {}
             }
         }

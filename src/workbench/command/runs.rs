@@ -186,11 +186,6 @@ impl Execute for Fork {
         session.fork(self)
     }
 
-    fn check(&self, _: &mut DryRun) -> Result<(), SessionError> {
-        // The run to fork is not known yet.
-        Ok(())
-    }
-
     fn in_scripts(&self) -> InScripts {
         // It is recorded once the new run has its number.
         InScripts { recording: Recording::Never, acts_on_run: true, begins_work: true, awaits: Awaits::Result }

@@ -14,7 +14,7 @@ use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use crate::run::{RunDirectory, RunError, RunState};
-use crate::trainer::{Control, RunConfig, check_model};
+use crate::trainer::{Control, RunConfig, check_continuation, check_model};
 
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
@@ -66,6 +66,8 @@ impl Session {
             return Err(SessionError::Finished { run, episodes: done });
         };
         let config = config.extended(episodes);
+        check_continuation(directory, &config)
+            .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
             run.set_config(config);

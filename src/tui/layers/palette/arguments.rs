@@ -1,7 +1,5 @@
 //! Completions for the arguments of a command: known names, settings with their ranges, files.
 
-use std::path::Path;
-
 use crate::evidence::OPTIONS;
 use crate::json;
 use crate::physics::ToolKind;
@@ -133,15 +131,12 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
 
 /// Files with an extension, and folders, in the folder of a partly typed path.
 fn files(typed: &str, ending: &str) -> Vec<Value> {
-    let folder = match typed.rsplit_once('/') {
-        Some(("", _)) => "/",
-        Some((folder, _)) => folder,
-        None => ".",
-    };
+    let prefix = &typed[..typed.rfind('/').map_or(0, |slash| slash + 1)];
+    let folder = if prefix.is_empty() { "." } else { prefix };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(FILES);
     let named = entries.filter_map(|entry| {
         let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
-        let path = if folder == "." { name } else { Path::new(folder).join(name).display().to_string() };
+        let path = format!("{prefix}{name}");
         match entry.file_type().ok()?.is_dir() {
             true => Some(value(format!("{path}/"), "folder")),
             false => path.ends_with(&format!(".{ending}")).then(|| value(path, "file")),

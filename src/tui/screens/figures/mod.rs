@@ -1,6 +1,6 @@
 //! The Figures screen: figures to look at, to compose and to export.
 
-mod composer;
+pub mod composer;
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -24,7 +24,6 @@ use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Depth;
 use crate::workbench::{Command, FigureKind, command};
-pub use composer::Composer;
 
 /// What a figure shows, in one line.
 fn about(kind: FigureKind) -> &'static str {

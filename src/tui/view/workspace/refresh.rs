@@ -42,6 +42,7 @@ impl SessionWorkspace {
         let name = |work: &Option<(String, _)>| work.as_ref().map(|(name, _)| name.clone());
         if work.is_some() && name(&work) != name(&view.model_work) {
             view.model_losses = Arc::default();
+            view.model_outcome = None;
         }
         let losses = session.model_losses(view.model_losses.len());
         if !losses.is_empty() {
