@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::dynamics::{DynamicsError, Result, Rollout};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
+use crate::physics;
 use crate::stop::Stop;
 use crate::task::{self, Offset, Part, Shift, Task};
 
@@ -401,7 +402,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
     // The ball falls into the lower goal and cannot reach the upper one.
     let (below, task) = roll_out([x, y - 0.3]);
     assert!(below.hit && below.balls.len() == below.actions.len());
-    assert_eq!(below.path[0], task.ball.position);
+    assert_eq!(below.path[0], physics::to_normalised(physics::to_units(task.ball.position)));
     assert!(!roll_out([0.9, 0.9]).0.hit);
 }
 
