@@ -19,9 +19,11 @@ import mge
 
 
 def peer(path, actions):
-    """The group of one table of `peers.py`, and its numbers at the last row within `actions`."""
+    """The group of one table of `peers.py`, and its numbers after `actions`; None if it has not reached them."""
     with open(path, newline="") as file:
-        row = [row for row in csv.DictReader(file) if int(row["actions"]) <= actions][-1]
+        row = next((row for row in csv.DictReader(file) if int(row["actions"]) == actions), None)
+    if row is None:
+        return None
     numbers = (float(row[name]) for name in ("success", "greedy", "cpu_seconds"))
     return (path.parent.name, row["algorithm"], row["task"]), tuple(numbers)
 
@@ -51,8 +53,9 @@ def main():
     groups = defaultdict(list)
     for folder in options.folders:
         for path in sorted(folder.glob("*.csv")):
-            group, numbers = peer(path, options.actions)
-            groups[group].append(numbers)
+            if found := peer(path, options.actions):
+                group, numbers = found
+                groups[group].append(numbers)
     for folder in options.runs:
         for path in sorted((folder / "runs").iterdir()):
             group, numbers = ours(path, options.actions)
