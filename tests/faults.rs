@@ -459,6 +459,7 @@ fn refusing_more_episodes_changes_nothing() {
         assert_eq!([&config, &events].map(|path| std::fs::read(path).unwrap()), before, "{damaged:?}");
     }
     std::fs::write(run.join("metrics.csv"), &rows).unwrap();
+    fail(mge(&folder, ["resume", "run", "--episodes", "10", "--quiet"]), "has 20 episodes, which cannot become fewer");
     succeed(longer());
     assert!(metrics(&run).starts_with(&rows));
 }
@@ -479,13 +480,15 @@ fn a_report_leaves_out_damaged_runs_and_says_why() {
 #[test]
 fn settings_that_limit_each_other_are_given_in_any_order() {
     let folder = tempfile::tempdir().unwrap();
-    let train = |settings: [&str; 2]| {
+    let train = |settings: &[&str]| {
         let start = ["train", "task1", "--method", "planning", "--episodes", "1", "--quiet", "--model", "true"];
-        let settings = settings.into_iter().flat_map(|setting| ["--set", setting]);
+        let settings = settings.iter().flat_map(|setting| ["--set", setting]);
         mge(&folder, start.into_iter().chain(settings).chain(["--out", "run"]))
     };
-    succeed(train(["planner.rollouts=4", "planner.elites=2"]));
-    fail(train(["planner.rollouts=4", "planner.elites=5"]), "planner.elites");
+    succeed(train(&["planner.rollouts=4", "planner.elites=2", "planner.rollouts=3"]));
+    let config = std::fs::read_to_string(folder.path().join("run/config.json")).unwrap();
+    assert!(config.contains("\"rollouts\": 3") && config.contains("\"elites\": 2"), "{config}");
+    fail(train(&["planner.rollouts=4", "planner.elites=5"]), "planner.elites");
 }
 
 #[test]

@@ -84,7 +84,7 @@ fn command_line(arguments: &DynamicsTrain) -> String {
         }
     }
     let name = arguments.out.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    command + if arguments.literal { " --literal" } else { "" } + " --out " + &name
+    command + if arguments.literal { " --literal" } else { "" } + " --out " + &shell_words::quote(&name)
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
@@ -100,6 +100,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     drop(progress);
     if let Some(path) = &arguments.figure {
         let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;
+        let name = shell_words::quote(name);
         let command = format!("mge dynamics evaluate {name} --seed {seed} --launches {launches}{}", print.option());
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
         model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;

@@ -12,6 +12,7 @@ use crate::evidence;
 use crate::puzzles::{
     self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch, TransferPlan, TransferResults,
 };
+use crate::run::config_hash;
 use crate::sweep::Sweep;
 use crate::workbench::RunView;
 
@@ -140,6 +141,9 @@ fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
     ];
     let settings = arguments.settings.iter().map(|setting| ("--set", setting.clone()));
     let command = command(&["bench"], &arguments.search, methods.chain(options).chain(settings));
-    BenchResults::new(&command, index, runs.into_iter().map(|run| run.trained.row).collect()).write(out)?;
+    let command = command + &arguments.print.option();
+    let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
+    let rows = runs.into_iter().map(|run| run.trained.row).collect();
+    BenchResults::new(&command, index, rows).write(out, &hash, arguments.print.dpi)?;
     Ok(output::line(out.join("report.md").display())?)
 }

@@ -65,11 +65,16 @@ pub fn train(arguments: &Train) -> Outcome {
     follow(&mut session, 0, arguments.quiet, &interrupt)
 }
 
-/// Applies `--set` options in their order. A setting that is out of range only because of a later one is tried again
-/// after it.
+/// Applies `--set` options in their order; the last value of a setting counts. A setting that is out of range only
+/// because of a later one is tried again after it.
 fn apply_settings(session: &mut Session, settings: &[String]) -> Outcome {
     let parsed = settings.iter().map(|setting| split_definition(setting, "--set"));
-    let mut left: Vec<(String, String)> = parsed.collect::<Result<_, _>>()?;
+    let mut left: Vec<(String, String)> = Vec::new();
+    for setting in parsed {
+        let (key, value) = setting?;
+        left.retain(|(earlier, _)| *earlier != key);
+        left.push((key, value));
+    }
     while !left.is_empty() {
         let (count, mut refusal) = (left.len(), None);
         left.retain(|(key, value)| {
@@ -102,6 +107,13 @@ pub fn resume(arguments: &Resume) -> Outcome {
         }
     }
     let Some(first) = runs.first() else { return Ok(()) };
+    for run in &runs {
+        let before = RunView::open(run)?.config().episodes;
+        if let Some(episodes) = arguments.episodes.filter(|episodes| *episodes < before) {
+            let run = run.display();
+            return Err(format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer").into());
+        }
+    }
     let interrupt = Interrupt::listen()?;
     let mut session = Session::on_run(first)?;
     if let Some(episodes) = arguments.episodes {

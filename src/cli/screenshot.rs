@@ -22,8 +22,17 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     let mut still = Still::new(session);
     for (path, keys) in screens {
         still.press(keys)?;
-        let (path, file) = (Path::new(path), arguments.script.file.display());
-        let command = format!("mge screenshot {file} --size {width}x{height} --screen \"{}={keys}\"", path.display());
+        let path = Path::new(path);
+        let (file, size) = (arguments.script.file.display().to_string(), format!("{width}x{height}"));
+        let command = shell_words::join([
+            "mge",
+            "screenshot",
+            &file,
+            "--size",
+            &size,
+            "--screen",
+            &format!("{}={keys}", path.display()),
+        ]);
         let provenance = Provenance::new(command, &[seed], hash.clone());
         let picture = still.picture(width, height, &provenance.to_svg());
         let bytes = encode(path, &picture, &provenance, arguments.dpi)?;

@@ -7,6 +7,7 @@ use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use crate::figures::{
     Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, PerformanceProfile, Progress, ScorePanel, Statistics,
+    SuccessMeasure,
 };
 use crate::stats::aggregate::iqm;
 use crate::stats::profile::profile_intervals;
@@ -51,7 +52,8 @@ pub fn learning_curves(
         panels.push(panel);
     }
     let statistics = interquartile_means(INTERVAL, &seeds);
-    Ok(LearningCurves { greedy, window: window.get(), statistics, panels, ..LearningCurves::default() })
+    let measure = if greedy { SuccessMeasure::Greedy } else { SuccessMeasure::Training };
+    Ok(LearningCurves { measure, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
 
 /// Interquartile mean of the rolling success over seeds, against all actions in the real environment,

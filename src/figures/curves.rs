@@ -13,8 +13,8 @@ use super::tasks::{COLUMNS, heading};
 /// Success against episodes, one panel per task.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LearningCurves {
-    /// Whether success is that of greedy evaluations instead of training episodes.
-    pub greedy: bool,
+    /// What the curves are shares of.
+    pub measure: SuccessMeasure,
     /// The quantity on the x axis.
     pub progress: Progress,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
@@ -30,6 +30,29 @@ pub struct LearningCurves {
     pub reference: Option<String>,
     /// Width, font size and x axis.
     pub style: PlotStyle,
+}
+
+/// What a curve of success is a share of.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum SuccessMeasure {
+    /// Of the latest training episodes: those that reached the goal.
+    #[default]
+    Training,
+    /// Of the latest greedy evaluations: those that reached the goal.
+    Greedy,
+    /// Of trainings on different puzzles: those that have solved theirs, with at least this success rate over the
+    /// latest training episodes.
+    Solved(f64),
+}
+
+impl SuccessMeasure {
+    /// The axis label and the CSV column.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Training | Self::Greedy => ["success rate", "success"],
+            Self::Solved(_) => ["puzzles solved", "solved"],
+        }
+    }
 }
 
 /// The quantity against which success is plotted.
@@ -241,10 +264,16 @@ impl LearningCurves {
 
     /// The note below the panels.
     fn caption(&self, legend: &Legend<'_>) -> String {
-        let what = if self.greedy {
-            format!("Success of the actor without noise, mean of the last {} evaluations.", self.window)
-        } else {
-            format!("Share of the last {} training episodes that reached the goal.", self.window)
+        let window = self.window;
+        let what = match self.measure {
+            SuccessMeasure::Training => format!("Share of the last {window} training episodes that reached the goal."),
+            SuccessMeasure::Greedy => {
+                format!("Success of the actor without noise, mean of the last {window} evaluations.")
+            }
+            SuccessMeasure::Solved(least) => format!(
+                "Share of puzzles on which {:.0} % of {window} consecutive training episodes have reached the goal.",
+                100.0 * least
+            ),
         };
         let what = what + self.progress.words()[2];
         let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
@@ -289,7 +318,7 @@ impl Figure for LearningCurves {
         let rect = legend(canvas, rect, &curves.marks());
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), self.columns())) {
             let x = self.x_axis(&panel.curves).labelled(place.x_label);
-            let y = rate_axis("success rate (%)").labelled(place.y_label);
+            let y = rate_axis(&format!("{} (%)", self.measure.words()[0])).labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
             curves.draw_curves(canvas, &plot, &panel.curves, Numbers::Ends);
@@ -297,7 +326,8 @@ impl Figure for LearningCurves {
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new(["task", "method", self.progress.words()[1], "success", "low", "high"]);
+        let mut table =
+            Table::new(["task", "method", self.progress.words()[1], self.measure.words()[1], "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
                 let named = self.legend.iter().find(|(label, _)| *label == curve.label).map(|(_, name)| name);
@@ -325,7 +355,7 @@ impl Figure for PerformanceProfile {
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
         let frame = Frame { title: "", grid: true, square: false };
-        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"));
+        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("share above \u{3c4} (%)"));
         curves.draw_curves(canvas, &plot, &self.curves, Numbers::Apart)
     }
 

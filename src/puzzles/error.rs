@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
+use crate::figures::FigureError;
 use crate::json::SyntaxError;
+use crate::stats::StatsError;
 use crate::task::TaskError;
 use crate::trainer::{PriorError, TrainingError};
 
@@ -50,6 +52,12 @@ pub enum PuzzleError {
     /// A training failed.
     #[error(transparent)]
     Training(#[from] TrainingError),
+    /// A statistic of the report cannot be computed.
+    #[error(transparent)]
+    Stats(#[from] StatsError),
+    /// A figure of the report cannot be written.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
     /// The threads of the batch cannot be started.
     #[error(transparent)]
     Batch(#[from] BatchError),

@@ -32,6 +32,9 @@ const SUBGOALS: usize = 2;
 /// Number of episodes of the first, cheap check of a layout.
 const FIRST_LOOK: u32 = 100;
 
+/// Usual half width of the uniform noise on the ball's start, normalised.
+pub const START_NOISE: f32 = 0.01;
+
 /// The criteria by which a layout is accepted as a puzzle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criteria {
@@ -73,7 +76,7 @@ pub fn generate(
     // A puzzle whose file is gone is generated again.
     index.puzzles.retain(|puzzle| puzzle.path(folder).exists());
     let missing = (0..count).filter(|number| index.puzzles.iter().all(|puzzle| puzzle.number != *number));
-    let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria, folder }.job()).collect();
+    let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria }.job(folder)).collect();
     let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
     index.puzzles.extend(found);
     index.puzzles.sort_by_key(|puzzle| puzzle.number);
@@ -84,17 +87,28 @@ pub fn generate(
     }
 }
 
+/// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it. None if
+/// the search was stopped.
+///
+/// # Errors
+/// When guidance fails.
+pub fn random_puzzle(seed: u64, stop: &Stop) -> Result<Option<Task>, PuzzleError> {
+    let index = Index::new(seed, Split::Train, START_NOISE);
+    let search = Search { number: 0, index: &index, criteria: &Criteria::default() };
+    Ok(search.find(&mut search.rng(), stop)?.map(|(task, _)| Arc::unwrap_or_clone(task)))
+}
+
 /// The search for one puzzle: draws layouts until one is accepted.
 struct Search<'a> {
     number: u64,
     index: &'a Index,
     criteria: &'a Criteria,
-    folder: &'a Path,
 }
 
 impl<'a> Search<'a> {
-    fn job(self) -> Job<'a, Puzzle, PuzzleError> {
-        Job::new(self.name(), 1, move |handle| self.search(handle))
+    /// The job that writes the puzzle into `folder`.
+    fn job(self, folder: &'a Path) -> Job<'a, Puzzle, PuzzleError> {
+        Job::new(self.name(), 1, move |handle| self.search(folder, handle))
     }
 
     fn name(&self) -> String {
@@ -106,27 +120,37 @@ impl<'a> Search<'a> {
         format!("{split}-{}-{:04}", self.index.seed, self.number)
     }
 
-    fn search(&self, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
+    fn rng(&self) -> ChaCha8Rng {
+        Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed)
+    }
+
+    fn search(&self, folder: &Path, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
         handle.report(self.name());
-        let mut rng = Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed);
-        while !handle.is_stopped() {
-            let layout = layout(&self.name(), self.index.start_noise, &mut rng);
+        let mut rng = self.rng();
+        let Some((task, mut puzzle)) = self.find(&mut rng, handle.stop())? else { return Ok(None) };
+        // Other episodes than those by which the puzzle was chosen, which have few goals for that reason.
+        let random = play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop());
+        let Some((episodes, goals)) = random else { return Ok(None) };
+        (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
+        task::save(&task, &puzzle.path(folder))?;
+        Ok(Some(puzzle))
+    }
+
+    /// Draws layouts until one is accepted; returns it with its description, which lacks the random hit rate.
+    fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<Option<(Arc<Task>, Puzzle)>, PuzzleError> {
+        while !stop.is_requested() {
+            let layout = layout(&self.name(), self.index.start_noise, rng);
             let seed = rng.r#gen();
             if layout.validate().is_err() {
                 continue;
             }
             let task = Arc::new(layout);
-            let judged = match self.judge(&task, seed, handle.stop()) {
-                Err(PuzzleError::Dynamics(DynamicsError::Stopped)) => return Ok(None),
-                judged => judged?,
-            };
-            if let Some(mut puzzle) = judged {
-                // Other episodes than those by which the puzzle was chosen, which have few goals for that reason.
-                let random = play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop());
-                let Some((episodes, goals)) = random else { return Ok(None) };
-                (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
-                task::save(&task, &puzzle.path(self.folder))?;
-                return Ok(Some(puzzle));
+            match self.judge(&task, seed, stop) {
+                Err(PuzzleError::Dynamics(DynamicsError::Stopped)) => break,
+                judged => match judged? {
+                    Some(puzzle) => return Ok(Some((task, puzzle))),
+                    None => continue,
+                },
             }
         }
         Ok(None)

@@ -8,6 +8,7 @@
 
 mod bench;
 mod error;
+mod figures;
 mod generate;
 mod index;
 mod proposals;
@@ -18,7 +19,7 @@ mod transfer;
 
 pub use bench::{BenchPlan, prepare};
 pub use error::PuzzleError;
-pub use generate::{Criteria, generate};
+pub use generate::{Criteria, START_NOISE, generate, random_puzzle};
 #[cfg(test)]
 use index::Puzzle;
 pub use index::{Index, Split};

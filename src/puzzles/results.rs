@@ -1,6 +1,6 @@
 //! The results of a bench: how many puzzles each method solves, and how fast.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -9,7 +9,9 @@ use serde::Serialize;
 use super::error::PuzzleError;
 use super::index::Index;
 use crate::evidence::LearningRow;
+use crate::figures::{Figure, Provenance};
 use crate::markdown;
+use crate::stats::Bootstrap;
 use crate::stats::rolling::WINDOW;
 
 /// Minimum success rate of a solved puzzle.
@@ -60,11 +62,19 @@ impl BenchResults {
         }
     }
 
-    /// Writes `report.md` and `report.json` into `folder`.
+    /// Writes `report.md`, `report.json` and `figures/` (at `dpi` dots per inch) into `folder`. `config_hash` is that of
+    /// the trainings' settings.
     ///
     /// # Errors
-    /// When a file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
+    /// When a statistic cannot be computed, or a file cannot be written.
+    pub fn write(&self, folder: &Path, config_hash: &str, dpi: u32) -> Result<(), PuzzleError> {
+        let bootstrap = Bootstrap::default();
+        let figures = folder.join("figures");
+        std::fs::create_dir_all(&figures).map_err(PuzzleError::io(&figures))?;
+        let seeds: BTreeSet<u64> = self.runs.iter().map(|row| row.seed).collect();
+        let provenance = Provenance::new(&self.command, &Vec::from_iter(seeds), config_hash);
+        self.solved_curves(&bootstrap)?.write_all(&figures, "solved", &provenance, dpi)?;
+        self.profile(&bootstrap)?.write_all(&figures, "profile", &provenance, dpi)?;
         write_report(folder, self, self.to_markdown())
     }
 
@@ -89,11 +99,16 @@ impl BenchResults {
         text += "## Share of trainings that solved their puzzle\n\n";
         self.write_table(&mut text, "method", &[""], |_| Some(0));
         text += "\n## By the fewest actions with which guided play reached the goal\n\n";
-        self.write_table(&mut text, "actions, method", &GROUPS.map(|(_, name)| name), |row| {
-            let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
-            group_of(puzzle.actions_needed)
-        });
+        self.write_table(&mut text, "actions, method", &GROUPS.map(|(_, name)| name), |row| self.difficulty(row));
+        text += "\n![Share of puzzles solved against episodes](figures/solved.png)\n\n\
+                 ![Share of puzzles with a final success rate above each threshold](figures/profile.png)\n";
         text
+    }
+
+    /// The group of a run's puzzle by difficulty.
+    pub(super) fn difficulty(&self, row: &LearningRow) -> Option<usize> {
+        let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
+        group_of(puzzle.actions_needed)
     }
 
     /// Writes a table with one row per group and method; `group` returns the index of a run's group in `names`.

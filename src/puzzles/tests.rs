@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::*;
 use crate::batch::Batch;
 use crate::evidence::LearningRow;
+use crate::stats::Bootstrap;
 use crate::stats::efficiency::Efficiency;
 use crate::sweep::Sweep;
 use crate::task;
@@ -181,12 +182,18 @@ fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
     for (number, actions_needed) in [(0, 1), (1, 5)] {
         index.puzzles.push(puzzle(number, actions_needed));
     }
-    let row = |task: &str, episodes_to_80, held| LearningRow {
+    let row = |task: &str, episodes_to_80, held: f64| LearningRow {
         task: task.to_owned(),
         method: "ddpg".to_owned(),
         epsilon: "0".to_owned(),
         episodes: 400,
-        efficiency: Efficiency { episodes_to_80, auc: Some(0.5), held_success: Some(held), ..Efficiency::default() },
+        efficiency: Efficiency {
+            episodes_to_80,
+            auc: Some(0.5),
+            final_success: Some(if held > 0.8 { held } else { 0.25 }),
+            held_success: Some(held),
+            ..Efficiency::default()
+        },
         ..LearningRow::default()
     };
     let rows = [row("test-0-0000", Some(150), 0.9), row("test-0-0001", Some(400), 0.7), row("task1", Some(1), 1.0)];
@@ -195,6 +202,23 @@ fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
     let text = results.to_markdown();
     assert!(text.contains("| method | trainings | within 100 | within 200 | within 400 | held |"), "{text}");
     assert!(text.contains("| DDPG | 2 | 0.00 | 0.50 | 1.00 | 0.50 | 0.50 |"), "{text}");
+    let curves = results.solved_curves(&Bootstrap::default()).unwrap();
+    let panels: Vec<&str> = curves.panels.iter().map(|panel| panel.task.as_str()).collect();
+    assert_eq!(panels, ["all (2 puzzles)", "1 to 3 actions (1 puzzle)", "4 to 6 actions (1 puzzle)"]);
+    let at = |panel: usize, episodes: f64| {
+        let curve = &curves.panels[panel].curves[0];
+        curve.y[curve.x.iter().position(|x| *x == episodes).unwrap()]
+    };
+    assert_eq!([at(0, 144.0), at(0, 152.0), at(0, 392.0), at(0, 400.0)], [0.0, 0.5, 0.5, 1.0]);
+    assert_eq!([at(1, 152.0), at(2, 392.0), at(2, 400.0)], [1.0, 0.0, 1.0]);
+    let profile = results.profile(&Bootstrap::default()).unwrap();
+    let above = |threshold: f64| profile.curves[0].y[profile.curves[0].x.iter().position(|x| *x == threshold).unwrap()];
+    assert_eq!([above(0.0), above(0.5), above(0.75), above(1.0)], [1.0, 0.5, 0.5, 0.0]);
+    let folder = tempfile::tempdir().unwrap();
+    results.write(folder.path(), "hash", 72).unwrap();
+    for file in ["solved.png", "solved.csv", "profile.svg", "profile.pdf"] {
+        assert!(folder.path().join("figures").join(file).exists(), "{file}");
+    }
     let groups = "| 1 to 3, DDPG | 1 | 0.00 | 1.00 | 1.00 | 1.00 | 0.50 |\n\
                   | 4 to 6, DDPG | 1 | 0.00 | 0.00 | 1.00 | 0.00 | 0.50 |\n";
     assert!(text.contains(groups), "{text}");

@@ -16,7 +16,7 @@ pub(super) struct DryRun {
     pub setup: Setup,
     /// Files that the script will have written by now.
     written: BTreeSet<PathBuf>,
-    /// Whether the task is one that the script itself writes; nothing can be checked from there on.
+    /// Whether the task is one that the script itself writes or searches for; nothing can be checked from there on.
     task_unknown: bool,
     /// Whether subgoals have been proposed; edits cannot be checked from there on.
     proposed: bool,
@@ -39,12 +39,17 @@ impl DryRun {
     /// Opens a task.
     pub fn open_task(&mut self, task: &command::Task) -> Result<(), SessionError> {
         if self.written.contains(Path::new(&task.0)) {
-            self.task_unknown = true;
+            self.open_unknown_task();
         } else {
             self.setup.open_task(&task.0)?;
             self.proposed = false;
         }
         Ok(())
+    }
+
+    /// Notes that a task is opened that is not known beforehand.
+    pub fn open_unknown_task(&mut self) {
+        self.task_unknown = true;
     }
 
     /// Changes a setting.

@@ -61,7 +61,7 @@ pub enum SessionError {
     #[error("there is nothing to {0}")]
     Nothing(&'static str),
     /// The task was not loaded from a file.
-    #[error("{0} is a shipped task: name the file to save to, such as `save my-task.json`")]
+    #[error("{0} has no file: name one to save to, such as `save my-task.json`")]
     NoFile(String),
     /// Another program wrote the task's file.
     #[error("{} was changed by another program: `task FILE` loads it, `save FILE` replaces it", .0.display())]

@@ -15,6 +15,7 @@ mod jobs;
 mod journal;
 mod models;
 mod proposals;
+mod puzzles;
 mod run;
 mod runs;
 mod saved;

@@ -90,6 +90,7 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let mut settings = TrainConfig { seed, ..TrainConfig::default() };
     settings.epochs = epochs.unwrap_or(settings.epochs);
     let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let file = shell_words::quote(&file);
     let command = format!("mge dynamics train --tools {tools} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     create_parent(path).map_err(|error| error.to_string())?;

@@ -26,7 +26,14 @@ impl Setup {
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
-        let editor = Editor::new(load_regular(name)?);
+        let file = Path::new(name).is_file().then(|| PathBuf::from(name));
+        self.take_task(load_regular(name)?, file)?;
+        Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
+    }
+
+    /// Replaces the task; `file` is where it was read from.
+    pub fn take_task(&mut self, task: Task, file: Option<PathBuf>) -> Result<(), SessionError> {
+        let editor = Editor::new(task);
         let mut config = RunConfig { task: Arc::new(editor.task().clone()), ..self.config.clone() };
         if !config.more_tasks.is_empty() {
             // The former task may be one of them, and the new one is not any more.
@@ -36,9 +43,8 @@ impl Setup {
                 config.more_tasks.clear();
             }
         }
-        (self.editor, self.config) = (editor, config);
-        self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
-        Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
+        (self.editor, self.config, self.file) = (editor, config, file);
+        Ok(())
     }
 
     pub fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {

@@ -97,7 +97,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     run(&mut session, "task create/Push\ntool add cannon 0.5 0.9 angle=100 force=80\ntool set 3 angle=135");
     assert_eq!(
         apply(&mut session, "save").unwrap_err(),
-        "Push is a shipped task: name the file to save to, such as `save my-task.json`"
+        "Push has no file: name one to save to, such as `save my-task.json`"
     );
     run(
         &mut session,

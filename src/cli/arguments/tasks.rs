@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{count, first_seed, threads};
+use super::{Print, count, first_seed, threads};
 use crate::physics::MAX_OBJECTS;
-use crate::puzzles::Split;
+use crate::puzzles::{START_NOISE, Split};
 use crate::trainer::{Method, PriorSource};
 
 #[derive(Debug, Args)]
@@ -82,7 +82,7 @@ pub struct PuzzlesGenerate {
     #[arg(long, value_enum, default_value = "test")]
     pub split: Split,
     /// Half width of the uniform noise on the ball's start, normalised
-    #[arg(long, default_value_t = 0.01, value_parser = start_noise)]
+    #[arg(long, default_value_t = START_NOISE, value_parser = start_noise)]
     pub start_noise: f32,
     /// Number of random actions for the random hit rate in the index
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
@@ -158,6 +158,8 @@ pub struct PuzzlesBench {
     /// Train nothing: write the tasks and sweep.json for `mge sweep --plan` or `--slurm`
     #[arg(long)]
     pub prepare: bool,
+    #[command(flatten)]
+    pub print: Print,
     /// Number of concurrent trainings [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,

@@ -301,7 +301,7 @@ pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
         ("actions", Box::new(actions())),
         ("hits", Box::new(hits())),
         ("curves", Box::new(curves())),
-        ("greedy", Box::new(LearningCurves { greedy: true, ..curves() })),
+        ("greedy", Box::new(LearningCurves { measure: SuccessMeasure::Greedy, ..curves() })),
         ("methods", Box::new(methods())),
         ("profile", Box::new(profile())),
         ("model_error", Box::new(model_error())),

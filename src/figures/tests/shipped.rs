@@ -99,7 +99,7 @@ fn curves(rows: &[&Row], seeds: usize, greedy: bool) -> LearningCurves {
         curves: groups(&rows, "method").into_iter().map(curve).collect(),
     };
     LearningCurves {
-        greedy,
+        measure: if greedy { SuccessMeasure::Greedy } else { SuccessMeasure::Training },
         window,
         statistics: statistics("Interquartile mean", INTERVAL, seeds),
         panels: groups(rows, "task").into_iter().map(panel).collect(),

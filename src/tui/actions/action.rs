@@ -18,6 +18,7 @@ pub enum UiAction {
     Export,
     Method,
     Task,
+    Puzzle,
     Model,
     Seed,
     Episodes,

@@ -24,6 +24,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Export, Everywhere, "export", "f", "export", "export the figures of the session as PNG", Like("figure")),
     (A::Method, Everywhere, "method", "m", "", "", Verb("method")),
     (A::Task, Everywhere, "task", "o", "open", "", Verb("task")),
+    (A::Puzzle, Everywhere, "puzzle", "R", "", "search for a random puzzle and open it", Verb("puzzle")),
     (A::Model, Everywhere, "model", "d", "", "", Verb("model")),
     (A::Seed, Everywhere, "seed", "n", "", "", Verb("seed")),
     (A::Episodes, Everywhere, "episodes", "N", "", "", Verb("episodes")),

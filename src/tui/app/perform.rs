@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rand::Rng;
+
 use super::{App, QuitState, TerminalRequest};
 use crate::env::Placement;
 use crate::guidance::EpsilonSchedule;
@@ -56,6 +58,8 @@ impl App {
             UiAction::Export => self.export_all(),
             UiAction::Method => self.choose_method(),
             UiAction::Task => self.choose_task(),
+            // A short number, easy to note and to type.
+            UiAction::Puzzle => self.apply(command::Puzzle(rand::thread_rng().gen_range(0..100_000))),
             UiAction::Model => self.choose_model(),
             UiAction::Seed => self.ask_for_seed(),
             UiAction::Episodes => self.ask_for_episodes(),
@@ -124,7 +128,9 @@ impl App {
     pub(super) fn try_effect(&mut self, effect: Effect) -> Result<(), String> {
         match effect {
             Effect::Apply(Command::Quit(_)) => self.quit(),
-            Effect::Apply(command @ Command::Task(_)) if self.workspace.view().dirty => self.ask_to_discard(command),
+            Effect::Apply(command @ (Command::Task(_) | Command::Puzzle(_))) if self.workspace.view().dirty => {
+                self.ask_to_discard(command)
+            }
             Effect::Apply(command) => match self.would_overwrite(&command) {
                 Some(path) => self.ask_to_overwrite(&path, command),
                 None => self.report(command)?,

@@ -11,6 +11,7 @@ use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, status, tools, training};
 use crate::run::Metric;
+use crate::task::{level_names, shipped_names};
 use crate::text::printable;
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::Object;
@@ -115,7 +116,13 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
     put(&format!("\n{}", printable(&view.task.description)), Style::new());
     let placeable = view.task.placeable;
-    let file = view.file.as_ref().map_or_else(|| "shipped with the program".to_owned(), |f| f.display().to_string());
+    let is_shipped =
+        || shipped_names().chain(level_names()).any(|name| view.task.name.trim_end_matches("-random") == name);
+    let file = match &view.file {
+        Some(file) => file.display().to_string(),
+        None if is_shipped() => "shipped with the program".to_owned(),
+        None => ui.text("not saved: {save} saves"),
+    };
     let tool = tool_in_words(&placeable.tool([0.0; 2]), true);
     put(&ui.text(&format!("the agent places: {tool}; {{agent-tool}} chooses another")), theme.faint());
     put(&format!("{file}\n\n"), theme.faint());

@@ -79,6 +79,8 @@ pub struct ViewModel {
     pub details: Option<Arc<RunDetails>>,
     /// Runs in the folder that have not been read yet; at least 1 while the folder is being read.
     pub runs_unread: usize,
+    /// Number of damaged runs in the folder, which the log describes.
+    pub runs_damaged: usize,
     /// The watched run.
     pub watched: Option<Watched>,
     /// The episode a person plays.

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
-use crate::run::{Notes, RunDirectory, RunState, Stamp};
+use crate::run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use crate::trainer::RunConfig;
 
 /// Minimum time between two reports while many runs are read.
@@ -21,6 +21,7 @@ const CHECKED_PER_LOOK: usize = 500;
 /// The runs in a folder, as far as they are known.
 pub struct RunIndex {
     runs: Vec<Arc<RunSummary>>,
+    damaged: Vec<String>,
     unread: usize,
     /// The folder last looked at.
     folder: PathBuf,
@@ -32,6 +33,7 @@ pub struct RunIndex {
 struct Report {
     folder: PathBuf,
     runs: Vec<Arc<RunSummary>>,
+    damaged: Vec<String>,
     unread: usize,
 }
 
@@ -43,7 +45,7 @@ impl RunIndex {
         let work = move || Reader::new(sender, REPORT).work(&folders);
         // If the thread cannot be started, nothing is read.
         let _ = std::thread::Builder::new().name("mge-runs".to_owned()).spawn(work);
-        Self { runs: Vec::new(), unread: 0, folder: PathBuf::new(), looks, reports }
+        Self { runs: Vec::new(), damaged: Vec::new(), unread: 0, folder: PathBuf::new(), looks, reports }
     }
 
     /// Looks at a folder, in the background.
@@ -52,6 +54,7 @@ impl RunIndex {
             // At least 1 until its runs have been counted.
             (self.folder, self.unread) = (folder.to_owned(), 1);
             self.runs.clear();
+            self.damaged.clear();
         }
         // Sending fails only without the thread; then nothing more is read.
         let _ = self.looks.send(folder.to_owned());
@@ -63,7 +66,7 @@ impl RunIndex {
         let latest = self.reports.try_iter().filter(|report| report.folder == self.folder).last();
         let news = latest.is_some();
         if let Some(report) = latest {
-            (self.runs, self.unread) = (report.runs, report.unread);
+            (self.runs, self.damaged, self.unread) = (report.runs, report.damaged, report.unread);
         }
         news
     }
@@ -71,6 +74,11 @@ impl RunIndex {
     /// The runs, ordered by path.
     pub fn runs(&self) -> &[Arc<RunSummary>] {
         &self.runs
+    }
+
+    /// Why each damaged run cannot be read.
+    pub fn damaged(&self) -> &[String] {
+        &self.damaged
     }
 
     /// Number of folders not read yet.
@@ -83,8 +91,10 @@ impl RunIndex {
 #[derive(Default)]
 struct Known {
     stamp: Stamp,
-    /// None if it is not a run.
+    /// None if it is not a run, or a damaged one.
     run: Option<Arc<RunSummary>>,
+    /// Why it cannot be read, if it is a damaged run.
+    damage: Option<String>,
 }
 
 /// Reads folders on the background thread.
@@ -187,15 +197,18 @@ impl Reader {
         if stamp == known.stamp && !is_worked_on {
             return false;
         }
-        let run = glance(path).map(Arc::new);
+        let (run, damage) = match glance(path) {
+            Ok(run) => (run.map(Arc::new), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
         let changed = match (&run, &known.run) {
             (Some(new), Some(old)) => {
                 (new.done, &new.state, &new.tags, &new.note) != (old.done, &old.state, &old.tags, &old.note)
             }
-            (None, None) => false,
+            (None, None) => damage != known.damage,
             _ => true,
         };
-        *known = Known { stamp, run };
+        *known = Known { stamp, run, damage };
         changed
     }
 
@@ -203,24 +216,34 @@ impl Reader {
         // After a partial report, a final one states that nothing is left to read.
         self.is_stale = unread > 0;
         let runs = self.known.values().filter_map(|known| known.run.clone()).collect();
-        self.reports.send(Report { folder: self.folder.clone(), runs, unread }).is_ok()
+        let damaged = self.known.values().filter_map(|known| known.damage.clone()).collect();
+        self.reports.send(Report { folder: self.folder.clone(), runs, damaged, unread }).is_ok()
     }
 }
 
-/// A summary of a run without reading its whole log. None if the folder is not a run.
-fn glance(path: &Path) -> Option<RunSummary> {
-    let directory = RunDirectory::open(path).ok()?;
-    let config: RunConfig = directory.config().ok()?;
-    let status = directory.status().ok()?;
+/// A summary of a run without reading its whole log. None if the folder is not a run of an agent.
+///
+/// # Errors
+/// When the run is damaged.
+fn glance(path: &Path) -> Result<Option<RunSummary>, RunError> {
+    let directory = match RunDirectory::open(path) {
+        Err(RunError::NotARun(_)) => return Ok(None),
+        opened => opened?,
+    };
+    if directory.is_of_model()? {
+        return Ok(None);
+    }
+    let config: RunConfig = directory.config()?;
+    let status = directory.status()?;
     // Unreadable notes count as none here; writing new ones reports the error.
     let Notes { tags, note, .. } = directory.notes().unwrap_or_default();
-    Some(RunSummary {
+    Ok(Some(RunSummary {
         tags,
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success as f32),
         ..RunSummary::new(path, Arc::new(config), status.state)
-    })
+    }))
 }
 
 #[cfg(test)]
@@ -361,7 +384,7 @@ mod tests {
         let mut index = RunIndex { reports, ..RunIndex::new() };
         index.look(Path::new("new"));
         let runs = vec![Arc::new(crate::tui::testing::run_summary("run"))];
-        sender.send(Report { folder: "old".into(), runs, unread: 0 }).unwrap();
+        sender.send(Report { folder: "old".into(), runs, damaged: Vec::new(), unread: 0 }).unwrap();
         assert!(!index.collect());
         assert!(index.runs().is_empty() && index.unread() == 1);
     }

@@ -30,7 +30,7 @@ pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
-pub use task::{Propose, Redo, SUBGOAL_RADIUS, Save, Task, Undo};
+pub use task::{Propose, Puzzle, Redo, SUBGOAL_RADIUS, Save, Task, Undo};
 
 /// A verb of the command language.
 #[derive(Debug, Clone, Copy)]
@@ -201,7 +201,7 @@ macro_rules! commands {
 
 // In the order of the help.
 commands! {
-    Task, Save, Undo, Redo, Edit, Propose,
+    Task, Puzzle, Save, Undo, Redo, Edit, Propose,
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
@@ -321,6 +321,7 @@ mod tests {
         "continue runs/a until 300",
         "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
         "evaluate",
+        "puzzle 13",
         "note runs/a 'holds, but late'",
         "tag runs/a paper,best",
         "place 0.25 -0.5 371",
@@ -340,6 +341,13 @@ mod tests {
             let command = Command::parse(line).unwrap().unwrap();
             assert_eq!(&command.to_string(), line);
         }
+    }
+
+    #[test]
+    fn a_note_needs_no_quotes() {
+        let command = Command::parse("note runs/a holds, but  late").unwrap().unwrap();
+        assert_eq!(command.to_string(), "note runs/a 'holds, but late'");
+        assert!(Command::parse("note runs/a").unwrap_err().to_string().contains("a text is missing"));
     }
 
     #[test]

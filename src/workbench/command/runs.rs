@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Changes, Index, Keyword, List, Number, Or, Place, Text, Unless, Within, Word};
+use super::words::{Changes, Index, Keyword, List, Number, Or, Place, Rest, Unless, Within, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
@@ -239,7 +239,7 @@ pub struct Note {
 impl Execute for Note {
     syntax! {
         "note" "FOLDER TEXT" "write a note on a run, kept in its folder; an empty one takes it away"
-            => Note { folder: Place("a run's folder"), text: Text("a text") };
+            => Note { folder: Place("a run's folder"), text: Rest("a text") };
     }
 
     fn execute(&self, _: &mut Session) -> Result<String, SessionError> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::words::{
     Index, Maybe, Number, Or, Parsed, Place, Position, Properties, Text, Unless, Within, Word, is_option,
 };
-use super::{Edit, Execute, InScripts, Recording, Verb, syntax};
+use super::{Awaits, Edit, Execute, InScripts, Recording, Verb, syntax};
 use crate::task::Edit::*;
 use crate::task::Editor;
 use crate::workbench::dry_run::DryRun;
@@ -30,13 +30,37 @@ impl Execute for Task {
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let report = session.change(|setup| self.prepare(setup))?;
-        session.forget_clusters();
-        session.forget_proposals();
+        session.forget_results_of_task();
         Ok(report)
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
         dry_run.open_task(self)
+    }
+}
+
+/// Searches for the random puzzle of a seed and opens it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Puzzle(pub u64);
+
+impl Execute for Puzzle {
+    syntax! {
+        "puzzle" "SEED" "search for the random puzzle of a seed, and open it"
+            => Puzzle { 0: Within("seed", 0..=u64::MAX) };
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.search_puzzle(self)
+    }
+
+    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+        dry_run.open_unknown_task();
+        Ok(())
+    }
+
+    /// Recorded when the puzzle is opened: only later commands can refer to it.
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::Never, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 

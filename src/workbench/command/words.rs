@@ -58,6 +58,24 @@ where
     }
 }
 
+/// All words that are left, as one text.
+pub(super) struct Rest(pub &'static str);
+
+impl Word<String> for Rest {
+    fn read(&self, words: &mut Words<'_>) -> Result<String, String> {
+        let mut text = words.next(self.0)?.to_owned();
+        while let Some(word) = words.peek() {
+            text = text + " " + word;
+            words.next(self.0)?;
+        }
+        Ok(text)
+    }
+
+    fn write(&self, value: &String) -> String {
+        quoted(value)
+    }
+}
+
 /// The path of a file or folder.
 pub(super) struct Place(pub &'static str);
 

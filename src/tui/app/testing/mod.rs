@@ -176,6 +176,7 @@ pub fn empty() -> ViewModel {
         groups: Arc::default(),
         details: None,
         runs_unread: 0,
+        runs_damaged: 0,
         watched: None,
         hand,
         model_work: None,

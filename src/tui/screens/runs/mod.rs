@@ -218,6 +218,9 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
         let order = if state.reversed { ", reversed" } else { "" };
         title = format!("{title} · by {}{order}", state.sort.name());
     }
+    if ui.view.runs_damaged > 0 {
+        title = format!("{title} · {} damaged: {}", ui.view.runs_damaged, ui.text("{screen-log} tells why"));
+    }
     if is_reading {
         title = format!("{title} · {} more are being read", ui.view.runs_unread);
     }
@@ -426,8 +429,11 @@ fn edit_tags(runs: &[&RunSummary]) -> Vec<Effect> {
         Ok(Effect::All(folders.iter().map(tag).collect()))
     };
     let title = if let [run] = runs { format!("tags of {}", run.name) } else { format!("tags of {} runs", runs.len()) };
-    let now = runs.first().map_or_else(String::new, |run| run.tags.join(" "));
-    vec![Effect::open(Prompt::new(title, "words with spaces between them; the filter finds tag:WORD", now, read))]
+    let on_all = |tag: &&String| runs.iter().all(|run| run.tags.contains(tag));
+    let now: Vec<&str> =
+        runs.first().map_or(&[][..], |run| &run.tags).iter().filter(on_all).map(String::as_str).collect();
+    let hint = "words with spaces between them; the filter finds tag:WORD";
+    vec![Effect::open(Prompt::new(title, hint, now.join(" "), read))]
 }
 
 #[cfg(test)]

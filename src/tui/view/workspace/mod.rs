@@ -98,6 +98,8 @@ pub struct SessionWorkspace {
     meter: Meter,
     /// Runs trained by other processes have been reported.
     others_reported: bool,
+    /// Why runs of the folder cannot be read, as far as it was logged.
+    damaged: Vec<String>,
     /// When the latest command was carried out.
     touched: Instant,
     /// When the view was last refreshed.
@@ -127,6 +129,7 @@ impl SessionWorkspace {
             groups: Arc::default(),
             details: None,
             runs_unread: 0,
+            runs_damaged: 0,
             watched: None,
             hand: hand_episode(&session, &task, None),
             model_work: None,
@@ -155,6 +158,7 @@ impl SessionWorkspace {
             details: Details::default(),
             meter: Meter::default(),
             others_reported: false,
+            damaged: Vec::new(),
             touched: Instant::now(),
             refreshed: Instant::now(),
             is_stale: false,
@@ -191,6 +195,13 @@ impl SessionWorkspace {
             let text = format!("trained by other processes: {}; the Runs screen controls them", names.join(", "));
             self.log(Level::Good, text);
         }
+    }
+
+    /// Logs why runs of the folder cannot be read, each reason once.
+    fn report_damaged(&mut self) {
+        let known = std::mem::replace(&mut self.damaged, self.index.damaged().to_vec());
+        let news: Vec<String> = self.damaged.iter().filter(|reason| !known.contains(reason)).cloned().collect();
+        news.into_iter().for_each(|reason| self.log(Level::Warning, reason));
     }
 
     /// Logs a notice of the session.
@@ -269,6 +280,7 @@ impl Workspace for SessionWorkspace {
         let news = self.grouper.collect() || news.contains(&true);
         if news {
             self.report_others();
+            self.report_damaged();
         }
         // Measured only while training: redrawing would keep an idle screen busy.
         let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());

@@ -100,6 +100,7 @@ impl SessionWorkspace {
         self.view.groups = self.grouper.known().clone();
         self.grouper.note_change();
         self.view.runs_unread = self.index.unread();
+        self.view.runs_damaged = self.index.damaged().len();
         self.view.system = self.meter.known();
     }
 

@@ -85,6 +85,25 @@ fn the_outcomes_of_background_commands_are_logged_and_shown() {
 }
 
 #[test]
+fn damaged_runs_are_counted_and_each_is_logged_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = make(folder.path(), "damaged").config_path();
+    make(folder.path(), "good");
+    std::fs::create_dir(folder.path().join("no run")).unwrap();
+    std::fs::write(&config, "{").unwrap();
+    let mut workspace = workspace(folder.path(), &LONG);
+    let logged = |workspace: &SessionWorkspace| {
+        workspace.view.log.iter().filter(|line| line.text.contains("config.json")).count()
+    };
+    for _ in 0..2 {
+        workspace.look_for_runs();
+        poll_until(&mut workspace, |workspace| workspace.view.runs_damaged == 1 && logged(workspace) == 1);
+    }
+    assert!(latest(&workspace).text.contains("damaged"), "{:?}", latest(&workspace));
+    assert_eq!(workspace.view.runs.iter().filter(|run| run.name == "good").count(), 1);
+}
+
+#[test]
 fn runs_that_other_processes_train_are_reported_once() {
     let folder = tempfile::tempdir().unwrap();
     let _lock = make(folder.path(), "other").lock().unwrap();

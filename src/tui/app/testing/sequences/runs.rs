@@ -105,6 +105,12 @@ fn notes_and_tags_are_written_to_the_run() {
     check(grouped(), "5 tab down i f i n e enter", &["note runs/plain-0 fine"], "");
     let tag = ["tag runs/plain-0 a,b", "tag runs/plain-1 a,b", "tag runs/plain-2 a,b"];
     check(grouped(), "5 I a , b enter", &tag, "");
+    let mut both = grouped();
+    for (row, tags) in [(0, vec!["paper", "own"]), (1, vec!["paper"]), (2, vec!["late", "paper"])] {
+        change_run(&mut both, row, |run| run.tags = tags.into_iter().map(str::to_owned).collect());
+    }
+    let tag = ["tag runs/guided-0 paper", "tag runs/guided-1 paper", "tag runs/guided-2 paper"];
+    check(both, "5 down I enter", &tag, "");
     let mut view = grouped();
     change_run(&mut view, 0, |run| (run.tags, run.note) = (vec!["paper".into()], "holds".into()));
     check(view, "5 / t a g : p a p e r enter enter", &["open runs/guided-0"], "");
