@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::text::{LONGEST_EXCERPT, excerpt};
+use crate::text::{MAX_EXCERPT_LENGTH, excerpt};
 
 /// The text is not JSON, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -35,7 +35,7 @@ pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, Syntax
 }
 
 fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> SyntaxError {
-    let [path, message] = [path, message(error)].map(|text| excerpt(&text, LONGEST_EXCERPT).into_owned());
+    let [path, message] = [path, message(error)].map(|text| excerpt(&text, MAX_EXCERPT_LENGTH).into_owned());
     SyntaxError { origin: origin.to_owned(), line: error.line(), column: error.column(), path, message }
 }
 

@@ -56,6 +56,7 @@ pub mod stop;
 pub mod streams;
 mod study;
 mod sweep;
+mod sync;
 pub mod task;
 mod text;
 pub mod trainer;

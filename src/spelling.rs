@@ -2,7 +2,7 @@
 
 /// Longer texts are not compared: they are not misspelt names, and comparison time grows with the square of the
 /// length.
-pub const LONGEST: usize = 64;
+pub const MAX_COMPARED_LENGTH: usize = 64;
 
 /// The known name most similar to the typed one, if any is similar enough.
 pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
@@ -14,7 +14,7 @@ pub fn nearest_to_any<'a, const N: usize>(
     known: impl IntoIterator<Item = &'a str>,
     typed: [&str; N],
 ) -> Option<&'a str> {
-    if typed.iter().any(|typed| typed.len() > LONGEST) {
+    if typed.iter().any(|typed| typed.len() > MAX_COMPARED_LENGTH) {
         return None;
     }
     let closeness = |name: &str| typed.iter().map(|typed| strsim::jaro_winkler(name, typed)).fold(0.0, f64::max);

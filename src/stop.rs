@@ -2,11 +2,13 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
+
+use crate::sync::lock;
 
 /// A flag that asks work to stop. Clones share the flag.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +27,7 @@ impl Stop {
 }
 
 /// Interval between two checks of `is_stopped`.
-const LOOK: Duration = Duration::from_millis(5);
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Runs `work`, which may not poll a stop request while it computes, on a separate thread. Returns None if it is
 /// still running `patience` after `is_stopped` first returned true: the thread is then abandoned and its result lost.
@@ -39,18 +41,18 @@ pub fn run_abandonable<T: Send + 'static>(
     let shared = work.clone();
     let body = move || {
         // Nothing panics while the lock is held.
-        let work = shared.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let work = lock(&shared).take();
         // The receiver may have given up waiting.
         let _ = work.map(|work| sender.send(catch_unwind(AssertUnwindSafe(work))));
     };
     if thread::Builder::new().name("mge-work".to_owned()).spawn(body).is_err() {
         // No thread could be started: run the work here, to completion.
-        let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let work = lock(&work).take();
         return work.map(|work| work());
     }
     let mut asked = None;
     loop {
-        match receiver.recv_timeout(LOOK) {
+        match receiver.recv_timeout(POLL_INTERVAL) {
             Ok(outcome) => return Some(outcome.unwrap_or_else(|panic| resume_unwind(panic))),
             Err(_) if !is_stopped() => {}
             Err(_) if asked.get_or_insert_with(Instant::now).elapsed() < patience => {}

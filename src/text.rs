@@ -40,8 +40,8 @@ pub fn counted<N: Display + PartialEq + From<u8>>(count: N, noun: &str) -> Strin
     format!("{count} {noun}{ending}")
 }
 
-/// Most characters of a value that an error message shows.
-pub const LONGEST_EXCERPT: usize = 300;
+/// Maximum number of characters of a value that an error message shows.
+pub const MAX_EXCERPT_LENGTH: usize = 300;
 
 /// Shortens a text to `most` characters by cutting out the middle; a note in its place counts the characters removed.
 pub fn excerpt(text: &str, most: usize) -> Cow<'_, str> {

@@ -5,7 +5,7 @@ use std::fmt::{self, Display};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::text::{LONGEST_EXCERPT, excerpt};
+use crate::text::{MAX_EXCERPT_LENGTH, excerpt};
 
 /// A well-formed value that is not allowed: its place and the reason.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -21,7 +21,7 @@ impl ValidationError {
     /// An error about the value at a JSON path.
     pub fn new(path: impl Display, message: impl Display) -> Self {
         let [path, message] = [path.to_string(), message.to_string()];
-        let short = |text: String| excerpt(&text, LONGEST_EXCERPT).into_owned();
+        let short = |text: String| excerpt(&text, MAX_EXCERPT_LENGTH).into_owned();
         Self { path: short(path), message: short(message) }
     }
 

@@ -81,7 +81,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     let child = under_way(&arguments, &run, 3);
     assert!(ask(&["pause", "run"]).ends_with(": paused\n"));
     let at_rest = metrics(&run);
-    assert_eq!(ask(&["pause", "run"]), "paused already\n");
+    assert_eq!(ask(&["pause", "run"]), "already paused\n");
     assert!(ask(&["epsilon", "run", "0.25"]).ends_with(": epsilon is now 0.25\n"));
     assert_eq!(metrics(&run), at_rest, "a paused run continued");
     fail(mge(&folder, ["resume", "run", "--episodes", "2000000"]), "is paused by another process");

@@ -29,4 +29,6 @@ done
 train tuned sbx-td3 --set "$small" --set batch_size=128 --set learning_rate=0.001 --set learning_starts=2000
 train tuned sbx-sac --set "$small" --set batch_size=128 --set learning_rate=0.001 --set ent_coef=0.02
 train tuned sbx-crossq --set "$small" --set batch_size=128 --set learning_rate=0.001 --set ent_coef=0.02
+train tuned sb3-td3 --set "$small" --set batch_size=128 --set learning_rate=0.001 --set learning_starts=2000
+train tuned sb3-sac --set "$small" --set batch_size=128 --set learning_rate=0.001 --set ent_coef=0.02
 train tuned sb3-ppo --set n_steps=256 --set learning_rate=0.001 --set ent_coef=0.01

@@ -4,14 +4,15 @@
 
 Prints Markdown: for each folder, agent and task the number of seeds, the mean (least to greatest) success over the latest
 100 training episodes, the mean (least to greatest) success without exploration, the number of seeds in which the latter is
-at least 0.8, and mean seconds of processor time. Runs of `mge train` count every action of episodes and of practice;
-their evaluation is the latest one within that number of actions, and their time is the wall time until then, with the
-evaluations.
+at least 0.8, and mean seconds of processor and of wall time. Runs of `mge train` count every action of episodes and of
+practice; their evaluation is the latest one within that number of actions, and their wall time is that until then, with
+the evaluations; their processor time is not known.
 """
 
 import argparse
 import csv
 import json
+import math
 from collections import defaultdict
 from pathlib import Path
 
@@ -24,7 +25,7 @@ def peer(path, actions):
         row = next((row for row in csv.DictReader(file) if int(row["actions"]) == actions), None)
     if row is None:
         return None
-    numbers = (float(row[name]) for name in ("success", "greedy", "cpu_seconds"))
+    numbers = (float(row[name]) for name in ("success", "greedy", "cpu_seconds", "wall_seconds"))
     return (path.parent.name, row["algorithm"], row["task"]), tuple(numbers)
 
 
@@ -36,8 +37,13 @@ def ours(path, actions):
     episode = run.episodes["episode"][within].max()
     evaluation = [event for event in events if event["type"] == "evaluated" and event["episode"] <= episode][-1]
     seconds = evaluation["time"] - events[0]["time"]
-    numbers = (run.episodes["rolling_success"][within][-1], evaluation["success"], seconds)
+    numbers = (run.episodes["rolling_success"][within][-1], evaluation["success"], float("nan"), seconds)
     return (path.parents[1].name, run.config["method"], run.config["task"]["name"]), tuple(map(float, numbers))
+
+
+def mean(values):
+    number = sum(values) / len(values)
+    return "" if math.isnan(number) else f"{number:.0f}"
 
 
 def spread(values):
@@ -60,12 +66,12 @@ def main():
         for path in sorted((folder / "runs").iterdir()):
             group, numbers = ours(path, options.actions)
             groups[group].append(numbers)
-    print("| task | agent | settings | seeds | training success | without exploration | at least 0.8 | seconds |")
-    print("|---|---|---|--:|---|---|--:|--:|")
+    print("| task | agent | settings | seeds | training success | without exploration | at least 0.8 | processor | wall |")
+    print("|---|---|---|--:|---|---|--:|--:|--:|")
     for (folder, agent, task), rows in sorted(groups.items(), key=lambda group: (group[0][2], group[0])):
-        success, greedy, seconds = zip(*rows)
+        success, greedy, processor, wall = zip(*rows)
         solved = sum(value >= 0.8 for value in greedy)
-        cells = [task, agent, folder, len(rows), spread(success), spread(greedy), solved, f"{sum(seconds) / len(rows):.0f}"]
+        cells = [task, agent, folder, len(rows), spread(success), spread(greedy), solved, mean(processor), mean(wall)]
         print("| " + " | ".join(map(str, cells)) + " |")
 
 

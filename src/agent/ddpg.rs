@@ -30,7 +30,7 @@ pub struct Ddpg {
 }
 
 /// Lower bound of the mean magnitude of values that the actor's loss is divided by during imitation.
-const LEAST_SCALE: f32 = 1e-3;
+const MIN_SCALE: f32 = 1e-3;
 
 /// Metrics of an update. Except for norms and maxima they are means over the minibatch, computed before
 /// the step of the network they describe; the actor's use the critic after its step. The
@@ -310,7 +310,7 @@ impl Ddpg {
                 // or down -J / (1/N Σ |Q(s, μ(s))|) + w B, B = 1/M Σ (μ(s) - a)² where Q(s, a) > Q(s, μ(s))
                 let scale = q.as_vec().iter().map(|q| q.abs()).sum::<f32>() / n as f32;
                 let distance = (mu.leaky_trace() - self.rows(n, a)).square();
-                -q.mean() / scale.max(LEAST_SCALE) + (distance * self.rows(n, weights)).sum()
+                -q.mean() / scale.max(MIN_SCALE) + (distance * self.rows(n, weights)).sum()
             }
         };
         metrics.actor_loss = self.finite("actor loss", loss.array())?;

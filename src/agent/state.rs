@@ -57,7 +57,7 @@ pub enum StateError {
     #[error(
         "the saved replay buffer does not belong to the saved agent: `mge fork` can continue from an earlier checkpoint"
     )]
-    Foreign,
+    ReplayMismatch,
 }
 
 /// The part of an agent that is not stored as tensors.
@@ -216,7 +216,7 @@ impl Learner {
             || noise.state().len() != ddpg.action_len()
             || !segments.is_possible(recorded)
         {
-            return Err(StateError::Foreign);
+            return Err(StateError::ReplayMismatch);
         }
         Ok(Self { ddpg, replay, noise, streams, recorded, segments, batch: Default::default() })
     }

@@ -291,7 +291,7 @@ fn damaged_checkpoints_are_refused() {
     let cut = SavedLearner { replay: good.replay[..100].to_vec(), ..good.clone() };
     assert!(matches!(Learner::load(&cut), Err(StateError::Replay(ReplayError::Damaged(_)))));
     let other = SavedLearner { replay: learner(&small(), 1).save().replay, ..good.clone() };
-    assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign);
+    assert_eq!(Learner::load(&other).unwrap_err(), StateError::ReplayMismatch);
     for (observation_len, action_len, capacity, count) in [
         (OBSERVATION + 1, ACTION, 100, 30),
         (OBSERVATION, ACTION + 1, 100, 30),
@@ -312,7 +312,7 @@ fn damaged_checkpoints_are_refused() {
             replay.push(transition).unwrap();
         }
         let other = SavedLearner { replay: replay.to_bytes(), ..good.clone() };
-        assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign, "{replay:?}");
+        assert_eq!(Learner::load(&other).unwrap_err(), StateError::ReplayMismatch, "{replay:?}");
     }
     let no_learner = SavedLearner { networks: one.ddpg().save(), ..good };
     assert!(matches!(Learner::load(&no_learner), Err(StateError::Metadata { .. })));

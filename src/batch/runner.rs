@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -12,6 +12,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::stop::Stop;
+use crate::sync::lock;
 use crate::trainer::{Control, Watch, panic_message};
 
 /// Longest time between two progress reports, and the pause before retrying a job that another process is working on.
@@ -319,9 +320,4 @@ impl<T: Send, E: JobError> State<'_, T, E> {
             Err(panic) => Err(JobFailure::Panic(panic_message(&*panic).to_owned())),
         }
     }
-}
-
-/// Ignores poisoning: the values are only ever replaced whole, so they stay consistent after a panic.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,11 @@
 //! Tests of the batch contract.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use super::*;
+use crate::sync::lock;
 
 #[derive(Debug, thiserror::Error)]
 enum Trouble {
@@ -93,7 +94,7 @@ fn failures_and_panics_are_outcomes_and_stop_nothing() {
 fn a_job_of_another_process_is_tried_again_after_all_others() {
     let order = Mutex::new(Vec::new());
     let (outcomes, _) = run(1, 3, &AtomicBool::new(false), |number, tries, _| {
-        order.lock().unwrap_or_else(PoisonError::into_inner).push(number);
+        lock(&order).push(number);
         if number == 0 && tries < 2 { Err(Trouble::InUse) } else { Ok(Some(tries)) }
     });
     assert_eq!(outcomes, ["2", "0", "0"]);

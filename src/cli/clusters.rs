@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::arguments::Clusters;
 use super::output::{self, Outcome};
 use super::progress::Progress;
+use crate::run::RunError;
 use crate::stop::Stop;
 use crate::task;
 use crate::trainer::{Method, RunConfig, build_prior};
@@ -21,8 +22,7 @@ pub fn run(arguments: &Clusters) -> Outcome {
     drop(progress);
     match &arguments.out {
         Some(path) => {
-            crate::atomic::write(path, prior.to_json().as_bytes())
-                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+            crate::atomic::write(path, prior.to_json().as_bytes()).map_err(RunError::io("write", path))?;
         }
         None => output::lines(prior.to_json())?,
     }

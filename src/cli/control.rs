@@ -16,7 +16,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 pub fn pause(run: &Path) -> Outcome {
     if state(run)? == RunState::Paused {
-        return Ok(output::line("paused already")?);
+        return Ok(output::line("already paused")?);
     }
     ask(run, &Request::Pause, |event| matches!(event, Event::Paused { .. }))
 }
@@ -35,7 +35,7 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
             true => "fork it with another epsilon".to_owned(),
             false => format!("its method is `{method}`"),
         };
-        return Err(format!("{} has no action clusters, so that epsilon has no effect: {remedy}", run.display()).into());
+        return Err(format!("{} has no action clusters, so epsilon has no effect: {remedy}", run.display()).into());
     }
     let request = Request::Epsilon { schedule: schedule.to_string() };
     ask(run, &request, |event| matches!(event, Event::ScheduleChanged { .. }))
@@ -76,7 +76,7 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
             }
         }
         if is_over && !news.more {
-            return Err(format!("{} ended before it could do what was asked", run.display()).into());
+            return Err(format!("{} ended before the request took effect", run.display()).into());
         }
         std::thread::sleep(POLL_INTERVAL);
     }

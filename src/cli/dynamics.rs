@@ -6,7 +6,7 @@ use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::dynamics::{
-    self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, train_to_file,
+    self, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant, canonical_tool_set, train_to_file,
 };
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
@@ -33,7 +33,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     };
     let trained = train_to_file(&arguments.out, config, settings, arguments.tools.kinds(), &command, on_progress)?;
     drop(progress);
-    if matches!(trained.ended, Ended::Stopped) {
+    if matches!(trained.ended, TrainingOutcome::Stopped) {
         let epoch = trained.training.epoch();
         return Err(interrupt.ended(format!("stopped after epoch {epoch}: the same command continues")).into());
     }
@@ -194,7 +194,7 @@ mod tests {
         let given = tiny(&resumed);
         let (config, training) = settings(&given).unwrap();
         let mut first = Training::new(config, training, given.tools.kinds(), &command_line(&given)).unwrap();
-        assert_eq!(first.run(|_, now| now.epoch < 2), Ended::Stopped);
+        assert_eq!(first.run(|_, now| now.epoch < 2), TrainingOutcome::Stopped);
         let checkpoint = checkpoint_of(&resumed);
         std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
 

@@ -6,7 +6,7 @@ use std::io::{self, BufWriter, IsTerminal, Write};
 use crate::text::{excerpt, printable, printable_lines};
 
 /// Maximum length of a message, in characters.
-const LONGEST_MESSAGE: usize = 2000;
+const MAX_MESSAGE_LENGTH: usize = 2000;
 
 /// The result of a command: nothing, or an error shown as one line.
 pub type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -55,10 +55,10 @@ pub fn message_lines(text: &str) {
 
 /// A message for display: one line, without control characters, of bounded length.
 pub fn shown(text: &str) -> String {
-    printable(&excerpt(text, LONGEST_MESSAGE)).into_owned()
+    printable(&excerpt(text, MAX_MESSAGE_LENGTH)).into_owned()
 }
 
 /// [`shown`] for a message of several lines.
 pub fn shown_lines(text: &str) -> String {
-    printable_lines(&excerpt(text, LONGEST_MESSAGE)).into_owned()
+    printable_lines(&excerpt(text, MAX_MESSAGE_LENGTH)).into_owned()
 }

@@ -1,12 +1,13 @@
 //! Progress display: a bar on a terminal, lines elsewhere, nothing if quiet.
 
 use std::io::{IsTerminal, stderr};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output;
+use crate::sync::lock;
 
 /// Time between two lines when not on a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -16,7 +17,7 @@ static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// Clears the current bar, if any, before a final message.
 pub(super) fn clear() {
-    if let Some(bar) = &*SHOWN.lock().unwrap_or_else(PoisonError::into_inner) {
+    if let Some(bar) = &*lock(&SHOWN) {
         bar.finish_and_clear();
     }
 }
@@ -41,7 +42,7 @@ impl Progress {
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         if let Some(bar) = &bar {
-            *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
+            *lock(&SHOWN) = Some(bar.clone());
         }
         Self { bar, quiet, first: None, last_line: Instant::now() }
     }

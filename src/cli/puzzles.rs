@@ -73,7 +73,7 @@ fn search(arguments: &SubgoalOptions) -> SubgoalSearch {
 
 fn index_of(arguments: &SubgoalOptions) -> Result<Index, Box<dyn std::error::Error>> {
     let folder = arguments.puzzles.display();
-    let missing = || format!("{folder}: has no index.json: make puzzles with `mge puzzles generate`");
+    let missing = || format!("{folder} has no index.json: generate puzzles with `mge puzzles generate`");
     Ok(Index::load(&arguments.puzzles)?.ok_or_else(missing)?)
 }
 

@@ -16,7 +16,7 @@ use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
-use crate::run::{Event, RunState};
+use crate::run::{Event, RunError, RunState};
 use crate::task;
 use crate::text::printable;
 use crate::trainer::{Method, TracedStep};
@@ -300,8 +300,7 @@ pub fn export_actor(arguments: &Export) -> Outcome {
         return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
     }
     let actor = agent.export_actor();
-    crate::atomic::write(&arguments.out, &actor)
-        .map_err(|error| format!("cannot write {}: {error}", arguments.out.display()))?;
+    crate::atomic::write(&arguments.out, &actor).map_err(RunError::io("write", &arguments.out))?;
     Ok(output::line(arguments.out.display())?)
 }
 
@@ -313,24 +312,24 @@ pub fn figures(arguments: &Figures) -> Outcome {
         session.apply(open.clone())?;
         session.wait_for(&open)?;
     }
-    let ending = match (arguments.svg, arguments.pdf) {
+    let extension = match (arguments.svg, arguments.pdf) {
         (true, _) => "svg",
         (_, true) => "pdf",
         _ => "png",
     };
-    let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
+    let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, extension);
     let mut paths = BTreeSet::new();
     if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
         return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
     }
-    let dpi = Some(arguments.print.dpi).filter(|dpi| ending == "png" && *dpi != DEFAULT_DPI);
+    let dpi = Some(arguments.print.dpi).filter(|dpi| extension == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     let mut composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
     for option in &arguments.options {
         let (key, value) = split_definition(option, "--set")?;
         composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
     }
-    let learning = command::Figure::with_defaults(FigureKind::Learning, shared.join(format!("learning.{ending}")));
+    let learning = command::Figure::with_defaults(FigureKind::Learning, shared.join(format!("learning.{extension}")));
     export(&mut session, command::Figure { dpi, composition, ..learning })?;
     for run in &arguments.runs {
         session.apply(command::Open(run.clone()))?;
@@ -351,11 +350,11 @@ fn export(session: &mut Session, figure: command::Figure) -> Outcome {
     Ok(output::line(path.display())?)
 }
 
-fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
+fn dashboard_path(out: Option<&Path>, run: &Path, extension: &str) -> PathBuf {
     let name = run.file_name().unwrap_or_default().to_string_lossy().into_owned();
     match out {
-        Some(folder) => folder.join(format!("dashboard-{}.{ending}", printable(&name))),
-        None => run.join("figures").join(format!("dashboard.{ending}")),
+        Some(folder) => folder.join(format!("dashboard-{}.{extension}", printable(&name))),
+        None => run.join("figures").join(format!("dashboard.{extension}")),
     }
 }
 

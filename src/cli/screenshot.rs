@@ -6,7 +6,7 @@ use super::arguments::Screenshot;
 use super::output::{self, Outcome};
 use super::runs::after_script;
 use crate::figures::{Provenance, encode};
-use crate::run::config_hash;
+use crate::run::{RunError, config_hash};
 use crate::tui::Still;
 
 pub fn run(arguments: &Screenshot) -> Outcome {
@@ -36,7 +36,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
         let provenance = Provenance::new(command, &[seed], hash.clone());
         let picture = still.picture(width, height, &provenance.to_svg());
         let bytes = encode(path, &picture, &provenance, arguments.dpi)?;
-        crate::atomic::write(path, &bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        crate::atomic::write(path, &bytes).map_err(RunError::io("write", path))?;
         output::line(path.display())?;
     }
     Ok(())

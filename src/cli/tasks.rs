@@ -143,7 +143,7 @@ fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outc
 /// A Markdown table: one row per task and kind of exploration, one number per seed.
 fn table(rows: &[AuditRow], episodes: u32) -> String {
     let mut table =
-        format!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry a seed.\n\n");
+        format!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry per seed.\n\n");
     table += "| task | exploration | subgoals | goal |\n|---|---|---|---|\n";
     for row in rows {
         let subgoals: Vec<String> = row

@@ -6,7 +6,7 @@ use super::error::Result;
 use super::graph::{Edges, GraphBuilder};
 use super::launch::{Launch, Split, collect};
 use super::model::Model;
-use super::normaliser::Columns;
+use super::normaliser::ColumnStatistics;
 use super::predictor::Predictor;
 use super::variety::Variety;
 use crate::physics::{BallState, GRAVITY, PHYSICS_DT, STEPS_PER_ACTION, Tool};
@@ -55,7 +55,7 @@ const STORED: usize = 1000;
 /// Stored samples of one edge function.
 #[derive(Debug, Clone)]
 struct Table {
-    columns: Columns,
+    columns: ColumnStatistics,
     /// The columns that vary; `inputs` consists of these only.
     used: Vec<usize>,
     inputs: Vec<f32>,
@@ -141,7 +141,7 @@ impl Table {
     /// Samples with these inputs and targets. Columns that do not vary, such as the one-hot types, do
     /// not affect which sample is nearest and are left out.
     fn new(edges: Edges, targets: Vec<f32>, columns: usize) -> Self {
-        let statistics = Columns::of(&edges.inputs, columns);
+        let statistics = ColumnStatistics::of(&edges.inputs, columns);
         let first = edges.inputs.get(..columns).unwrap_or_default();
         let varies = |column: &usize| edges.inputs.chunks_exact(columns).any(|row| row[*column] != first[*column]);
         let used: Vec<usize> = (0..columns).filter(varies).collect();

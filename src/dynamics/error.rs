@@ -26,9 +26,9 @@ pub enum DynamicsError {
         "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
     )]
     UnseenEdge { sender: ObjectType, known: String },
-    /// Something else than the one ball that a model predicts moves in the task.
+    /// Something other than the one ball that a model predicts moves in the task.
     #[error(
-        "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: take the true physics"
+        "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: use the true physics"
     )]
     OtherMovers { task: String, what: &'static str },
     /// An object's state or size is not a finite number.

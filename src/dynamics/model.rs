@@ -85,10 +85,10 @@ impl Model {
     /// The states of the balls one prediction interval later. `graphs` holds one scene for
     /// each of `balls`, in order, from the model's builder; their features are normalised in place.
     pub(super) fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
-        assert_eq!(graphs.scenes, balls.len(), "one ball a scene");
+        assert_eq!(graphs.scenes, balls.len(), "one ball per scene");
         self.normaliser.normalise(graphs);
         let mut outputs = self.network.predict(graphs);
-        self.normaliser.targets.restore(&mut outputs);
+        self.normaliser.targets.denormalise(&mut outputs);
         let outputs = outputs.chunks_exact(self.codec.outputs());
         balls.iter().zip(outputs).map(|(ball, output)| self.codec.decode(ball, output)).collect()
     }

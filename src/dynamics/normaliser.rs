@@ -5,7 +5,7 @@ use crate::nn::{TensorFile, TensorFileError};
 
 /// Mean and scale of each column of a matrix.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Columns {
+pub struct ColumnStatistics {
     mean: Vec<f32>,
     scale: Vec<f32>,
 }
@@ -14,14 +14,14 @@ pub struct Columns {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normaliser {
     /// Statistics of the inputs of each edge function.
-    pub edges: Vec<Columns>,
+    pub edges: Vec<ColumnStatistics>,
     /// Statistics of the node features.
-    pub nodes: Columns,
+    pub nodes: ColumnStatistics,
     /// Statistics of the targets.
-    pub targets: Columns,
+    pub targets: ColumnStatistics,
 }
 
-impl Columns {
+impl ColumnStatistics {
     /// Statistics of `columns` columns. Constant columns get scale 1.
     pub fn of(values: &[f32], columns: usize) -> Self {
         let rows = (values.len() / columns).max(1) as f64;
@@ -49,7 +49,7 @@ impl Columns {
     }
 
     /// The inverse of [`normalise`](Self::normalise).
-    pub fn restore(&self, values: &mut [f32]) {
+    pub fn denormalise(&self, values: &mut [f32]) {
         for row in values.chunks_exact_mut(self.mean.len()) {
             for ((value, mean), scale) in row.iter_mut().zip(&self.mean).zip(&self.scale) {
                 *value = *value * scale + mean;
@@ -74,9 +74,9 @@ impl Normaliser {
     pub fn of(graphs: &Graphs, edge_columns: usize, targets: &[f32]) -> Self {
         let rows = graphs.scenes.max(1);
         Self {
-            edges: graphs.edges.iter().map(|edges| Columns::of(&edges.inputs, edge_columns)).collect(),
-            nodes: Columns::of(&graphs.nodes, graphs.nodes.len() / rows),
-            targets: Columns::of(targets, targets.len() / rows),
+            edges: graphs.edges.iter().map(|edges| ColumnStatistics::of(&edges.inputs, edge_columns)).collect(),
+            nodes: ColumnStatistics::of(&graphs.nodes, graphs.nodes.len() / rows),
+            targets: ColumnStatistics::of(targets, targets.len() / rows),
         }
     }
 
@@ -107,10 +107,10 @@ impl Normaliser {
     ) -> Result<Self, TensorFileError> {
         Ok(Self {
             edges: (0..functions)
-                .map(|index| Columns::load(file, &format!("normaliser.edge.{index}"), edge))
+                .map(|index| ColumnStatistics::load(file, &format!("normaliser.edge.{index}"), edge))
                 .collect::<Result<_, _>>()?,
-            nodes: Columns::load(file, "normaliser.node", node)?,
-            targets: Columns::load(file, "normaliser.target", target)?,
+            nodes: ColumnStatistics::load(file, "normaliser.node", node)?,
+            targets: ColumnStatistics::load(file, "normaliser.target", target)?,
         })
     }
 }

@@ -13,7 +13,7 @@ use crate::physics::{Ball, BallState, PHYSICS_DT, Tool, ToolKind, exact};
 use crate::task::Task;
 
 /// Largest number of physics steps of one prediction, because callers see the ball only at its end.
-const LONGEST_INTERVAL: u32 = 5;
+const MAX_INTERVAL: u32 = 5;
 
 /// Predicts a task's ball with rapier.
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +27,7 @@ impl Rapier {
     /// A predictor with a task's gravity and ball, and an interval that divides its actions.
     pub fn new(task: &Task) -> Self {
         let steps = task.rules.steps_per_action;
-        let interval = (1..=LONGEST_INTERVAL).rev().find(|interval| steps.is_multiple_of(*interval)).unwrap_or(1);
+        let interval = (1..=MAX_INTERVAL).rev().find(|interval| steps.is_multiple_of(*interval)).unwrap_or(1);
         Self { interval, ..Self::every(interval, task.rules.gravity, task.ball.material()) }
     }
 

@@ -48,7 +48,7 @@ pub struct Progress {
 
 /// Why [`Training::run`] returned.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ended {
+pub enum TrainingOutcome {
     /// All epochs are done.
     Done,
     /// The callback asked to stop; the training can be resumed.
@@ -103,7 +103,7 @@ impl Training {
 
     /// Trains until all epochs are done, `on_progress` returns false, or the loss diverges.
     /// `on_progress` is called after every epoch.
-    pub fn run(&mut self, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> Ended {
+    pub fn run(&mut self, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> TrainingOutcome {
         let epochs = self.model.provenance.training.epochs;
         while self.epoch() < epochs {
             let good = (self.model.network.clone(), self.optimiser.clone());
@@ -112,16 +112,16 @@ impl Training {
                 Ok(loss) => loss,
                 Err(reason) => {
                     (self.model.network, self.optimiser) = good;
-                    return Ended::Diverged { epoch: self.epoch() + 1, reason: reason.to_string() };
+                    return TrainingOutcome::Diverged { epoch: self.epoch() + 1, reason: reason.to_string() };
                 }
             };
             self.model.provenance.epoch += 1;
             let epoch = self.epoch();
             if !on_progress(self, &Progress { epoch, epochs, loss }) && epoch < epochs {
-                return Ended::Stopped;
+                return TrainingOutcome::Stopped;
             }
         }
-        Ended::Done
+        TrainingOutcome::Done
     }
 
     /// One pass over the observations. Returns the mean loss.

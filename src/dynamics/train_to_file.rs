@@ -8,7 +8,7 @@ use super::config::{ModelConfig, TrainConfig};
 use super::error::{DynamicsError, Result};
 use super::model::Model;
 use super::tool_set::canonical_tool_set;
-use super::train::{Ended, Progress, Training};
+use super::train::{Progress, Training, TrainingOutcome};
 use crate::bounded;
 use crate::nn::TensorFile;
 use crate::physics::ToolKind;
@@ -16,7 +16,7 @@ use crate::physics::ToolKind;
 /// Epochs between two checkpoints.
 const CHECKPOINT_EVERY: u32 = 100;
 /// Largest checkpoint, in bytes: an optimiser keeps up to two numbers for each weight of the model.
-const LARGEST: u64 = 3 * bounded::MODEL;
+const MAX_CHECKPOINT_BYTES: u64 = 3 * bounded::MODEL;
 
 /// An ended training into a file.
 #[derive(Debug)]
@@ -24,7 +24,7 @@ pub struct TrainedModel {
     /// The training in its final state.
     pub training: Training,
     /// How it ended.
-    pub ended: Ended,
+    pub ended: TrainingOutcome,
     /// Mean loss of the last epoch, of normalised outputs; `None` if this call trained no epoch.
     pub train_loss: Option<f32>,
     checkpoint: PathBuf,
@@ -39,8 +39,8 @@ impl TrainedModel {
     /// The epoch in which the training diverged and the reason, as text; `None` if it did not diverge.
     pub fn divergence(&self) -> Option<String> {
         match &self.ended {
-            Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
-            Ended::Done | Ended::Stopped => None,
+            TrainingOutcome::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
+            TrainingOutcome::Done | TrainingOutcome::Stopped => None,
         }
     }
 
@@ -96,7 +96,7 @@ pub fn train_to_file(
     }
     let checkpoint = checkpoint_of(path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
-    let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, LARGEST));
+    let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, MAX_CHECKPOINT_BYTES));
     let mut training = match read {
         Ok(bytes) => resume(&bytes, &checkpoint.display().to_string(), &config, &settings, tools)?,
         Err(error) if error.kind() == ErrorKind::NotFound => Training::new(config, settings, tools, command)?,
@@ -114,7 +114,7 @@ pub fn train_to_file(
     if let Some(error) = failure {
         return Err(io(error));
     }
-    if ended == Ended::Done {
+    if ended == TrainingOutcome::Done {
         training.model().save(path)?;
     }
     Ok(TrainedModel { training, ended, train_loss, checkpoint })
@@ -189,12 +189,12 @@ mod tests {
             (trained.unwrap(), epochs)
         };
         let (trained, epochs) = train(&whole, 9);
-        assert_eq!((trained.ended, epochs), (Ended::Done, vec![1, 2, 3, 4]));
+        assert_eq!((trained.ended, epochs), (TrainingOutcome::Done, vec![1, 2, 3, 4]));
         let (trained, _) = train(&stopped, 2);
-        assert_eq!(trained.ended, Ended::Stopped);
+        assert_eq!(trained.ended, TrainingOutcome::Stopped);
         assert!(!stopped.exists() && checkpoint_of(&stopped).exists());
         let (trained, epochs) = train(&stopped, 9);
-        assert_eq!((&trained.ended, epochs), (&Ended::Done, vec![3, 4]));
+        assert_eq!((&trained.ended, epochs), (&TrainingOutcome::Done, vec![3, 4]));
         trained.remove_checkpoint();
         assert!(!checkpoint_of(&stopped).exists());
         assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&stopped).unwrap());

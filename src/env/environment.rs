@@ -88,7 +88,7 @@ impl Environment {
     }
 
     /// Makes rays the observation: the ball, its next target, and the tools around both. [`RAYS_LEN`] numbers for
-    /// every task, so that an agent can play others than it has learned on.
+    /// every task, so that an agent can play tasks it was not trained on.
     #[must_use]
     pub fn with_rays(self) -> Self {
         Self { by_rays: true, ..self }

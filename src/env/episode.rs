@@ -386,7 +386,7 @@ fn world(task: &Task, target: &BallSpec) -> World {
                 Some(sensor) => sensors.push((part, world.add_sensor(&sensor))),
                 None => {
                     let material = Ball { radius: task.goal.radius, ..Ball::default() };
-                    balls.push((part, world.add_ball(material, Motion::at_rest(place(task.goal.position)))));
+                    balls.push((part, world.add_ball(material, Motion::at_rest(in_units(task.goal.position)))));
                 }
             },
             Part::Ball(index) => {
@@ -419,12 +419,12 @@ fn world(task: &Task, target: &BallSpec) -> World {
 }
 
 fn circle(region: &Region) -> Sensor {
-    Sensor::Circle { position: place(region.position), radius: exact(region.radius) }
+    Sensor::Circle { position: in_units(region.position), radius: exact(region.radius) }
 }
 
 /// The sensor of a goal that does not move.
 fn goal_sensor(goal: &Goal) -> Option<Sensor> {
-    let (position, radius) = (place(goal.position), exact(goal.radius));
+    let (position, radius) = (in_units(goal.position), exact(goal.radius));
     match goal.shape {
         GoalShape::Ball => None,
         GoalShape::Circle => Some(circle(&goal.region())),
@@ -440,6 +440,6 @@ fn clipped(tool: &Tool, action: Action) -> (Action, Tool) {
 }
 
 /// A normalised position, in units.
-fn place(position: [f32; 2]) -> [f64; 2] {
+fn in_units(position: [f32; 2]) -> [f64; 2] {
     to_units(position.map(exact))
 }

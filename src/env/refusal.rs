@@ -12,7 +12,7 @@ impl Snapshot {
         match self.check_tool(tool, action) {
             Placement::Placed | Placement::NoOp => None,
             Placement::Invalid => Some(format!("{kind} needs a finite position")),
-            Placement::Overlap => Some(format!("{kind} here would be too near one placed before")),
+            Placement::Overlap => Some(format!("{kind} here would be too close to an earlier one")),
             Placement::Collision => {
                 let object = self.obstruction(tool, action);
                 let what = object.map_or_else(|| "something".to_owned(), |object| name(self.task(), object));
@@ -72,7 +72,7 @@ mod tests {
         let free = [-0.9, 0.9];
         assert_eq!(refusal(&env, free), None);
         env.step(free).unwrap();
-        assert!(refusal(&env, free).unwrap().ends_with("too near one placed before"));
+        assert!(refusal(&env, free).unwrap().ends_with("too close to an earlier one"));
         let beside = [free[0] + task.rules.overlap_threshold + 0.01, free[1]];
         let said = refusal(&env, beside);
         assert!(said.is_none_or(|said| said.ends_with("placed before")));

@@ -61,7 +61,9 @@ pub enum VectorError {
         count: usize,
     },
     /// The state belongs to an environment with other tools.
-    #[error("the state is one with {found} tools, the environment has {wanted}: make one with the same tools")]
+    #[error(
+        "the state has {found} tools, but the environment has {wanted}: restore it into an environment with the same tools"
+    )]
     OtherTools {
         /// The tools of the state.
         found: &'static str,
@@ -77,7 +79,9 @@ pub enum VectorError {
         count: usize,
     },
     /// The state belongs to another task.
-    #[error("the state is one of `{found}`, the environment plays `{wanted}`: make an environment of that task")]
+    #[error(
+        "the state is of task `{found}`, but the environment plays `{wanted}`: restore it into an environment of that task"
+    )]
     OtherTask {
         /// Name of the state's task.
         found: String,

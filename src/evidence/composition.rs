@@ -2,7 +2,7 @@
 //! They are the options of the command `figure` and of `mge figures --set`.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
 use super::error::EvidenceError;
@@ -13,6 +13,7 @@ use super::row::TrainedRun;
 use crate::figures::{LearningCurves, PlotStyle};
 use crate::run::{RunState, config_hash};
 use crate::spelling::did_you_mean;
+use crate::sync::lock;
 
 /// The content and style of a figure of learning curves. By default all curves, as in reports.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -159,7 +160,7 @@ impl Composition {
     ) -> Result<Composed, EvidenceError> {
         let paths = find_runs(&self.runs)?;
         // The lock is held while runs are read, but not while the figure is composed.
-        let mut kept = reader.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = lock(reader);
         let found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
         drop(kept);
         let runs = self.chosen(without_duplicates(shown(found)).0)?;
@@ -195,7 +196,7 @@ impl Composition {
                 .map(|label| asked().any(|asked| asked == label) || self.reference.as_ref() == Some(label));
             runs.retain(|_| kept.next().unwrap_or(false));
         }
-        if runs.is_empty() { Err(EvidenceError::NothingBegun) } else { Ok(runs) }
+        if runs.is_empty() { Err(EvidenceError::NothingStarted) } else { Ok(runs) }
     }
 }
 

@@ -15,7 +15,7 @@ pub enum EvidenceError {
     },
     /// No run has a point of a curve yet.
     #[error("none of the runs has finished enough episodes for a curve")]
-    NothingBegun,
+    NothingStarted,
     /// A chosen curve does not exist.
     #[error("there is no curve `{label}`{hint}: there are {known}")]
     NoCurve {

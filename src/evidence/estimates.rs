@@ -1,12 +1,13 @@
 //! The points of learning curves with their intervals, cached while only the style of a figure changes.
 
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use sha2::{Digest, Sha256};
 
 use crate::stats::aggregate::iqm;
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
+use crate::sync::lock;
 
 /// A source of the points of a curve over seeds, with their intervals.
 pub trait CurveEstimates {
@@ -34,7 +35,7 @@ pub fn points(seeds: &[&[[f64; 2]]]) -> usize {
 }
 
 /// Maximum number of cached points of curves.
-const KEPT: usize = 10_000;
+const MAX_KEPT: usize = 10_000;
 
 /// A cache of estimates by curve: a figure is redrawn often while it is composed, and resampling takes most of its
 /// time.
@@ -48,21 +49,21 @@ pub struct KnownEstimates {
 impl KnownEstimates {
     /// Number of cached curves.
     pub fn count(&self) -> usize {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner).len()
+        lock(&self.known).len()
     }
 }
 
 impl CurveEstimates for KnownEstimates {
     fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError> {
         let key = hash(seeds);
-        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || lock(&self.known);
         if let Some(estimates) = known().get(&key) {
             return Ok(estimates.clone());
         }
         // Computed without holding the lock.
         let estimates = self.bootstrap.of(seeds)?;
         let mut known = known();
-        if known.values().map(Vec::len).sum::<usize>() + estimates.len() > KEPT {
+        if known.values().map(Vec::len).sum::<usize>() + estimates.len() > MAX_KEPT {
             known.clear();
         }
         known.insert(key, estimates.clone());
@@ -101,7 +102,7 @@ mod tests {
     fn a_limited_number_of_points_is_kept() {
         let known = KnownEstimates::default();
         let counts = [0.1, 0.2, 0.3].map(|value| {
-            known.of(&[&vec![[1.0, value]; KEPT / 2]]).unwrap();
+            known.of(&[&vec![[1.0, value]; MAX_KEPT / 2]]).unwrap();
             known.count()
         });
         assert_eq!(counts, [1, 2, 1]);

@@ -36,7 +36,7 @@ pub fn learning_curves(
     for task in groups.tasks() {
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
         for label in groups.labels() {
-            let of_group = groups.places(task, label).iter().map(|&place| &runs[place]);
+            let of_group = groups.indices(task, label).iter().map(|&index| &runs[index]);
             let curves: Vec<&[[f64; 2]]> =
                 of_group.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {

@@ -14,7 +14,7 @@ use crate::trainer::RunConfig;
 /// Number of runs read in parallel between two progress reports.
 const READ_AT_ONCE: usize = 32;
 /// Number of cached runs above which those not requested are dropped.
-const KEPT: usize = 1000;
+const MAX_KEPT: usize = 1000;
 
 /// A run on disk.
 #[derive(Debug, Clone)]
@@ -112,7 +112,7 @@ pub struct RunReader {
 impl RunReader {
     /// As [`read_runs`]; `on_progress` is called with the number of folders read so far.
     pub fn read(&mut self, paths: &[PathBuf], on_progress: &mut dyn FnMut(usize)) -> ReadRuns {
-        if self.known.len() > KEPT {
+        if self.known.len() > MAX_KEPT {
             let wanted: BTreeSet<&PathBuf> = paths.iter().collect();
             self.known.retain(|path, _| wanted.contains(path));
         }

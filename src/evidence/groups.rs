@@ -31,7 +31,7 @@ pub struct Groups<'a> {
 struct Group<'a> {
     rows: Vec<&'a LearningRow>,
     /// Their indices among all rows.
-    places: Vec<usize>,
+    indices: Vec<usize>,
 }
 
 /// A score of one group.
@@ -50,11 +50,11 @@ impl<'a> Groups<'a> {
     /// Groups rows.
     pub fn new(rows: impl IntoIterator<Item = &'a LearningRow>) -> Self {
         let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), by_key: HashMap::new() };
-        for (place, row) in rows.into_iter().enumerate() {
-            let key = (place_or_push(&mut groups.tasks, &row.task), place_or_push(&mut groups.labels, &row.label()));
+        for (index, row) in rows.into_iter().enumerate() {
+            let key = (index_or_push(&mut groups.tasks, &row.task), index_or_push(&mut groups.labels, &row.label()));
             let group = groups.by_key.entry(key).or_default();
             group.rows.push(row);
-            group.places.push(place);
+            group.indices.push(index);
         }
         groups
     }
@@ -75,12 +75,12 @@ impl<'a> Groups<'a> {
     }
 
     /// The indices of one group's rows among all rows.
-    pub fn places(&self, task: &str, label: &str) -> &[usize] {
-        self.group(task, label).map_or(&[], |group| group.places.as_slice())
+    pub fn indices(&self, task: &str, label: &str) -> &[usize] {
+        self.group(task, label).map_or(&[], |group| group.indices.as_slice())
     }
 
     fn group(&self, task: &str, label: &str) -> Option<&Group<'a>> {
-        self.by_key.get(&(place(&self.tasks, task)?, place(&self.labels, label)?))
+        self.by_key.get(&(index_of(&self.tasks, task)?, index_of(&self.labels, label)?))
     }
 
     /// Tasks on which every label has runs.
@@ -142,12 +142,12 @@ impl<'a> Groups<'a> {
     }
 }
 
-fn place(names: &[String], name: &str) -> Option<usize> {
+fn index_of(names: &[String], name: &str) -> Option<usize> {
     names.iter().position(|known| known == name)
 }
 
-fn place_or_push(names: &mut Vec<String>, name: &str) -> usize {
-    place(names, name).unwrap_or_else(|| {
+fn index_or_push(names: &mut Vec<String>, name: &str) -> usize {
+    index_of(names, name).unwrap_or_else(|| {
         names.push(name.to_owned());
         names.len() - 1
     })

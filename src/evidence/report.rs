@@ -16,7 +16,7 @@ use crate::run::{RunError, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 
 /// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
-const MOST_PAIRED: usize = 5;
+const MAX_PAIRED: usize = 5;
 
 /// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
 /// `out`. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all
@@ -138,7 +138,7 @@ impl Comparison {
         }
         text.push_str("## Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
         let learning = Groups::new(&self.learning);
-        let baseline = learning.baseline().filter(|_| learning.labels().len() > MOST_PAIRED);
+        let baseline = learning.baseline().filter(|_| learning.labels().len() > MAX_PAIRED);
         if let Some(baseline) = &baseline {
             let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));
         }

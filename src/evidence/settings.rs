@@ -36,25 +36,21 @@ const WHOLE_MODEL: &str = "full";
 type Settings = BTreeMap<String, String>;
 
 /// Gives each row the settings in which its run differs from other runs on the same task, so that runs
-/// with the same label differ only in the seed. Differences from other methods are omitted if
-/// the value is the usual one of the run's own method. All rows that are shown or compared together must
+/// with the same label differ only in the seed. Default values of the run's method are omitted. All rows that are shown or compared together must
 /// be given together, each with its configuration.
 pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     let shipped = task::shipped();
     let mut settings: Vec<Settings> = runs.iter().map(|(config, _)| compared_settings(config, &shipped)).collect();
     let configs: Vec<&RunConfig> = runs.iter().map(|(config, _)| *config).collect();
     name_models(&configs, &mut settings);
-    let kinds: Vec<String> = configs.iter().map(|config| format!("{} {:?}", config.method, config.tools)).collect();
-    let among_all = differing_settings(&configs, &settings, |_| "");
-    let among_kind = differing_settings(&configs, &settings, |run| &kinds[run]);
-    let mut usual: BTreeMap<&str, Settings> = BTreeMap::new();
-    for (run, (config, row)) in runs.iter_mut().enumerate() {
-        let kind: &str = &kinds[run];
-        let usual = usual.entry(kind).or_insert_with(|| default_settings(config));
-        let is_shown = |path: &String, value: &String| {
-            among_kind.contains(&(kind, path)) || (among_all.contains(&("", path)) && usual.get(path) != Some(value))
-        };
-        let shown = settings[run].iter().filter(|(path, value)| is_shown(path, value));
+    let differing = differing_settings(&configs, &settings);
+    let mut defaults: BTreeMap<String, Settings> = BTreeMap::new();
+    for ((config, row), settings) in runs.iter_mut().zip(&settings) {
+        let kind = format!("{} {:?}", config.method, config.tools);
+        let default = defaults.entry(kind).or_insert_with(|| default_settings(config));
+        let shown = settings
+            .iter()
+            .filter(|(path, value)| differing.contains(path.as_str()) && default.get(*path) != Some(*value));
         row.settings = shown.map(|(path, value)| (path.clone(), value.clone())).collect();
     }
     distinguish_schedules(&mut runs);
@@ -104,18 +100,14 @@ pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [Strin
     differing.filter(|(_, [first, second])| first != second).collect()
 }
 
-/// The pairs of kind and path at which runs of this kind on the same task have different values.
-fn differing_settings<'a>(
-    configs: &[&'a RunConfig],
-    settings: &'a [Settings],
-    kind: impl Fn(usize) -> &'a str,
-) -> BTreeSet<(&'a str, &'a str)> {
+/// The paths at which runs on the same task have different values.
+fn differing_settings<'a>(configs: &[&'a RunConfig], settings: &'a [Settings]) -> BTreeSet<&'a str> {
     let mut differing = BTreeSet::new();
-    let mut first: BTreeMap<(&str, &str, &str), &str> = BTreeMap::new();
-    for (run, (config, settings)) in configs.iter().zip(settings).enumerate() {
+    let mut first: BTreeMap<(&str, &str), &str> = BTreeMap::new();
+    for (config, settings) in configs.iter().zip(settings) {
         for (path, value) in settings {
-            if *first.entry((&config.task.name, kind(run), path)).or_insert(value) != value {
-                differing.insert((kind(run), path.as_str()));
+            if *first.entry((&config.task.name, path)).or_insert(value) != value {
+                differing.insert(path.as_str());
             }
         }
     }
@@ -248,16 +240,14 @@ mod tests {
         let paths = find_runs(&[folder.path().to_owned()]).unwrap();
         let runs = read_runs(&paths).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
-        let usual = runs[1].config.ddpg.gamma;
         let expected = [
             "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7",
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
-            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes, ddpg.gamma USUAL",
-            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon 0.1",
+            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes",
+            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes",
             "DDPG",
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon 0.1",
         ];
-        let expected = expected.map(|label| label.replace("USUAL", &usual.to_string()));
         assert_eq!(labels, expected);
         assert!(runs.iter().all(|run| run.state == RunState::NotStarted && run.trained.row.episodes == 0));
         assert_eq!(find_runs(&paths[..1]).unwrap(), paths[..1]);
@@ -267,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn usual_settings_of_a_method_are_omitted_beside_other_methods() {
+    fn default_settings_of_a_method_are_omitted() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let usual = Method::ALL.map(|method| RunConfig::default_for(task.clone(), method));
         let other = usual[0].with_setting("ddpg.tau", "0.1").unwrap();
@@ -284,7 +274,7 @@ mod tests {
         let adaptive = &usual[6];
         assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
         let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
-        assert_eq!(both, ["DDPG, ddpg.tau 0.005", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need"]);
+        assert_eq!(both, ["DDPG", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need"]);
         assert_eq!(labels(&[other, adaptive.clone()])[0], "DDPG, ddpg.tau 0.1", "an unusual value is shown");
         let needs =
             ["need:0.5:0.25:20", "need:0.3:0.25:20"].map(|spec| adaptive.with_setting("epsilon", spec).unwrap());

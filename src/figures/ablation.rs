@@ -64,7 +64,7 @@ impl Figure for Ablation {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.variants.is_empty() {
-            return canvas.nothing(page, "no variants");
+            return canvas.placeholder(page, "no variants");
         }
         let rect = note(
             canvas,

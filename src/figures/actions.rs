@@ -99,7 +99,7 @@ impl Figure for ActionSamples {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
-            return canvas.nothing(page, "no sampled actions");
+            return canvas.placeholder(page, "no sampled actions");
         }
         let rect = note(canvas, page, SHAPES);
         let most = self.tasks.iter().map(|task| task.stages.len()).max().unwrap_or(0);

@@ -50,7 +50,7 @@ const LAST_FRAME_MS: u32 = 1500;
 impl Animation {
     fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) {
         let page = canvas.page().inset(MARGIN);
-        let Some(moment) = self.moments.get(index) else { return canvas.nothing(page, "nothing happened") };
+        let Some(moment) = self.moments.get(index) else { return canvas.placeholder(page, "nothing happened") };
         let stages = self.task.stage_count();
         let reached = if moment.reached >= stages {
             "goal reached".to_owned()
@@ -110,7 +110,7 @@ impl Animation {
     /// # Errors
     /// When the extension is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
     pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        if path.extension().is_none_or(|ending| ending != "gif") {
+        if path.extension().is_none_or(|extension| extension != "gif") {
             return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
         }
         write_with_table(path, &self.to_gif(provenance, dpi)?, &self.table())

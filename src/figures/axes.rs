@@ -111,11 +111,11 @@ impl Axis {
 }
 
 /// Largest absolute value on an axis, so that the width of any range is finite.
-const MOST: f64 = 1e300;
+const MAX_MAGNITUDE: f64 = 1e300;
 
 /// Smallest and largest finite value.
 fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    values.into_iter().filter(|value| value.abs() <= MOST).fold(None, |extent, value| {
+    values.into_iter().filter(|value| value.abs() <= MAX_MAGNITUDE).fold(None, |extent, value| {
         let (low, high) = extent.unwrap_or((value, value));
         Some((low.min(value), high.max(value)))
     })
@@ -202,7 +202,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         canvas.text(
             [rect.left - left + 0.6 * LABEL_SIZE, rect.center()[1]],
             &plot.y.label,
-            Type::LABEL.centered().upright(),
+            Type::LABEL.centered().rotated(),
         );
         plot
     }
@@ -374,7 +374,7 @@ mod tests {
             assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 9), "{:?}", labels(0.0, high));
         }
         let axis = Axis::around("", [-1e308, 1e308, 2.0, 3.0], 4);
-        assert!(axis.low > 1.0 && axis.high < 4.0, "values beyond MOST are ignored");
+        assert!(axis.low > 1.0 && axis.high < 4.0, "values beyond MAX_MAGNITUDE are ignored");
     }
 
     #[test]

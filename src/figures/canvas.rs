@@ -46,7 +46,7 @@ pub struct Type {
     pub horizontal: HPos,
     pub vertical: VPos,
     /// Whether it is rotated to read upwards.
-    pub upright: bool,
+    pub rotated: bool,
 }
 
 impl Type {
@@ -60,7 +60,7 @@ impl Type {
         color: INK,
         horizontal: HPos::Left,
         vertical: VPos::Center,
-        upright: false,
+        rotated: false,
     };
     /// Ticks and notes.
     pub const SMALL: Self = Self { size: SMALL_SIZE, ..Self::LABEL };
@@ -81,8 +81,8 @@ impl Type {
         Self { bold: true, ..self }
     }
 
-    pub fn upright(self) -> Self {
-        Self { upright: true, ..self }
+    pub fn rotated(self) -> Self {
+        Self { rotated: true, ..self }
     }
 
     /// Width of `text` in points.
@@ -188,13 +188,13 @@ impl Canvas<'_> {
         let weight = if look.bold { FontStyle::Bold } else { FontStyle::Normal };
         let size = look.size * PLOTTERS_EM * SCALE;
         let font = FontDesc::new(FontFamily::Name(look.family.name()), size, weight);
-        let font = if look.upright { font.transform(FontTransform::Rotate270) } else { font };
+        let font = if look.rotated { font.transform(FontTransform::Rotate270) } else { font };
         let style = TextStyle::from(font).color(&look.color).pos(Pos::new(look.horizontal, look.vertical));
         self.put(|backend| backend.draw_text(&xml::characters(text), &style, Self::place(at)));
     }
 
     /// A placeholder with a message for an empty figure.
-    pub fn nothing(&self, rect: Rect, message: &str) {
+    pub fn placeholder(&self, rect: Rect, message: &str) {
         self.outline(&rect.corners(), Pen::new(GRID, 0.8));
         self.text(rect.center(), message, Type::LABEL.centered().color(GREY));
     }

@@ -111,11 +111,11 @@ const REFERENCE: &[f64] = &[3.0, 2.0];
 const USUAL_NOTE: f64 = 2.0 * NOTE;
 
 /// More overlapping bands than this hide each other and the lines.
-const MOST_BANDS: usize = 5;
+const MAX_BANDS: usize = 5;
 
 /// How a caption describes where the intervals are shown, for this many labels.
 fn band_mark(labels: usize) -> &'static str {
-    if labels <= MOST_BANDS { "band" } else { "in the CSV only" }
+    if labels <= MAX_BANDS { "band" } else { "in the CSV only" }
 }
 
 /// The legend of a figure: label, text and style of each curve.
@@ -145,7 +145,7 @@ impl<'f> Legend<'f> {
             (label, text, Series { place, ..look.unwrap_or_else(grey) })
         };
         let entries: Vec<_> = order.into_iter().enumerate().map(look).collect();
-        let banded = entries.len() <= MOST_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
+        let banded = entries.len() <= MAX_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
         Self { entries, banded }
     }
 
@@ -311,7 +311,7 @@ impl Figure for LearningCurves {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.panels.is_empty() {
-            return canvas.nothing(page, "no learning curves");
+            return canvas.placeholder(page, "no learning curves");
         }
         let curves = self.legend();
         let rect = note(canvas, page, &self.caption(&curves));
@@ -346,7 +346,7 @@ impl Figure for PerformanceProfile {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.curves.iter().all(Curve::is_empty) {
-            return canvas.nothing(page, "no scores");
+            return canvas.placeholder(page, "no scores");
         }
         let curves = Legend::of(&self.curves);
         let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(curves.entries.len()))));

@@ -134,7 +134,7 @@ impl Figure for Dashboard {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.episode.is_empty() {
-            return canvas.nothing(page, "no finished episodes");
+            return canvas.placeholder(page, "no finished episodes");
         }
         let text = format!(
             "One run (n = 1 seed), {} episodes; success is the share of the last {} episodes that reached the goal, greedy: of the \

@@ -17,7 +17,7 @@ pub enum FigureError {
     )]
     Size { width: u32, height: u32 },
     /// The file's extension is not a format that the figure can be written in.
-    #[error("{}: figures are written as {known}: give the file one of these endings", path.display())]
+    #[error("{}: figures are written as {known}: use one of these extensions", path.display())]
     Format { path: PathBuf, known: &'static str },
     /// The file cannot be read or written.
     #[error("{}: {source}", path.display())]

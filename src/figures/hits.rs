@@ -81,7 +81,7 @@ impl Figure for HitBars {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
-            return canvas.nothing(page, "no hits were counted");
+            return canvas.placeholder(page, "no hits were counted");
         }
         let episodes = number(self.episodes as f64, 0);
         let text = format!(

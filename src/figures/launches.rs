@@ -85,7 +85,7 @@ impl Figure for Launches {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tools.is_empty() {
-            return canvas.nothing(page, "no launches");
+            return canvas.placeholder(page, "no launches");
         }
         let shown: usize = self.tools.iter().map(|tool| tool.trajectories.len()).sum();
         let counts: Vec<String> = self

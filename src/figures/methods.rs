@@ -159,7 +159,7 @@ impl Figure for MethodScores {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.methods().is_empty() {
-            return canvas.nothing(page, "no finished runs");
+            return canvas.placeholder(page, "no finished runs");
         }
         let rect = note(canvas, page, &self.caption());
         let rect = legend(canvas, rect, &self.marks());

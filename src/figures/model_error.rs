@@ -92,7 +92,7 @@ impl Figure for ModelError {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tools.is_empty() || self.predictors.is_empty() {
-            return canvas.nothing(page, "no model was evaluated");
+            return canvas.placeholder(page, "no model was evaluated");
         }
         let text = format!(
             "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. Subgoals are circles near the paths of balls deflected by a tool. {}.",

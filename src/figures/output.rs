@@ -10,7 +10,7 @@ use super::render;
 use super::table::Table;
 
 /// File extensions of the supported formats.
-pub const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];
+pub const EXTENSIONS: [&str; 3] = ["png", "svg", "pdf"];
 
 /// A figure: data that can be drawn.
 pub trait Figure {
@@ -46,8 +46,8 @@ pub trait Figure {
         svg(self.size(), self.scale(), &provenance.to_svg(), |canvas| self.draw(canvas))
     }
 
-    /// Writes the figure to `path` in the format of its extension (see [`ENDINGS`]), and its numbers to the same path
-    /// with the extension `.csv`.
+    /// Writes the figure to `path` in the format of its extension (see [`EXTENSIONS`]), and its numbers to the same
+    /// path with the extension `.csv`.
     ///
     /// # Errors
     /// When the extension is unknown, the resolution is impossible, or a file cannot be written; existing files then
@@ -62,9 +62,9 @@ pub trait Figure {
     /// # Errors
     /// As [`Self::write`].
     fn write_all(&self, folder: &Path, name: &str, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        ENDINGS.iter().try_for_each(|ending| {
+        EXTENSIONS.iter().try_for_each(|extension| {
             // Not `with_extension`: a name may contain a dot.
-            self.write(&folder.join(format!("{name}.{ending}")), provenance, dpi)
+            self.write(&folder.join(format!("{name}.{extension}")), provenance, dpi)
         })
     }
 }
@@ -72,9 +72,9 @@ pub trait Figure {
 /// Encodes the SVG of a page in the format given by the extension of `path`.
 ///
 /// # Errors
-/// When the extension is not one of [`ENDINGS`], or the resolution is 0 or too large.
+/// When the extension is not one of [`EXTENSIONS`], or the resolution is 0 or too large.
 pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
-    match path.extension().and_then(|ending| ending.to_str()) {
+    match path.extension().and_then(|extension| extension.to_str()) {
         Some("png") => render::png(svg, provenance, dpi),
         Some("svg") => Ok(svg.as_bytes().to_vec()),
         Some("pdf") => pdf(svg, provenance),

@@ -91,7 +91,9 @@ impl RelativeFrames {
         let look = Type::SMALL.centered().color(VERMILLION);
         let stages = self.task.stages();
         let things = instant.edges.iter().map(|edge| edge.object).chain(stages.iter().map(|stage| stage.position));
-        let around = |[x, y]: Point| Rect::new(x - THING, y - THING, x + THING, y + THING);
+        let around = |[x, y]: Point| {
+            Rect::new(x - OBJECT_HALF_SIZE, y - OBJECT_HALF_SIZE, x + OBJECT_HALF_SIZE, y + OBJECT_HALF_SIZE)
+        };
         let mut taken: Vec<Rect> = things.chain([instant.ball]).map(|position| around(view.at(position))).collect();
         for edge in instant.edges.iter().filter(|edge| edge.active && view.shows(edge.object)) {
             let [dx, dy] = edge.relative(instant.ball).map(|value| number(f64::from(value), 2));
@@ -105,7 +107,7 @@ impl RelativeFrames {
 }
 
 /// Half the size of an object that texts must not cover, in points.
-const THING: f64 = 7.5;
+const OBJECT_HALF_SIZE: f64 = 7.5;
 
 /// A free place for a text of this width near a point, inside `rect`: beside, below or above the point, at increasing
 /// distances.
@@ -116,13 +118,21 @@ fn free_place([x, y]: Point, width: f64, rect: &Rect, taken: &[Rect]) -> Rect {
         let y = (y + dy).clamp(rect.top + high, rect.bottom - high);
         Rect::new(x - half, y - high, x + half, y + high)
     };
-    let beside = THING + half + 1.0;
+    let beside = OBJECT_HALF_SIZE + half + 1.0;
     let ring = |n: usize| {
         let away = n as f64 * 2.0 * high;
-        [(beside, away), (beside, -away), (0.0, THING + high + away), (0.0, -THING - high - away), (-beside, away)]
+        [
+            (beside, away),
+            (beside, -away),
+            (0.0, OBJECT_HALF_SIZE + high + away),
+            (0.0, -OBJECT_HALF_SIZE - high - away),
+            (-beside, away),
+        ]
     };
     let mut candidates = (0..8).flat_map(ring).map(|(dx, dy)| place(dx, dy));
-    candidates.find(|plate| !taken.iter().any(|other| other.overlaps(plate))).unwrap_or(place(0.0, THING + high))
+    candidates
+        .find(|plate| !taken.iter().any(|other| other.overlaps(plate)))
+        .unwrap_or(place(0.0, OBJECT_HALF_SIZE + high))
 }
 
 impl Figure for RelativeFrames {
@@ -134,7 +144,7 @@ impl Figure for RelativeFrames {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.instants.is_empty() {
-            return canvas.nothing(page, "no instants");
+            return canvas.placeholder(page, "no instants");
         }
         let text = format!(
             "Above: the screen's coordinates. Below: the same instants with the ball as origin; numbers are the relative vectors of \

@@ -54,7 +54,7 @@ impl Figure for TaskGrid {
     fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
-            return canvas.nothing(page, "no tasks");
+            return canvas.placeholder(page, "no tasks");
         }
         let rect = note(canvas, page, LEGEND_NOTE);
         for (task, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {

@@ -104,7 +104,7 @@ fn imagine(
             most += config.most_model_rollouts;
         }
     }
-    stage.clusters = unless_stopped(model, &stage.actions, &config, rng)?;
+    stage.clusters = cluster_unless_stopped(model, &stage.actions, &config, rng)?;
     Ok(stage)
 }
 
@@ -125,18 +125,18 @@ pub(super) fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) ->
 }
 
 /// Number of actions below which clustering takes only a moment.
-const FEW: usize = 5000;
+const MAX_UNINTERRUPTED_ACTIONS: usize = 5000;
 
 /// Clusters actions. Clustering very many takes long and cannot be interrupted, so it then runs on a
 /// thread that is abandoned once the model is stopped.
-fn unless_stopped(
+fn cluster_unless_stopped(
     model: &dyn RolloutModel,
     actions: &[Action],
     config: &GuidanceConfig,
     rng: &ChaCha8Rng,
 ) -> Result<Vec<Cluster>> {
     let (count, std_floor) = (config.clusters, config.std_floor);
-    if actions.len() < FEW {
+    if actions.len() < MAX_UNINTERRUPTED_ACTIONS {
         return Ok(cluster(actions, count, std_floor, rng));
     }
     let (actions, rng) = (actions.to_vec(), rng.clone());

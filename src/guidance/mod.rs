@@ -5,7 +5,6 @@
 //! among tools. [`TruePhysics`] implements both and gives an upper bound on the effect of guidance.
 
 mod build;
-mod choice;
 mod clusters;
 mod config;
 mod planner;
@@ -14,13 +13,13 @@ mod proposal;
 mod rewarding;
 mod rollout;
 mod schedule;
+mod subgoal_search;
 #[cfg(test)]
 mod tests;
 mod tool_rollout;
 mod tools;
 
 pub use build::build;
-pub use choice::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
 pub use clusters::{Cluster, ClusterCount, ToolCluster};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
@@ -29,5 +28,6 @@ pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};
 pub use rollout::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
+pub use subgoal_search::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
 pub use tool_rollout::{ToolModel, ToolRollout};
 pub use tools::build_with_tools;

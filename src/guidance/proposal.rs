@@ -27,19 +27,19 @@ use crate::streams::Stream;
 use crate::task::{Region, Task};
 
 /// Share of the rollouts whose paths are considered: those that come nearest to the goal.
-const NEAR: f32 = 0.05;
+const CONSIDERED_SHARE: f32 = 0.05;
 /// Smallest share of random rollouts that must reach a proposed subgoal; exploration would hardly find
-/// rarer ones. `ENOUGH` such rollouts are always sufficient.
-const LEAST_REACHED: f32 = 0.01;
-const ENOUGH: usize = 6;
+/// rarer ones. `SUFFICIENT_REACHED` such rollouts are always sufficient.
+const MIN_REACHED: f32 = 0.01;
+const SUFFICIENT_REACHED: usize = 6;
 /// Largest such share: a region that is reached more often needs no reward.
-const MOST_REACHED: f32 = 0.12;
+const MAX_REACHED: f32 = 0.12;
 /// The earliest region is proposed among those passed at least this often, relative to the one passed most.
-const OFTEN: f32 = 0.6;
+const MIN_RELATIVE_PASSES: f32 = 0.6;
 /// Grid spacing of the candidates, normalised.
 const SPACING: f32 = 0.05;
-/// Least distance between two regions proposed for the same subgoal, normalised.
-const APART: f32 = 0.15;
+/// Minimum distance between two regions proposed for the same subgoal, normalised.
+const MIN_SEPARATION: f32 = 0.15;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
 /// reached, and ignores its present subgoals. Returns fewer if there is no further region
@@ -137,7 +137,7 @@ fn best_region(task: &Task, rollouts: &[Rollout], others: &[Region]) -> Option<R
     let mut near: Vec<(f32, &[[f32; 2]])> =
         rollouts.iter().filter(touched).map(|r| path_towards(goal, &r.path)).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.truncate((rollouts.len() as f32 * NEAR).ceil() as usize);
+    near.truncate((rollouts.len() as f32 * CONSIDERED_SHARE).ceil() as usize);
 
     let share = |count: usize, of: usize| count as f32 / of.max(1) as f32;
     let free: Vec<&Rollout> = rollouts.iter().filter(|rollout| !touched(rollout)).collect();
@@ -145,17 +145,20 @@ fn best_region(task: &Task, rollouts: &[Rollout], others: &[Region]) -> Option<R
         let count = rollouts.iter().filter(|r| passes(&r.path, region)).count();
         let reached = share(count, rollouts.len());
         let freely = share(free.iter().filter(|r| passes(&r.path, region)).count(), free.len());
-        ((reached >= LEAST_REACHED || count >= ENOUGH) && reached <= MOST_REACHED && freely < reached / 2.0)
+        ((reached >= MIN_REACHED || count >= SUFFICIENT_REACHED) && reached <= MAX_REACHED && freely < reached / 2.0)
             .then_some(())?;
         let passed: Vec<usize> = near.iter().filter_map(|(_, path)| first_pass(path, region)).collect();
         Some((passed.len(), share(passed.iter().sum(), passed.len())))
     };
     let regions = candidates(task, near.iter().flat_map(|(_, path)| path.iter()));
-    let is_new = |region: &Region| others.iter().all(|other| distance(region.position, other.position) > APART);
+    let is_new =
+        |region: &Region| others.iter().all(|other| distance(region.position, other.position) > MIN_SEPARATION);
     let scored: Vec<((usize, f32), Region)> =
         regions.into_iter().filter(is_new).filter_map(|region| Some((score(&region)?, region))).collect();
     let most = scored.iter().map(|((passed, _), _)| *passed).max()?;
-    let often = scored.into_iter().filter(|((passed, _), _)| *passed > 0 && *passed as f32 >= OFTEN * most as f32);
+    let often = scored
+        .into_iter()
+        .filter(|((passed, _), _)| *passed > 0 && *passed as f32 >= MIN_RELATIVE_PASSES * most as f32);
     // The earlier a region is passed, the more height and time are left for the rest of the way.
     often.min_by(|a, b| a.0.1.total_cmp(&b.0.1)).map(|(_, region)| region)
 }
@@ -273,7 +276,10 @@ mod tests {
         assert_eq!((found.len(), &propose(1)[..]), (3, &found[..1]));
         for (index, region) in found.iter().enumerate() {
             let others = found[..index].iter();
-            assert!(others.clone().all(|other| distance(region.position, other.position) > APART), "{found:?}");
+            assert!(
+                others.clone().all(|other| distance(region.position, other.position) > MIN_SEPARATION),
+                "{found:?}"
+            );
         }
     }
 

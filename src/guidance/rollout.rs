@@ -30,7 +30,7 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
 }
 
 /// Number of actions between two checks for a stop request: a tenth of a second's work.
-const PIECE: usize = 2500;
+const ACTIONS_PER_STOP_CHECK: usize = 2500;
 
 /// A model whose rollouts, however many, end with [`DynamicsError::Stopped`] soon after a stop
 /// request. Its predictions are those of the wrapped model.
@@ -54,7 +54,7 @@ impl RolloutModel for InterruptibleModel<'_> {
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
-        let piece = (PIECE / horizon.max(1)).max(1);
+        let piece = (ACTIONS_PER_STOP_CHECK / horizon.max(1)).max(1);
         let mut found = Vec::with_capacity(starts.len());
         for (starts, sequences) in starts.chunks(piece).zip(sequences.chunks(piece)) {
             if self.is_stopped() {

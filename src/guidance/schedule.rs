@@ -144,12 +144,12 @@ fn parse(text: &str) -> Result<EpsilonSchedule, String> {
         ("need", [clusters, noise, attempts]) => {
             let (clusters, noise) = (threshold(clusters)?, threshold(noise)?);
             if clusters + noise > 1.0 {
-                return Err(format!("{clusters} and {noise} are more than 1"));
+                return Err(format!("the sum of {clusters} and {noise} exceeds 1"));
             }
             Ok(EpsilonSchedule::Need { clusters, noise, attempts: count(attempts)? })
         }
         ("linear" | "exp" | "step" | "need", _) => Err(format!("`{kind}` takes three numbers")),
-        _ => Err("unknown form".to_owned()),
+        _ => Err("unknown kind of schedule".to_owned()),
     }
 }
 
@@ -159,7 +159,7 @@ fn parse_points(text: &str) -> Result<Vec<(u32, f32)>, String> {
         let (episode, value) = point.split_once('=').ok_or_else(|| format!("`{point}` is not EPISODE=THRESHOLD"))?;
         let episode = episode.trim().parse().map_err(|_| format!("`{episode}` is not an episode number"))?;
         if points.last().is_some_and(|(last, _)| *last >= episode) {
-            return Err(format!("episode {episode} does not come after the one before it"));
+            return Err(format!("episodes must increase, but {episode} does not"));
         }
         points.push((episode, threshold(value)?));
     }
@@ -168,7 +168,7 @@ fn parse_points(text: &str) -> Result<Vec<(u32, f32)>, String> {
 
 fn threshold(text: &str) -> Result<f32, String> {
     let value: f32 = text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not within 0 and 1")) }
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not between 0 and 1")) }
 }
 
 fn count(text: &str) -> Result<u32, String> {
@@ -296,16 +296,16 @@ mod tests {
     #[test]
     fn errors_name_the_problem() {
         for (spec, problem) in [
-            ("1.5", "not within 0 and 1"),
-            ("NaN", "not within 0 and 1"),
+            ("1.5", "not between 0 and 1"),
+            ("NaN", "not between 0 and 1"),
             ("linear:0.8:0.1", "takes three numbers"),
             ("linear:0.8:0.1:0", "positive number"),
             ("need:0.5:0.25:0", "positive number"),
             ("need:0.5", "takes three numbers"),
-            ("need:0.75:0.5:20", "more than 1"),
-            ("points:5=0.1,5=0.2", "does not come after"),
+            ("need:0.75:0.5:20", "exceeds 1"),
+            ("points:5=0.1,5=0.2", "must increase"),
             ("points:", "not EPISODE=THRESHOLD"),
-            ("cosine:1", "unknown form"),
+            ("cosine:1", "unknown kind"),
         ] {
             let error = spec.parse::<EpsilonSchedule>().unwrap_err().to_string();
             assert!(error.contains(problem), "{spec}: {error}");

@@ -19,7 +19,7 @@ use crate::streams::{Stream, index};
 use crate::task::Task;
 
 /// Rollouts between two checks for a stop request.
-const PIECE: usize = 250;
+const ROLLOUTS_PER_STOP_CHECK: usize = 250;
 
 /// A rollout to make: the index of its start state, and its choices.
 type Drawn = (usize, Vec<Choice>);
@@ -109,7 +109,7 @@ fn roll_out(
     stop: &Stop,
 ) -> Result<Option<Vec<ToolRollout>>> {
     let mut rolled = Vec::with_capacity(drawn.len());
-    for piece in drawn.chunks(PIECE) {
+    for piece in drawn.chunks(ROLLOUTS_PER_STOP_CHECK) {
         if stop.is_requested() {
             return Ok(None);
         }

@@ -25,14 +25,14 @@ pub(super) struct ActiveColumns {
     values: Buffer,
     /// The rows of the weight for the active columns.
     weight: Buffer,
-    is_worth_it: bool,
+    is_worthwhile: bool,
 }
 
 impl ActiveColumns {
     /// Finds the active columns of a dense batch of `rows` and copies them, with the matching rows
     /// of `weight`, which it will be multiplied by; rows of `weight` have `weight_row` floats.
     pub fn find(&mut self, batch: &[f32], rows: usize, weight: &[f32], weight_row: usize) {
-        self.is_worth_it = false;
+        self.is_worthwhile = false;
         // For a few rows, copying costs more than it saves.
         if rows < 16 {
             return;
@@ -45,8 +45,8 @@ impl ActiveColumns {
         }
         self.columns.clear();
         self.columns.extend((0..width).filter(|&column| self.bits[column] != 0));
-        self.is_worth_it = self.columns.len() * 4 <= width * 3;
-        if !self.is_worth_it {
+        self.is_worthwhile = self.columns.len() * 4 <= width * 3;
+        if !self.is_worthwhile {
             return;
         }
         let active = self.columns.len();
@@ -62,7 +62,7 @@ impl ActiveColumns {
     pub fn get(&self, start: usize) -> Option<(Rows<'_>, usize, &[f32])> {
         let active = self.columns.len();
         let rows = || Rows { values: &self.values[start * active..], row: active };
-        self.is_worth_it.then(|| (rows(), active, &*self.weight))
+        self.is_worthwhile.then(|| (rows(), active, &*self.weight))
     }
 
     /// Copies the rows of a gradient of the weight that belong to active columns to `space`.

@@ -42,7 +42,7 @@ impl From<dfdx::tensor::CpuError> for NnError {
 pub enum TensorFileError {
     /// The bytes are not a safetensors file.
     #[error("not a safetensors file: {reason}")]
-    Foreign {
+    NotSafetensors {
         /// What the reader found.
         reason: String,
     },

@@ -30,7 +30,7 @@ pub struct Mlp {
 
 /// The variables that a forward pass on a tape is differentiated with respect to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Wanted {
+struct RequiresGrad {
     parameters: bool,
     input: bool,
 }
@@ -71,20 +71,20 @@ impl Mlp {
     /// # Panics
     /// If `x` has another number of columns than the network has inputs.
     pub fn forward(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
-        self.run(x, Wanted { parameters: true, input: true })
+        self.run(x, RequiresGrad { parameters: true, input: true })
     }
 
     /// Like [`forward`](Self::forward), but no gradient is computed for `x`.
     pub fn forward_data(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
-        self.run(x, Wanted { parameters: true, input: false })
+        self.run(x, RequiresGrad { parameters: true, input: false })
     }
 
     /// Like [`forward`](Self::forward) with constant parameters: gradients flow to `x` only.
     pub fn forward_frozen(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
-        self.run(x, Wanted { parameters: false, input: true })
+        self.run(x, RequiresGrad { parameters: false, input: true })
     }
 
-    fn run(&self, x: Matrix<OwnedTape<f32, Cpu>>, wanted: Wanted) -> Matrix<OwnedTape<f32, Cpu>> {
+    fn run(&self, x: Matrix<OwnedTape<f32, Cpu>>, requires_grad: RequiresGrad) -> Matrix<OwnedTape<f32, Cpu>> {
         let (rows, columns) = *x.shape();
         assert_eq!(columns, self.shape.inputs(), "input columns of the network");
         let (x, mut tape) = x.contiguous().split_tape();
@@ -99,11 +99,11 @@ impl Mlp {
         tape.add_backward_op(move |grads| {
             let dy = grads.get_or_alloc_mut(&out)?;
             pass.set_output_gradient(|row| &dy[row * outputs..][..outputs]);
-            stack::backward(slice::from_mut(&mut pass), wanted.input);
-            if wanted.parameters {
+            stack::backward(slice::from_mut(&mut pass), requires_grad.input);
+            if requires_grad.parameters {
                 pass.add_parameter_gradients(grads.get_or_alloc_mut(&parameters)?);
             }
-            if wanted.input {
+            if requires_grad.input {
                 pass.add_input_gradient(grads.get_or_alloc_mut(&x)?);
             }
             Ok(())

@@ -8,7 +8,7 @@
 
 use std::{
     mem,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
 };
 
 use rayon::prelude::*;
@@ -21,6 +21,7 @@ use super::{
     },
     layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
+use crate::sync::lock;
 
 /// Workspaces of finished passes, for reuse. A pass of the paper's 17 layers over 128 rows needs
 /// more than a megabyte, which the operating system would otherwise have to clear for each pass.
@@ -37,12 +38,12 @@ impl<W> Clone for Pool<W> {
 impl<W: Default> Pool<W> {
     pub fn take(&self) -> W {
         // A poisoned lock is harmless: a panic cannot leave a workspace in an inconsistent state.
-        let mut free = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut free = lock(&self.0);
         free.pop().unwrap_or_default()
     }
 
     pub fn give_back(&self, workspace: W) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+        lock(&self.0).push(workspace);
     }
 }
 
@@ -85,7 +86,7 @@ struct Span {
     /// Normalisation factors of the rows of every layer; empty for layers without normalisation.
     factors: Vec<Vec<f32>>,
     /// dL/dz of every layer, rows padded; `z` is the input of the activation.
-    slopes: Vec<Buffer>,
+    dz: Vec<Buffer>,
     /// dL/dx, rows padded.
     dx: Buffer,
     transposed: Buffer,
@@ -219,10 +220,10 @@ impl Pass {
         let last = self.layers.len() - 1;
         let columns = self.layers[last].outputs;
         for span in &mut self.workspace.spans[..self.workspace.cuts] {
-            span.slopes.resize_with(self.layers.len(), Buffer::default);
-            let slopes = &mut span.slopes[last];
-            slopes.resize(span.rows * padded(columns));
-            for (i, to) in slopes.chunks_exact_mut(padded(columns)).enumerate() {
+            span.dz.resize_with(self.layers.len(), Buffer::default);
+            let dz = &mut span.dz[last];
+            dz.resize(span.rows * padded(columns));
+            for (i, to) in dz.chunks_exact_mut(padded(columns)).enumerate() {
                 to[..columns].copy_from_slice(row(span.start + i));
                 to[columns..].fill(0.0);
             }
@@ -291,7 +292,7 @@ impl Span {
     /// dL/dz of the last layer from dL/dy.
     fn start_backward(&mut self, layers: &[Layer]) {
         let last = layers.len() - 1;
-        let (output, gradient) = (&self.outputs[last], &mut self.slopes[last]);
+        let (output, gradient) = (&self.outputs[last], &mut self.dz[last]);
         Derivative { activation: layers[last].activation, output, gradient }.execute();
         self.normalise_gradient(last, layers);
     }
@@ -302,11 +303,11 @@ impl Span {
         let (rows, columns) = (padded(layer.inputs), padded(layer.outputs));
         self.transposed.resize(rows * columns);
         Transpose { from: parameters.weight(layer), rows, columns, to: &mut self.transposed }.execute();
-        let (before, after) = self.slopes.split_at_mut(i);
+        let (before, after) = self.dz.split_at_mut(i);
         let (c, epilogue) = match before.last_mut() {
-            Some(slopes) => {
+            Some(dz) => {
                 let previous = &self.outputs[i - 1];
-                (slopes, Epilogue::Derivative(layers[i - 1].activation, previous))
+                (dz, Epilogue::Derivative(layers[i - 1].activation, previous))
             }
             None => (&mut self.dx, Epilogue::None),
         };
@@ -335,7 +336,7 @@ impl Span {
     /// other layers. Where the rectifier blocks the gradient, the output is 0 and contributes nothing.
     fn normalise_gradient(&mut self, i: usize, layers: &[Layer]) {
         if layers[i].is_normalised() {
-            let (y, gradient, factors) = (&*self.outputs[i], &mut *self.slopes[i], &*self.factors[i]);
+            let (y, gradient, factors) = (&*self.outputs[i], &mut *self.dz[i], &*self.factors[i]);
             NormaliseGradient { y, gradient, columns: layers[i].outputs, factors }.execute();
         }
     }
@@ -414,7 +415,7 @@ impl ParameterSum<'_> {
                 active.gather(dw, columns, space);
                 for span in spans {
                     if let Some((x, inputs, _)) = active.get(span.start) {
-                        add_weight_gradient(x, inputs, span.rows, &span.slopes[i], columns, space);
+                        add_weight_gradient(x, inputs, span.rows, &span.dz[i], columns, space);
                     }
                 }
                 active.scatter(space, columns, dw);
@@ -422,12 +423,12 @@ impl ParameterSum<'_> {
             None => {
                 for span in spans {
                     let x = input_of(i, layers, input, span.start, &span.outputs);
-                    add_weight_gradient(x, layer.inputs, span.rows, &span.slopes[i], columns, dw);
+                    add_weight_gradient(x, layer.inputs, span.rows, &span.dz[i], columns, dw);
                 }
             }
         }
         for span in spans {
-            ColumnSums { x: &span.slopes[i], sums: db }.execute();
+            ColumnSums { x: &span.dz[i], sums: db }.execute();
         }
         if layer.is_padded() {
             unpad_rows(space, layer.outputs, sum);
@@ -435,8 +436,8 @@ impl ParameterSum<'_> {
     }
 }
 
-/// Adds `xᵀ slopes`, over `rows` rows, to `dw` of `inputs` × `columns`.
-fn add_weight_gradient(x: Rows<'_>, inputs: usize, rows: usize, slopes: &[f32], columns: usize, dw: &mut [f32]) {
+/// Adds `xᵀ dz`, over `rows` rows, to `dw` of `inputs` × `columns`.
+fn add_weight_gradient(x: Rows<'_>, inputs: usize, rows: usize, dz: &[f32], columns: usize, dw: &mut [f32]) {
     Product {
         rows: inputs,
         depth: rows,
@@ -444,7 +445,7 @@ fn add_weight_gradient(x: Rows<'_>, inputs: usize, rows: usize, slopes: &[f32], 
         a: x.values,
         a_row: 1,
         a_depth: x.row,
-        b: slopes,
+        b: dz,
         b_row: columns,
         start: Start::Accumulate,
         c: dw,

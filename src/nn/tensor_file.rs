@@ -114,7 +114,7 @@ fn read_error(error: SafeTensorError) -> TensorFileError {
         SafeTensorError::InvalidOffset(name) => {
             TensorFileError::Damaged { reason: format!("tensor `{name}` lies outside the file") }
         }
-        other => TensorFileError::Foreign { reason: format!("{other:?}") },
+        other => TensorFileError::NotSafetensors { reason: format!("{other:?}") },
     }
 }
 
@@ -184,7 +184,7 @@ mod tests {
     fn foreign_bytes_are_refused() {
         for bytes in [&b"{\"version\": 1, \"name\": \"a task\"}"[..], &[0xff; 64], &[0; 64]] {
             let error = TensorFile::from_bytes(bytes).unwrap_err();
-            assert!(matches!(error, TensorFileError::Foreign { .. }), "{error}");
+            assert!(matches!(error, TensorFileError::NotSafetensors { .. }), "{error}");
         }
     }
 

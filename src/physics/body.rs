@@ -304,6 +304,11 @@ impl Body {
     }
 }
 
+/// The one of two bodies that is not `body`.
+pub(super) fn other_body(bodies: [u32; 2], body: u32) -> u32 {
+    if bodies[0] == body { bodies[1] } else { bodies[0] }
+}
+
 /// A shape in the world.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {

@@ -9,7 +9,7 @@ use super::closest::{Side, closest, farthest_corner};
 use super::outline::Outline;
 
 /// Multiplier of the engine's pair hash.
-const PAIR: u64 = 3_344_921_057;
+const PAIR_HASH_MULTIPLIER: u64 = 3_344_921_057;
 
 /// A point where two outlines touch, in world coordinates.
 #[derive(Debug, Clone, Copy, Default)]
@@ -145,5 +145,5 @@ fn facing(side: Side, direction: Vector) -> Edge {
 
 /// The engine's hash of a pair of numbers.
 fn pair_number(a: u64, b: u64) -> u64 {
-    a.wrapping_mul(PAIR) ^ b.wrapping_mul(PAIR)
+    a.wrapping_mul(PAIR_HASH_MULTIPLIER) ^ b.wrapping_mul(PAIR_HASH_MULTIPLIER)
 }

@@ -37,7 +37,7 @@ pub(super) enum State {
 
 /// A contact point with its solver data.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct ContactPoint {
     /// From the first body's centre to the point on its surface, and the same for the second body.
     arm: Vector,
     other_arm: Vector,
@@ -68,7 +68,7 @@ pub(super) struct Contact {
     origins: [Vector; 2],
     normal: Vector,
     count: usize,
-    places: [Place; 2],
+    points: [ContactPoint; 2],
     elasticity: f64,
     friction: f64,
 }
@@ -86,7 +86,7 @@ impl Contact {
             origins: [Vector::ZERO; 2],
             normal: Vector::ZERO,
             count: 0,
-            places: [Place::default(); 2],
+            points: [ContactPoint::default(); 2],
             elasticity: 0.0,
             friction: 0.0,
         }
@@ -100,11 +100,6 @@ impl Contact {
         self.bodies.contains(&body)
     }
 
-    /// The other body of a contact of `body`.
-    pub fn other(&self, body: u32) -> u32 {
-        if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
-    }
-
     /// Stores the result of detection. Points whose key existed before keep their impulses.
     pub fn refresh(&mut self, indices: [u32; 2], shapes: [&Shape; 2], bodies: &[Body], touching: &Touching) {
         let before = *self;
@@ -113,17 +108,17 @@ impl Contact {
         self.origins = shapes.map(|shape| shape.origin);
         let centres = self.centres(bodies);
         self.count = touching.points().len();
-        for (place, point) in self.places.iter_mut().zip(touching.points()) {
-            *place = Place {
-                arm: point.on_first - centres[0],
-                other_arm: point.on_second - centres[1],
-                key: point.key,
-                ..Place::default()
+        for (point, touch) in self.points.iter_mut().zip(touching.points()) {
+            *point = ContactPoint {
+                arm: touch.on_first - centres[0],
+                other_arm: touch.on_second - centres[1],
+                key: touch.key,
+                ..ContactPoint::default()
             };
-            for old in &before.places[..before.count] {
-                if old.key == place.key {
-                    place.normal_impulse = old.normal_impulse;
-                    place.tangent_impulse = old.tangent_impulse;
+            for old in &before.points[..before.count] {
+                if old.key == point.key {
+                    point.normal_impulse = old.normal_impulse;
+                    point.tangent_impulse = old.tangent_impulse;
                 }
             }
         }
@@ -136,7 +131,7 @@ impl Contact {
     }
 
     /// Removes all points: after a rule or for a sensor there is nothing to solve.
-    pub fn drop_places(&mut self) {
+    pub fn clear_points(&mut self) {
         self.count = 0;
         if self.state != State::Ignored {
             self.state = State::Lasting;
@@ -157,20 +152,20 @@ impl Contact {
         let between = other_centre - centre;
         let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
         let normal = self.normal;
-        for place in &mut self.places[..self.count] {
-            let arms = [place.arm, place.other_arm];
+        for point in &mut self.points[..self.count] {
+            let arms = [point.arm, point.other_arm];
             let mass = |direction: Vector| {
                 let [own, other] = arms.map(|arm| arm.perp_dot(direction));
                 let turning = own * own * a.inverse_moment + other * other * b.inverse_moment;
                 1.0 / (turning + (a.inverse_mass + b.inverse_mass))
             };
-            place.normal_mass = mass(normal);
-            place.tangent_mass = mass(normal.perp());
-            let distance = (between + place.other_arm - place.arm).dot(normal);
-            place.target_bias = (distance + SLOP).min(0.0) * PULL;
-            place.bias_impulse = 0.0;
+            point.normal_mass = mass(normal);
+            point.tangent_mass = mass(normal.perp());
+            let distance = (between + point.other_arm - point.arm).dot(normal);
+            point.target_bias = (distance + SLOP).min(0.0) * PULL;
+            point.bias_impulse = 0.0;
             let velocity = relative([a.velocity, b.velocity], [a.spin, b.spin], arms);
-            place.target_bounce = velocity.dot(normal) * self.elasticity;
+            point.target_bounce = velocity.dot(normal) * self.elasticity;
         }
     }
 
@@ -179,16 +174,16 @@ impl Contact {
         if self.state == State::New {
             return;
         }
-        for place in &self.places[..self.count] {
-            let impulse = combined(self.normal, place.normal_impulse, place.tangent_impulse);
-            bodies[self.bodies[0] as usize].push(-impulse, place.arm);
-            bodies[self.bodies[1] as usize].push(impulse, place.other_arm);
+        for point in &self.points[..self.count] {
+            let impulse = combined(self.normal, point.normal_impulse, point.tangent_impulse);
+            bodies[self.bodies[0] as usize].push(-impulse, point.arm);
+            bodies[self.bodies[1] as usize].push(impulse, point.other_arm);
         }
     }
 
     /// Whether a point overlaps so far that a bias impulse is needed.
     pub fn overlaps(&self) -> bool {
-        self.places[..self.count].iter().any(|place| place.target_bias != 0.0)
+        self.points[..self.count].iter().any(|point| point.target_bias != 0.0)
     }
 
     /// One iteration: moves the bias impulses towards their targets. Returns whether any of them changed.
@@ -196,23 +191,23 @@ impl Contact {
         let normal = self.normal;
         let [first, second] = self.bodies.map(|body| body as usize);
         let mut changed = false;
-        for place in &mut self.places[..self.count] {
+        for point in &mut self.points[..self.count] {
             let (a, b) = (&bodies[first], &bodies[second]);
-            let arms = [place.arm, place.other_arm];
+            let arms = [point.arm, point.other_arm];
             let velocity = relative([a.bias_velocity, b.bias_velocity], [a.bias_spin, b.bias_spin], arms);
-            let old = place.bias_impulse;
-            let change = plus_dot(place.target_bias, -velocity, normal) * place.normal_mass;
-            place.bias_impulse = not_negative(old + change);
-            if place.bias_impulse == old {
+            let old = point.bias_impulse;
+            let change = plus_dot(point.target_bias, -velocity, normal) * point.normal_mass;
+            point.bias_impulse = not_negative(old + change);
+            if point.bias_impulse == old {
                 continue;
             }
             changed = true;
-            let impulse = normal * (place.bias_impulse - old);
+            let impulse = normal * (point.bias_impulse - old);
             if first != GROUND {
-                bodies[first].push_bias(-impulse, place.arm);
+                bodies[first].push_bias(-impulse, point.arm);
             }
             if second != GROUND {
-                bodies[second].push_bias(impulse, place.other_arm);
+                bodies[second].push_bias(impulse, point.other_arm);
             }
         }
         changed
@@ -223,34 +218,34 @@ impl Contact {
         let (normal, tangent) = (self.normal, self.normal.perp());
         let [first, second] = self.bodies.map(|body| body as usize);
         let mut changed = false;
-        for place in &mut self.places[..self.count] {
+        for point in &mut self.points[..self.count] {
             let (a, b) = (&bodies[first], &bodies[second]);
             let velocity = if second == GROUND {
                 // The same numbers with fewer operations.
-                -a.velocity_at(place.arm)
+                -a.velocity_at(point.arm)
             } else {
-                relative([a.velocity, Vector::ZERO], [a.spin, b.spin], [place.arm, place.other_arm]) + b.velocity
+                relative([a.velocity, Vector::ZERO], [a.spin, b.spin], [point.arm, point.other_arm]) + b.velocity
             };
 
-            let old_normal = place.normal_impulse;
-            let change = -plus_dot(place.target_bounce, velocity, normal) * place.normal_mass;
-            place.normal_impulse = not_negative(old_normal + change);
-            let limit = self.friction * place.normal_impulse;
-            let old_tangent = place.tangent_impulse;
-            let change = -velocity.dot(tangent) * place.tangent_mass;
-            place.tangent_impulse = between(-limit, old_tangent + change, limit);
+            let old_normal = point.normal_impulse;
+            let change = -plus_dot(point.target_bounce, velocity, normal) * point.normal_mass;
+            point.normal_impulse = not_negative(old_normal + change);
+            let limit = self.friction * point.normal_impulse;
+            let old_tangent = point.tangent_impulse;
+            let change = -velocity.dot(tangent) * point.tangent_mass;
+            point.tangent_impulse = between(-limit, old_tangent + change, limit);
 
-            let (along, across) = (place.normal_impulse - old_normal, place.tangent_impulse - old_tangent);
+            let (along, across) = (point.normal_impulse - old_normal, point.tangent_impulse - old_tangent);
             if along == 0.0 && across == 0.0 {
                 continue;
             }
             changed = true;
             let impulse = combined(normal, along, across);
             if first != GROUND {
-                bodies[first].push(-impulse, place.arm);
+                bodies[first].push(-impulse, point.arm);
             }
             if second != GROUND {
-                bodies[second].push(impulse, place.other_arm);
+                bodies[second].push(impulse, point.other_arm);
             }
         }
         changed

@@ -65,11 +65,6 @@ impl Joint {
         Self { bodies, anchor, place, kind, arm: Vector::ZERO, impulse: Vector::ZERO }
     }
 
-    /// The other body of a joint of `body`.
-    pub fn other(&self, body: u32) -> u32 {
-        if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
-    }
-
     /// Computes the arm, effective masses and targets for this step.
     pub fn prepare(&mut self, bodies: &[Body]) {
         let [a, b] = self.bodies.map(|body| &bodies[body as usize]);

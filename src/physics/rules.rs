@@ -15,7 +15,7 @@ const MUZZLE: [f64; 2] = [5.0, 3.65];
 
 /// A tool with the corners that the rules compare.
 #[derive(Debug)]
-pub(super) struct Actor {
+pub(super) struct RuleTool {
     pub tool: Tool,
     /// Corners of a bucket or funnel, in the order in which CREATE creates them.
     pub corners: Vec<Vector>,
@@ -36,10 +36,10 @@ impl Tool {
 
 /// The effect of a tool on a body. Before the solver, the result says whether the contact is kept; after it, whether
 /// the rule changed the body.
-pub(super) type Rule = fn(&Actor, &mut Body) -> bool;
+pub(super) type Rule = fn(&RuleTool, &mut Body) -> bool;
 
 /// Cannon: moves the body to its muzzle and fires it.
-pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
+pub(super) fn fire(cannon: &RuleTool, body: &mut Body) -> bool {
     let Tool { position, angle, force, .. } = cannon.tool;
     let aim = tool_direction(angle);
     body.put_to_rest(Vector::from(position) + aim * Vector::from(MUZZLE));
@@ -48,7 +48,7 @@ pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
 }
 
 /// Fan: applies a force to the body's centre for this step.
-pub(super) fn blow(fan: &Actor, body: &mut Body) -> bool {
+pub(super) fn blow(fan: &RuleTool, body: &mut Body) -> bool {
     let local = tool_direction(fan.tool.angle - body.angle) * fan.tool.force;
     body.force += body.frame().vector(local);
     body.idle = 0.0;
@@ -56,14 +56,14 @@ pub(super) fn blow(fan: &Actor, body: &mut Body) -> bool {
 }
 
 /// Belt: sets the body's velocity to its own.
-pub(super) fn carry(belt: &Actor, body: &mut Body) -> bool {
+pub(super) fn carry(belt: &RuleTool, body: &mut Body) -> bool {
     body.velocity = Vector::new(belt.tool.velocity, 0.0);
     body.idle = 0.0;
     false
 }
 
 /// Ladder: sets a velocity along the ladder, with the horizontal part four times as large.
-pub(super) fn climb(ladder: &Actor, body: &mut Body) -> bool {
+pub(super) fn climb(ladder: &RuleTool, body: &mut Body) -> bool {
     let Tool { velocity, angle, .. } = ladder.tool;
     let along = tool_direction(angle);
     body.velocity = Vector::new(4.0 * velocity * along.x, velocity * along.y);
@@ -73,7 +73,7 @@ pub(super) fn climb(ladder: &Actor, body: &mut Body) -> bool {
 
 /// Funnel: a body that is farther from the nozzle than from both upper corners is moved to the nozzle; for others the
 /// funnel is solid.
-pub(super) fn swallow(funnel: &Actor, body: &mut Body) -> bool {
+pub(super) fn swallow(funnel: &RuleTool, body: &mut Body) -> bool {
     let [left, nozzle, right] = [0, 1, 2].map(|corner| (body.position - funnel.corners[corner]).length());
     let is_inside = nozzle > left && nozzle > right;
     if is_inside {
@@ -84,7 +84,7 @@ pub(super) fn swallow(funnel: &Actor, body: &mut Body) -> bool {
 
 /// Bucket: a body nearer to both upper corners than to both lower ones is captured permanently; for others the bucket
 /// is solid.
-pub(super) fn capture(bucket: &Actor, body: &mut Body) -> bool {
+pub(super) fn capture(bucket: &RuleTool, body: &mut Body) -> bool {
     let centre = Vector::from(bucket.tool.position);
     if body.captured {
         body.position = centre;
@@ -103,7 +103,7 @@ pub(super) fn capture(bucket: &Actor, body: &mut Body) -> bool {
 }
 
 /// Plank: rolling friction slows balls. Returns whether it did.
-pub(super) fn brake(plank: &Actor, body: &mut Body) -> bool {
+pub(super) fn brake(plank: &RuleTool, body: &mut Body) -> bool {
     let friction = plank.tool.roll_friction;
     let brakes = body.is_round && friction > 1.0;
     if brakes {

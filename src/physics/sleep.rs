@@ -5,7 +5,7 @@
 //! and returns to their ends when it wakes; its shape moves to the tree of resting shapes. As in the engine, these
 //! orders affect later results.
 
-use super::body::{Body, GROUND};
+use super::body::{Body, GROUND, other_body};
 use super::broad::Extent;
 use super::units::DT;
 use super::world::World;
@@ -83,11 +83,11 @@ impl World {
             self.bodies[body as usize].next = next;
         }
         for contact in self.linked(body) {
-            self.gather(root, self.contacts[contact as usize].other(body));
+            self.gather(root, other_body(self.contacts[contact as usize].bodies, body));
         }
         let joints: Vec<u32> = self.joints_of(body).collect();
         for joint in joints {
-            self.gather(root, self.joints[joint as usize].other(body));
+            self.gather(root, other_body(self.joints[joint as usize].bodies, body));
         }
     }
 
@@ -165,7 +165,7 @@ impl World {
         for index in 0..self.contacts.len() {
             let contact = self.contacts[index];
             if contact.linked.is_some() && contact.involves(body) {
-                self.bodies[contact.other(body) as usize].idle = 0.0;
+                self.bodies[other_body(contact.bodies, body) as usize].idle = 0.0;
             }
         }
     }

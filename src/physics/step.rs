@@ -90,7 +90,7 @@ impl World {
         if is_kept && !is_sensor {
             self.order.push(index);
         } else {
-            contact.drop_places();
+            contact.clear_points();
         }
     }
 

@@ -96,7 +96,7 @@ const PLAIN: ToolType = ToolType {
 const SEGMENT: ToolType = ToolType { measure: "length", size: 16.0, ..PLAIN };
 
 /// A segment that bodies pass through.
-const TRACK: ToolType = ToolType { is_sensor: true, size: 20.0, ..SEGMENT };
+const SENSOR_SEGMENT: ToolType = ToolType { is_sensor: true, size: 20.0, ..SEGMENT };
 
 /// A plank on a pin.
 const PLANK: ToolType = ToolType {
@@ -110,7 +110,7 @@ const PLANK: ToolType = ToolType {
 };
 
 /// A box that bodies pass through.
-const ENGINE: ToolType = ToolType { elasticity: 0.4, is_sensor: true, size: 10.0, ..PLAIN };
+const SENSOR_BOX: ToolType = ToolType { elasticity: 0.4, is_sensor: true, size: 10.0, ..PLAIN };
 
 /// Every type, in the order of [`ToolKind`].
 static TYPES: [ToolType; 19] = {
@@ -139,11 +139,11 @@ static TYPES: [ToolType; 19] = {
         ToolType { kind: Hinge, name: "hinge", ..PLANK },
         ToolType { kind: HingeConstrained, name: "hinge_constrained", ..PLANK },
         ToolType { kind: SeeSaw, name: "see_saw", ..PLANK },
-        ToolType { kind: Cannon, name: "cannon", outline: cannon, begin: Some(rules::fire), ..ENGINE },
-        ToolType { kind: Fan, name: "fan", outline: fan, pre_solve: Some(rules::blow), ..ENGINE },
-        ToolType { kind: Belt, name: "belt", pre_solve: Some(rules::carry), ..TRACK },
+        ToolType { kind: Cannon, name: "cannon", outline: cannon, begin: Some(rules::fire), ..SENSOR_BOX },
+        ToolType { kind: Fan, name: "fan", outline: fan, pre_solve: Some(rules::blow), ..SENSOR_BOX },
+        ToolType { kind: Belt, name: "belt", pre_solve: Some(rules::carry), ..SENSOR_SEGMENT },
         ToolType { kind: Funnel, name: "funnel", outline: funnel, pre_solve: Some(rules::swallow), ..PLAIN },
-        ToolType { kind: Ladder, name: "ladder", pre_solve: Some(rules::climb), ..TRACK },
+        ToolType { kind: Ladder, name: "ladder", pre_solve: Some(rules::climb), ..SENSOR_SEGMENT },
     ]
 };
 

@@ -11,7 +11,7 @@ use super::collide::collide;
 use super::contact::Contact;
 use super::joint::Joint;
 use super::outline::{Frame, Outline};
-use super::rules::Actor;
+use super::rules::RuleTool;
 use super::tool::Tool;
 use super::tool_kind::{STAR_TURN, regular};
 use super::touch::{ObjectId, Touch};
@@ -60,7 +60,7 @@ pub struct World {
     pub(super) step: u64,
     /// Bodies of balls and boxes.
     balls: Vec<(u32, Mover)>,
-    pub(super) tools: Vec<Arc<Actor>>,
+    pub(super) tools: Vec<Arc<RuleTool>>,
     /// Shapes of tools and sensors; None for removed sensors.
     tool_shapes: Vec<u32>,
     sensors: Vec<Option<u32>>,
@@ -150,7 +150,7 @@ impl World {
     pub fn add_tool(&mut self, tool: Tool) -> usize {
         let index = self.tools.len();
         let owner = ObjectId::Tool(index);
-        self.tools.push(Arc::new(Actor { tool, corners: tool.corners() }));
+        self.tools.push(Arc::new(RuleTool { tool, corners: tool.corners() }));
         let shape = self.shapes.len() as u32;
         if tool.kind.is_hinged() {
             self.add_plank(&tool, owner);

@@ -14,7 +14,7 @@ use crate::physics::{NO_OP, Tool, catalogue_tool};
 use crate::validation::ValidationError;
 
 /// Largest number of tools.
-const MOST_TOOLS: usize = 100_000;
+const MAX_TOOLS: usize = 100_000;
 
 /// Tools by number.
 #[derive(Debug, Clone)]
@@ -68,8 +68,8 @@ impl Catalogue {
     pub fn read(input: impl BufRead, origin: &str) -> Result<Self, LinesError> {
         let mut tools = BTreeMap::new();
         for_each_line(input, origin, |line: Line| {
-            if tools.len() == MOST_TOOLS {
-                return Err(ValidationError::new(".", format_args!("is one of more than {MOST_TOOLS} tools")).into());
+            if tools.len() == MAX_TOOLS {
+                return Err(ValidationError::new(".", format_args!("is one of more than {MAX_TOOLS} tools")).into());
             }
             let tool = line.tool.map(|tool| tool.tool_at([0.0; 2])).transpose()?;
             match tools.insert(line.number, tool) {

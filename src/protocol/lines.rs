@@ -28,7 +28,7 @@ pub enum LinesError {
         error: ValidationError,
     },
     /// A line is too long.
-    #[error("{origin}:{line}: the line is longer than {} MB: write one record a line", MAX_LINE >> 20)]
+    #[error("{origin}:{line}: the line is longer than {} MB: write one record per line", MAX_LINE >> 20)]
     TooLong {
         /// Name of the stream.
         origin: String,
@@ -161,6 +161,6 @@ mod tests {
         let endless = BufReader::new(b"1\n".chain(io::repeat(b' ')));
         let error = sum(endless).unwrap_err();
         assert!(matches!(error, LinesError::TooLong { line: 2, .. }), "{error}");
-        assert_eq!(error.to_string(), "numbers:2: the line is longer than 16 MB: write one record a line");
+        assert_eq!(error.to_string(), "numbers:2: the line is longer than 16 MB: write one record per line");
     }
 }

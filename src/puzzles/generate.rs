@@ -26,7 +26,7 @@ const TOOL_SETS: [(&[ToolKind], &[ToolKind]); 3] = [
     (&[ToolKind::Box, ToolKind::Wall, ToolKind::Floor], &[ToolKind::Box, ToolKind::Wall, ToolKind::Floor]),
 ];
 /// Maximum number of tools in a scene.
-const MOST_TOOLS: usize = 4;
+const MAX_TOOLS: usize = 4;
 /// Maximum number of subgoals for guided play.
 const SUBGOALS: usize = 2;
 /// Number of episodes of the first, cheap check of a layout.
@@ -203,7 +203,7 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
     // None of the lists is empty.
     let (set, placeable) = TOOL_SETS[rng.gen_range(0..TOOL_SETS.len())];
     let placeable = Placeable { kind: placeable[rng.gen_range(0..placeable.len())], form: Form::default() };
-    let count = rng.gen_range(1..=MOST_TOOLS);
+    let count = rng.gen_range(1..=MAX_TOOLS);
     let tools = (0..count)
         .map(|_| ToolSpec {
             kind: set[rng.gen_range(0..set.len())],

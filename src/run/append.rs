@@ -69,8 +69,8 @@ impl AppendFile {
     }
 
     /// Truncates the file to `length` bytes.
-    pub fn cut(&mut self, length: u64) -> Result<()> {
-        self.file.set_len(length).map_err(RunError::io("shorten", &self.path))
+    pub fn truncate(&mut self, length: u64) -> Result<()> {
+        self.file.set_len(length).map_err(RunError::io("truncate", &self.path))
     }
 
     /// Whether the file is empty.
@@ -111,7 +111,7 @@ mod tests {
         drop(file);
         let mut file = AppendFile::open(&path).unwrap();
         file.append(b"two\n").unwrap();
-        file.cut(4).unwrap();
+        file.truncate(4).unwrap();
         file.append(b"three\n").unwrap();
         file.sync().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"one\nthree\n");

@@ -48,7 +48,7 @@ impl RunDirectory {
     pub fn create(path: impl Into<PathBuf>, config: &impl Serialize) -> Result<Self> {
         let directory = Self { path: path.into() };
         let path = &directory.path;
-        directory.refuse_if_made()?;
+        directory.refuse_existing()?;
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
         for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
             let name = entry.map_err(RunError::io("read", path))?.file_name();
@@ -59,7 +59,7 @@ impl RunDirectory {
         }
         let _lock = directory.lock()?;
         // Another process may have been faster.
-        directory.refuse_if_made()?;
+        directory.refuse_existing()?;
         directory.write_config(config)?;
         // The folder's own name should survive a power failure as well.
         folder::sync(&folder::parent_of(path))?;
@@ -86,7 +86,7 @@ impl RunDirectory {
         Self { path: path.to_owned() }
     }
 
-    fn refuse_if_made(&self) -> Result<()> {
+    fn refuse_existing(&self) -> Result<()> {
         if self.config_path().exists() { Err(RunError::AlreadyARun(self.path.clone())) } else { Ok(()) }
     }
 

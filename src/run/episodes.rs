@@ -97,7 +97,7 @@ pub(super) fn open(path: &Path, episode: u64) -> Result<(AppendFile, u64)> {
             (kept, last) = (end, played.episode);
         }
     }
-    file.cut(kept as u64)?;
+    file.truncate(kept as u64)?;
     Ok((file, last))
 }
 

@@ -69,8 +69,8 @@ impl RunHistory {
         match event {
             // A run that is resumed after an interruption repeats the episodes after its checkpoint.
             Event::Started { episode, .. } => {
-                self.records.cut(*episode);
-                self.evaluations.cut(*episode);
+                self.records.truncate(*episode);
+                self.evaluations.truncate(*episode);
                 self.interventions.retain(|known| known.episode() <= *episode);
             }
             Event::EpisodeFinished(record) => self.records.push(record.clone()),

@@ -24,7 +24,7 @@ impl EventLog {
         let mut file = AppendFile::open(path)?;
         let bytes = file::read(path)?;
         let (length, checkpoint_logged) = cut_point(path, &bytes, episode)?;
-        file.cut(length)?;
+        file.truncate(length)?;
         Ok(Self { file, checkpoint_logged })
     }
 
@@ -99,7 +99,7 @@ fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
 }
 
 /// Bytes of a log that are read at once, which bounds a reader's memory.
-const PIECE: u64 = 4 << 20;
+const CHUNK_BYTES: u64 = 4 << 20;
 
 /// The result of a poll.
 #[derive(Debug, Default)]
@@ -158,7 +158,7 @@ impl EventReader {
         file.seek(SeekFrom::Start(self.offset))?;
         // A line may be longer than a piece.
         loop {
-            poll.more = file.by_ref().take(PIECE).read_to_end(&mut bytes)? as u64 == PIECE;
+            poll.more = file.by_ref().take(CHUNK_BYTES).read_to_end(&mut bytes)? as u64 == CHUNK_BYTES;
             if !poll.more || bytes.contains(&b'\n') {
                 break;
             }
@@ -237,8 +237,8 @@ mod tests {
             serde_json::to_string(&LoggedEvent { time: episode as f64, event }).unwrap() + "\n"
         };
         let mut text: String = (1..=2).map(line).collect();
-        text += &("x".repeat(2 * PIECE as usize) + "\n");
-        let count = 2 * PIECE / line(3).len() as u64;
+        text += &("x".repeat(2 * CHUNK_BYTES as usize) + "\n");
+        let count = 2 * CHUNK_BYTES / line(3).len() as u64;
         text.extend((3..=count).map(line));
         std::fs::write(&path, text).unwrap();
         let mut reader = EventReader::new(&path);

@@ -9,7 +9,7 @@ use super::{Result, RunError, file};
 /// Opens the table for writing; removes the rows after `episode` and a half-written last row.
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
-    file.cut(end_of(path, episode)?)?;
+    file.truncate(end_of(path, episode)?)?;
     Ok(file)
 }
 

@@ -8,9 +8,11 @@ use super::{Result, RunDirectory, RunError, file};
 /// The format of `notes.json` that this program writes, and the newest that it reads.
 const FORMAT: u64 = 1;
 /// Maximum number of characters of a note.
-const LONGEST_NOTE: usize = 4000;
-/// Maximum number of tags, and of characters of each.
-const MOST_TAGS: (usize, usize) = (20, 40);
+const MAX_NOTE_LENGTH: usize = 4000;
+/// Maximum number of tags.
+const MAX_TAGS: usize = 20;
+/// Maximum number of characters of a tag.
+const MAX_TAG_LENGTH: usize = 40;
 
 /// Notes on a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,16 +37,15 @@ impl Notes {
     /// Checks lengths, and that tags are words.
     fn check(&self) -> std::result::Result<(), String> {
         let is_tag = |tag: &String| {
-            (1..=MOST_TAGS.1).contains(&tag.chars().count())
+            (1..=MAX_TAG_LENGTH).contains(&tag.chars().count())
                 && tag.chars().all(|character| character.is_alphanumeric() || "-_.".contains(character))
         };
-        if self.note.chars().count() > LONGEST_NOTE {
-            return Err(format!("a note has at most {LONGEST_NOTE} characters"));
+        if self.note.chars().count() > MAX_NOTE_LENGTH {
+            return Err(format!("a note has at most {MAX_NOTE_LENGTH} characters"));
         }
-        if self.tags.len() > MOST_TAGS.0 || !self.tags.iter().all(is_tag) {
-            let (most, longest) = MOST_TAGS;
+        if self.tags.len() > MAX_TAGS || !self.tags.iter().all(is_tag) {
             return Err(format!(
-                "a run has at most {most} tags, words of at most {longest} letters, digits, -, _ and ."
+                "a run has at most {MAX_TAGS} tags, words of at most {MAX_TAG_LENGTH} letters, digits, -, _ and ."
             ));
         }
         Ok(())

@@ -14,7 +14,7 @@ use super::{Result, RunDirectory, RunError, file};
 /// The format of a line that this program writes, and the only one that it reads.
 const FORMAT: u64 = 1;
 /// Maximum number of bytes that are read at once; far more than users produce.
-const MOST: u64 = 1 << 20;
+const MAX_READ_BYTES: u64 = 1 << 20;
 
 /// A request to a running training. Requests take effect between two episodes, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ impl RequestReader {
         let bytes = self.read_on().map_err(failed)?;
         let whole = file::whole_lines(&bytes);
         self.offset += whole.len() as u64;
-        if whole.is_empty() && bytes.len() as u64 == MOST {
+        if whole.is_empty() && bytes.len() as u64 == MAX_READ_BYTES {
             self.offset = length;
         }
         let (mut requests, mut problems) = (Vec::new(), Vec::new());
@@ -119,7 +119,7 @@ impl RequestReader {
         let mut file = file::open(&self.path)?;
         file.seek(SeekFrom::Start(self.offset))?;
         let mut bytes = Vec::new();
-        file.take(MOST).read_to_end(&mut bytes)?;
+        file.take(MAX_READ_BYTES).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 }

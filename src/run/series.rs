@@ -63,7 +63,7 @@ impl<T: Numbered> Series<T> {
     }
 
     /// Removes the values after an episode.
-    pub fn cut(&mut self, episode: u64) {
+    pub fn truncate(&mut self, episode: u64) {
         self.values.retain(|value| value.episode() <= episode);
     }
 }
@@ -105,7 +105,7 @@ mod tests {
     fn values_repeated_after_a_cut_are_kept_once() {
         let mut series = Series::bounded(NonZeroUsize::new(4).unwrap());
         (1..=7).for_each(|episode| series.push(episode));
-        series.cut(5);
+        series.truncate(5);
         (6..=7).for_each(|episode| series.push(episode));
         assert_eq!(*series, [2, 4, 6, 7]);
         let mut all = Series::default();

@@ -9,7 +9,7 @@ use super::error::StudyError;
 use super::folder::Folder;
 use crate::batch::{self, Batch, BatchProgress, Job};
 use crate::dynamics::{
-    Ended, Evaluation, EvaluationConfig, ModelConfig, OneTool, SceneErrors, TrainConfig, Variant, evaluate,
+    Evaluation, EvaluationConfig, ModelConfig, OneTool, SceneErrors, TrainConfig, TrainingOutcome, Variant, evaluate,
     tool_set_name, train_to_file,
 };
 use crate::evidence::figures::INTERVAL;
@@ -236,7 +236,7 @@ fn model_job<'a>(
             handle.report(format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
             !handle.is_stopped()
         })?;
-        if trained.ended == Ended::Stopped {
+        if trained.ended == TrainingOutcome::Stopped {
             return Ok(None);
         }
         let failure = trained.divergence();

@@ -14,7 +14,7 @@ use crate::validation::ValidationError;
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The folder holds another study.
-    #[error("{}: this folder holds a study with other numbers: choose another with --out", path.display())]
+    #[error("{}: this folder holds a study with other parameters: choose another with --out", path.display())]
     OtherStudy { path: PathBuf },
     /// A file has invalid content.
     #[error("{}: {message}: remove it, and the study will make a new one", path.display())]

@@ -12,7 +12,7 @@ use super::report::{HitRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{
-    DynamicsError, Ended, Evaluation, Model, Progress, Variant, evaluate, tool_set_name, train_to_file,
+    DynamicsError, Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file,
 };
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
@@ -218,9 +218,9 @@ impl<'a> Study<'a> {
         let (config, settings) = (variant.apply(self.plan.model.clone()), self.plan.model_training.clone());
         let trained = train_to_file(path, config, settings, tools, self.command, on_progress)?;
         match &trained.ended {
-            Ended::Stopped => return Ok(None),
-            Ended::Done => trained.remove_checkpoint(),
-            Ended::Diverged { epoch, reason } => {
+            TrainingOutcome::Stopped => return Ok(None),
+            TrainingOutcome::Done => trained.remove_checkpoint(),
+            TrainingOutcome::Diverged { epoch, reason } => {
                 let tools = model_name(tools, variant);
                 return Err(StudyError::Diverged { tools, epoch: *epoch, reason: reason.clone() });
             }

@@ -44,7 +44,7 @@ pub enum SweepError {
     )]
     OtherRun(PathBuf),
     /// A path that has a line break or is not UTF-8 cannot be part of a plan, which has one command per line of text.
-    #[error("{:?} has a line break or is not UTF-8, and a plan is text with one command a line: choose another folder with --out", .0)]
+    #[error("{:?} has a line break or is not UTF-8, and a plan is text with one command per line: choose another folder with --out", .0)]
     NoLine(PathBuf),
     /// A folder to collect from holds no sweep.
     #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]

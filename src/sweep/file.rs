@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use crate::validation::ValidationError;
 
 /// Maximum number of combinations of all grids together; more are most likely a mistake.
-const MOST_COMBINATIONS: usize = 10_000;
+const MAX_COMBINATIONS: usize = 10_000;
 
 /// The content of a sweep file: one grid, or several.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,10 +49,10 @@ impl SweepFile {
     /// Checks that the number of combinations is not too large.
     pub fn check_size(&self) -> Result<(), ValidationError> {
         let count = self.grids.iter().try_fold(0usize, |sum, (_, grid)| sum.checked_add(grid.count()?));
-        if count.is_some_and(|count| count <= MOST_COMBINATIONS) {
+        if count.is_some_and(|count| count <= MAX_COMBINATIONS) {
             return Ok(());
         }
-        let message = format!("makes more than {MOST_COMBINATIONS} combinations: shorten the lists");
+        let message = format!("makes more than {MAX_COMBINATIONS} combinations: shorten the lists");
         Err(ValidationError::new(".", message))
     }
 }

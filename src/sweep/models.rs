@@ -9,8 +9,8 @@ use super::error::WorkError;
 use super::file::{Combination, Grid};
 use crate::batch::JobHandle;
 use crate::dynamics::{
-    DynamicsError, Ended, EvaluationConfig, EvaluationProgress, LaunchErrors, ModelConfig, ToolSet, TrainConfig,
-    TrainedModel, canonical_tool_set, evaluate, model_name, train_to_file,
+    DynamicsError, EvaluationConfig, EvaluationProgress, LaunchErrors, ModelConfig, ToolSet, TrainConfig, TrainedModel,
+    TrainingOutcome, canonical_tool_set, evaluate, model_name, train_to_file,
 };
 use crate::json;
 use crate::physics::ToolKind;
@@ -139,7 +139,7 @@ impl ModelJob {
             handle.set_done(u64::from(now.epoch));
             !handle.is_stopped()
         })?;
-        if trained.ended == Ended::Stopped {
+        if trained.ended == TrainingOutcome::Stopped {
             return Ok(None);
         }
         if trained.divergence().is_some() {

@@ -9,7 +9,7 @@ use super::error::SweepError;
 use super::expand::{Job, Sweep};
 
 /// Maximum number of tasks of a Slurm array: with the default `MaxArraySize`, indices reach 1000.
-const MOST_TASKS: usize = 1000;
+const MAX_TASKS: usize = 1000;
 
 /// One command per job and line. The commands are self-contained (they need no sweep file), and running one
 /// again does only the missing work. `program` and `folder` should be absolute.
@@ -51,7 +51,7 @@ fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path)
 /// As [`plan`].
 pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String, SweepError> {
     let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-    let together = sweep.jobs.len().div_ceil(MOST_TASKS).max(1);
+    let together = sweep.jobs.len().div_ceil(MAX_TASKS).max(1);
     let tasks: Vec<String> = sweep
         .jobs
         .chunks(together)

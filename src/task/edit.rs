@@ -154,7 +154,7 @@ fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T
 }
 
 /// Largest number of changes that can be undone.
-const PAST: usize = 1000;
+const MAX_UNDO: usize = 1000;
 
 /// A task being edited, with its undo and redo history.
 #[derive(Debug, Clone)]
@@ -205,7 +205,7 @@ impl Editor {
 
     /// Switches to another version; the current one becomes the latest to undo.
     fn go_to(&mut self, version: Draft) {
-        if self.past.len() == PAST {
+        if self.past.len() == MAX_UNDO {
             self.past.pop_front();
         }
         self.past.push_back(std::mem::replace(&mut self.now, version));
@@ -274,11 +274,11 @@ mod tests {
     #[test]
     fn the_latest_thousand_changes_can_be_undone() {
         let mut editor = editor();
-        for step in 0..PAST + 2 {
+        for step in 0..MAX_UNDO + 2 {
             let position = [step as f32 / 10_000.0, 0.5];
             editor.apply(&Edit::MoveSubgoal { index: 0, position }).unwrap();
         }
-        assert!((0..PAST).all(|_| editor.undo()) && !editor.undo());
+        assert!((0..MAX_UNDO).all(|_| editor.undo()) && !editor.undo());
         assert_eq!(editor.task().subgoals[0].position, [0.0001, 0.5]);
     }
 

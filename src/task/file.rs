@@ -121,7 +121,7 @@ pub fn load_all(place: &str) -> Result<Vec<Task>, TaskError> {
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         let file = entry.map_err(unreadable)?.path();
         let is_index = file.file_name().is_some_and(|name| name == "index.json");
-        if file.extension().is_some_and(|ending| ending == "json") && !is_index {
+        if file.extension().is_some_and(|extension| extension == "json") && !is_index {
             files.push(file);
         }
     }

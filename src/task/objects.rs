@@ -43,7 +43,7 @@ impl BallSpec {
 
     /// Initial motion, in units and in the precision of the physics.
     pub fn motion(&self) -> Motion {
-        Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
+        motion(self.position, self.velocity)
     }
 }
 
@@ -79,7 +79,7 @@ impl BoxSpec {
 
     /// Initial motion, in units and in the precision of the physics.
     pub fn motion(&self) -> Motion {
-        Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
+        motion(self.position, self.velocity)
     }
 }
 
@@ -146,6 +146,11 @@ impl Goal {
     pub fn region(&self) -> Region {
         Region { position: self.position, radius: self.radius }
     }
+}
+
+/// The start of an object with a normalised position and a velocity in units/s.
+fn motion(position: [f32; 2], velocity: [f32; 2]) -> Motion {
+    Motion { velocity: velocity.map(exact), ..Motion::at_rest(to_units(position.map(exact))) }
 }
 
 fn default_radius() -> f32 {

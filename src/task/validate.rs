@@ -5,7 +5,7 @@ use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
 use crate::validation::{Range, Setting, ValidationError, check_settings, in_range};
 
 /// Longest name of a task, in characters.
-const LONGEST_NAME: usize = 100;
+const MAX_NAME_LENGTH: usize = 100;
 
 impl Task {
     /// Checks that the task is playable: every number in range, no overlaps at the start.
@@ -23,7 +23,7 @@ impl Task {
 /// When it is not allowed.
 pub fn check_name(name: &str) -> Result<(), ValidationError> {
     let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if !(1..=LONGEST_NAME).contains(&name.len()) || name.starts_with('.') || !name.chars().all(is_allowed) {
+    if !(1..=MAX_NAME_LENGTH).contains(&name.len()) || name.starts_with('.') || !name.chars().all(is_allowed) {
         return problem("name", "must be up to 100 letters, digits, `-`, `_` or `.`, and not begin with `.`");
     }
     Ok(())

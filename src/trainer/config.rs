@@ -131,7 +131,7 @@ fn default_epsilon() -> EpsilonSchedule {
 }
 
 /// Limit of the number of tasks of a run.
-const MOST_TASKS: usize = 1000;
+const MAX_TASKS: usize = 1000;
 
 /// The numeric settings of the run itself.
 const SETTINGS: [Setting; 20] = [
@@ -291,7 +291,7 @@ impl RunConfig {
             (0, true) => return Ok(()),
             (0, false) => return wrong("more_tasks", "has no tasks besides that of the run: leave it empty"),
             (_, true) => return wrong("more_tasks", "must say where the `further_tasks` come from"),
-            (MOST_TASKS.., _) => return wrong("more_tasks", "has more tasks than the limit of 1000"),
+            (MAX_TASKS.., _) => return wrong("more_tasks", "has more tasks than the limit of 1000"),
             _ => {}
         }
         if self.observation != Observation::Rays {

@@ -84,7 +84,7 @@ impl Method {
         }
     }
 
-    /// Whether epsilon decides between the policy and clusters (or uniform random actions in their place).
+    /// Whether the method draws exploratory actions from the action clusters, or uniformly at random in their place.
     pub fn has_clusters(self) -> bool {
         match self {
             Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue => true,

@@ -21,6 +21,7 @@
 //!    0.36 [0.31, 0.41].
 
 mod config;
+mod defaults;
 mod exploration;
 mod fork;
 mod hold;
@@ -28,7 +29,6 @@ mod imagination;
 mod method;
 mod parts;
 mod prior;
-mod recipe;
 mod run_loop;
 mod setting;
 mod streams;

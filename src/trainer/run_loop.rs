@@ -67,7 +67,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     };
     if checkpoint.is_none() && config.fork.is_some() {
         // A run without a checkpoint starts over with an empty log, which a fork cannot do.
-        return Err(TrainingError::ForkedFromNothing.into());
+        return Err(TrainingError::MissingForkCheckpoint.into());
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
     let mut writer = RunWriter::locked(directory, lock, episode)?;
@@ -185,10 +185,10 @@ struct RunLoop<'a> {
 
 /// After an episode that takes longer than this, the next one is run such that a stop can abandon it. The copy
 /// and the thread needed for that take a small fraction of this time.
-const SLOW: Duration = Duration::from_millis(100);
+const SLOW_EPISODE: Duration = Duration::from_millis(100);
 /// Time for an episode to react to a stop by itself. Afterwards, for example during an update of large
 /// networks, its thread is abandoned.
-const PATIENCE: Duration = Duration::from_millis(100);
+const STOP_TIMEOUT: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
     /// Trains from a checkpoint, or from the beginning, with new action priors.
@@ -248,7 +248,7 @@ impl RunLoop<'_> {
         let needs = training.needs();
         let started = Instant::now();
         let played = if self.is_slow { self.play_or_stop(training) } else { Some(play(training)) };
-        self.is_slow = started.elapsed() > SLOW;
+        self.is_slow = started.elapsed() > SLOW_EPISODE;
         let Some(played) = played else { return Ok(()) };
         let EpisodeOutcome { record, trace, practised, refined, evaluated } = played?;
         (self.is_saved, self.score) = (false, None);
@@ -287,7 +287,7 @@ impl RunLoop<'_> {
             let played = play(&mut copy);
             (played, copy)
         };
-        let (played, mut after) = run_abandonable(|| stop.is_requested(), PATIENCE, work)?;
+        let (played, mut after) = run_abandonable(|| stop.is_requested(), STOP_TIMEOUT, work)?;
         if matches!(played, Err(TrainingError::Stopped)) {
             return None;
         }

@@ -1,8 +1,8 @@
 //! Complete trainings with small networks, and the files that they produce.
 
 mod guidance;
+mod multi_task;
 mod resume;
-mod several;
 mod tools;
 
 use std::collections::BTreeMap;

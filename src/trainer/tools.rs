@@ -51,7 +51,7 @@ impl Space {
 
 /// The environment of a run, with action sets drawn from `tools`, if given.
 pub(super) fn environment(task: Arc<Task>, observation: Observation, tools: Option<ToolSplit>) -> Environment {
-    let env = roomy(task);
+    let env = with_slots_for_all(task);
     match tools {
         Some(split) => env.with_tools(split),
         None => observation.applied_to(env),
@@ -61,12 +61,12 @@ pub(super) fn environment(task: Arc<Task>, observation: Observation, tools: Opti
 /// The environment of an episode in which the agent chose among these tools of the catalogue; with the task's
 /// own tool if there are none.
 pub(super) fn environment_with_tools(task: Arc<Task>, tools: &[usize]) -> Environment {
-    let env = roomy(task);
+    let env = with_slots_for_all(task);
     if tools.is_empty() { env } else { env.with_action_set(ActionSet::of_catalogue(tools)) }
 }
 
 /// An environment with slots for all objects of the task and the newest placed tools.
-fn roomy(task: Arc<Task>) -> Environment {
+fn with_slots_for_all(task: Arc<Task>) -> Environment {
     let slots = task.parts().len() + PLACED_SEEN;
     Environment::new(task).with_slots(slots)
 }
@@ -81,7 +81,7 @@ pub fn observed(env: &Environment) -> Vec<f32> {
     observation
 }
 
-/// Whether the agent's observations have the length of those on a task, which may be another than it has learned on.
+/// Whether the agent's observations have the length of those on a task, which need not be one it was trained on.
 pub fn can_play(agent: &Ddpg, observation: Observation, task: &Arc<Task>) -> bool {
     let tools = agent.options().map(|_| ToolSplit::All);
     observed(&environment(task.clone(), observation, tools)).len() == agent.observation_len()

@@ -4,9 +4,9 @@ mod error;
 mod evaluation;
 mod learning;
 mod means;
+mod multi_task;
 mod practice;
 mod saved;
-mod several;
 #[cfg(test)]
 mod tests;
 
@@ -38,12 +38,12 @@ use crate::trainer::watch::SharedPhase;
 pub use error::TrainingError;
 pub use evaluation::greedy_episode;
 use means::UpdateMeans;
+use multi_task::TaskState;
 pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, priors_at};
-use several::Parked;
 
 /// Everything that changes during a run except the learner, which is saved separately.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Progress {
+struct TrainingState {
     /// The seed that the run began with; none in checkpoints of earlier versions.
     #[serde(default)]
     seed: Option<u64>,
@@ -67,7 +67,7 @@ struct Progress {
     first_success: Option<Vec<Action>>,
     /// What is kept for each of the further tasks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    further: Vec<Parked>,
+    further: Vec<TaskState>,
 }
 
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
@@ -81,7 +81,7 @@ pub struct Training {
     /// The environments of the further tasks.
     further: Vec<Environment>,
     learner: Learner,
-    progress: Progress,
+    progress: TrainingState,
     /// Abandons the current episode when requested.
     stop: Stop,
     /// Shows the current phase to observers.
@@ -100,7 +100,7 @@ impl Training {
         let learner_streams = streams::learner(config.seed);
         let learner = Learner::new(observation, action, options, &config.ddpg, &mut weights, learner_streams)
             .map_err(|error| error.within("ddpg"))?;
-        let progress = Progress {
+        let progress = TrainingState {
             seed: Some(config.seed),
             episode: 0,
             environment_steps: 0,
@@ -112,13 +112,13 @@ impl Training {
             attempts: Attempts::default(),
             hold: Hold::default(),
             first_success: None,
-            further: vec![Parked::default(); config.further_tasks.len()],
+            further: vec![TaskState::default(); config.further_tasks.len()],
         };
         Self::assembled(config, learner, progress)
     }
 
     /// Assembles a training between two episodes.
-    fn assembled(config: RunConfig, mut learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
+    fn assembled(config: RunConfig, mut learner: Learner, progress: TrainingState) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
         let mut envs =
             config.tasks().map(|task| tools::environment(config.played(task), config.observation, config.tools));

@@ -2,12 +2,13 @@
 //! never waits for observers.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::trace::Trace;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 use crate::stop::Stop;
+use crate::sync::lock;
 
 /// What the trainer is doing.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -133,9 +134,4 @@ impl Watch {
             *lock(&self.view) = Some(view());
         }
     }
-}
-
-/// Locks a mutex, even if poisoned: values are replaced as a whole, so a panic cannot leave them inconsistent.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

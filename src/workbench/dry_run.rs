@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::command::{self, Command, FigureKind};
 use super::setup::Setup;
-use crate::figures::ENDINGS;
+use crate::figures::EXTENSIONS;
 use crate::trainer::{PriorSource, check_model};
 
 /// The state that is known before anything is computed, trained or written.
@@ -98,14 +98,14 @@ pub(super) fn check_figure(figure: &command::Figure) -> Result<(), SessionError>
         let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
         return Err(SessionError::Failed(reason));
     }
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("");
     let (known, expected): (&[&str], _) =
-        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&ENDINGS, "`.png`, `.svg` or `.pdf`") };
-    if known.contains(&ending) {
+        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&EXTENSIONS, "`.png`, `.svg` or `.pdf`") };
+    if known.contains(&extension) {
         return Ok(());
     }
     let figure = format!("{}: a figure of this kind is written as {expected}", path.display());
-    Err(SessionError::Failed(figure + ": give the file that ending"))
+    Err(SessionError::Failed(figure + ": use that extension"))
 }
 
 #[cfg(test)]

@@ -41,7 +41,7 @@ pub enum SessionError {
     NotActive,
     /// The run is trained by another process, which can only be reached through files.
     #[error("{0} is trained by another process, which cannot be given clusters")]
-    NotHere(String),
+    TrainedElsewhere(String),
     /// The run is queued.
     #[error("{0} waits for a free core: `stop` takes it out of the queue")]
     Queued(String),

@@ -122,7 +122,9 @@ impl Session {
             }
             FigureKind::Dashboard => Box::new(dashboard(self.run().ok_or(SessionError::NoRun)?)),
             FigureKind::Episode => {
-                return Err(SessionError::Failed("An animation: the Scene screen plays it.".to_owned()));
+                return Err(SessionError::Failed(
+                    "Animations have no preview: the Scene screen plays them.".to_owned(),
+                ));
             }
         };
         let settings = self.settings_of(kind);

@@ -4,10 +4,11 @@ use std::fmt;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use crate::stop::Stop;
+use crate::sync::lock;
 use crate::trainer::panic_message;
 
 /// The error of a computation that ended because it was cancelled.
@@ -63,7 +64,7 @@ impl Reporter {
 
     /// Reports the next value of the minimised quantity, such as a loss.
     pub fn note(&self, value: f32) {
-        self.0.curve.lock().unwrap_or_else(PoisonError::into_inner).push(value);
+        lock(&self.0.curve).push(value);
     }
 
     /// Whether the computation should end.
@@ -130,7 +131,7 @@ impl<T: Send + 'static> Job<T> {
 
     /// The values reported so far, from index `from` on.
     pub fn values(&self, from: usize) -> Vec<f32> {
-        let values = self.shared.curve.lock().unwrap_or_else(PoisonError::into_inner);
+        let values = lock(&self.shared.curve);
         values.get(from..).unwrap_or_default().to_vec()
     }
 
@@ -151,7 +152,7 @@ impl<T: Send + 'static> Job<T> {
         match self.thread {
             // The computation's own panics are caught in `start`.
             Some(Ok(thread)) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
-            Some(Err(error)) => Err(format!("the system gives no further thread: {error}")),
+            Some(Err(error)) => Err(format!("cannot start a thread: {error}")),
             None => Err("the computation was not started".to_owned()),
         }
     }

@@ -150,7 +150,7 @@ impl Session {
         }
         match self.run().filter(|run| run.was_trained_here()).and_then(|run| run.failure()) {
             Some(reason) => Err(SessionError::Failed(reason.to_owned())),
-            None => Ok(self.under_way()),
+            None => Ok(self.activity()),
         }
     }
 
@@ -166,11 +166,11 @@ impl Session {
     }
 
     /// Describes what is running or queued.
-    pub(super) fn under_way(&self) -> String {
+    pub(super) fn activity(&self) -> String {
         let runs = self.runs.iter().filter(|run| run.is_working() || run.is_queued()).count();
         match (runs, self.jobs.len()) {
-            (0, 0) => "nothing is under way".to_owned(),
-            (runs, jobs) => format!("runs under way: {runs}; computations: {jobs}"),
+            (0, 0) => "nothing is running".to_owned(),
+            (runs, jobs) => format!("runs running or queued: {runs}; computations: {jobs}"),
         }
     }
 }

@@ -14,7 +14,7 @@ use super::command::{Clusters, Command, Continue, Fork, Recording, Resume, Train
 pub(super) struct Journal {
     entries: Vec<Entry>,
     /// Number of entries so far, including removed ones.
-    numbered: u64,
+    entries_created: u64,
 }
 
 #[derive(Debug, Clone)]
@@ -60,8 +60,8 @@ impl Journal {
     }
 
     fn next_number(&mut self) -> u64 {
-        self.numbered += 1;
-        self.numbered
+        self.entries_created += 1;
+        self.entries_created
     }
 
     /// Removes the latest computation of clusters if nothing but edits followed, that is, nothing

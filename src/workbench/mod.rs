@@ -34,7 +34,7 @@ pub use export::{DrawnFigure, FigureJob};
 pub use hand_play::HandPlay;
 pub(crate) use job::Job;
 pub use job::Progress;
-pub(crate) use models::{MODELS, kept_evaluation};
+pub(crate) use models::{MODELS, saved_evaluation};
 pub use run::RunView;
 pub use saved::{Player, SavedAgent, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};

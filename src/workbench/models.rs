@@ -6,7 +6,8 @@ use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, create_parent, write_file};
 use crate::dynamics::{
-    self, Ended, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, train_to_file,
+    self, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, TrainingOutcome,
+    train_to_file,
 };
 use crate::task;
 
@@ -20,7 +21,7 @@ fn is_model_work(command: &Command) -> bool {
 fn name(command: &Command) -> String {
     match command {
         Command::ModelTrain(train) => format!("training {}", train.path.display()),
-        Command::ModelEvaluate(ModelEvaluate(model)) => format!("measuring {model}"),
+        Command::ModelEvaluate(ModelEvaluate(model)) => format!("evaluating {model}"),
         other => other.to_string(),
     }
 }
@@ -55,7 +56,7 @@ impl Session {
     /// Cancels the training or evaluation of a model.
     pub(super) fn stop_model_work(&mut self) -> Result<String, SessionError> {
         let Some((name, _)) = self.model_work() else {
-            return Err(SessionError::Failed("no dynamics model is being trained or measured".to_owned()));
+            return Err(SessionError::Failed("no dynamics model is being trained or evaluated".to_owned()));
         };
         self.cancel_jobs(is_model_work);
         Ok(format!("ended: {name}"))
@@ -73,7 +74,7 @@ impl Session {
 }
 
 /// The saved evaluation of a model, if its data hash is that of this model.
-pub fn kept_evaluation(name: &str, model: &Model) -> Option<Evaluation> {
+pub fn saved_evaluation(name: &str, model: &Model) -> Option<Evaluation> {
     let text = crate::bounded::read_text(&evaluation_of(name)).ok()?;
     let evaluation: Evaluation = serde_json::from_str(&text).ok()?;
     (evaluation.data_hash == model.provenance().data_hash).then_some(evaluation)
@@ -101,8 +102,8 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let trained =
         train_to_file(path, tools.apply(ModelConfig::default()), settings, tools.kinds(), &command, on_progress)
             .map_err(|error| failed(&error))?;
-    if trained.ended == Ended::Stopped {
-        return Err(failed(&"ended before it was trained; train it again to continue"));
+    if trained.ended == TrainingOutcome::Stopped {
+        return Err(failed(&"stopped before its training was complete; train it again to continue"));
     }
     if let Some(reason) = trained.finish(path).map_err(|error| failed(&error))? {
         return Err(failed(&reason));
@@ -116,20 +117,20 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
     let on_progress = &mut |now: &EvaluationProgress| reporter.progress(now.done, now.total);
     let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, on_progress)
         .map_err(|error| error.to_string())?
-        .ok_or_else(|| format!("{name}: ended before it was measured"))?;
+        .ok_or_else(|| format!("{name}: the evaluation was stopped"))?;
     let launches = evaluation.launches.iter().map(|launches| {
-        let (ours, still) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
-        format!("{} {:.4} ({:.4})", launches.tool, ours.mean, still.mean)
+        let (model, baseline) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
+        format!("{} {:.4} ({:.4})", launches.tool, model.mean, baseline.mean)
     });
     let json = crate::json::pretty(&evaluation);
     let path = evaluation_of(name);
     write_file(&path, json.as_bytes()).map_err(|error| error.to_string())?;
     let scenes = evaluation.scenes.iter().filter_map(|scene| {
-        let hits = &scene.rollout.model.first()?;
-        Some(format!("{} {:.4}", scene.task, hits.mean))
+        let error = &scene.rollout.model.first()?;
+        Some(format!("{} {:.4}", scene.task, error.mean))
     });
     Ok(format!(
-        "{name}: error after one prediction (constant velocity): {}; after one action: {}; kept in {}",
+        "{name}: error after one prediction (constant velocity): {}; after one action: {}; saved to {}",
         launches.collect::<Vec<_>>().join(", "),
         scenes.collect::<Vec<_>>().join(", "),
         path.display()

@@ -19,7 +19,7 @@ use super::job::{CANCELLED, Job};
 use super::saved::SavedRun;
 
 /// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
-const KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
+const MAX_KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
 
 /// A run, live or finished, of this or another process: a reader of its log.
 #[derive(Debug)]
@@ -100,11 +100,11 @@ impl Past {
     /// When the log cannot be read, or `stop` is requested.
     pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
         let mut reader = directory.events();
-        let (mut history, mut latest, mut problem) = (RunHistory::bounded(KEPT), f64::NEG_INFINITY, None);
+        let (mut history, mut latest, mut problem) = (RunHistory::bounded(MAX_KEPT), f64::NEG_INFINITY, None);
         loop {
             let news = reader.poll().map_err(|error| error.to_string())?;
             if news.restarted {
-                history = RunHistory::bounded(KEPT);
+                history = RunHistory::bounded(MAX_KEPT);
             }
             problem = problem.or(news.problems.first().map(ToString::to_string));
             for logged in news.events {
@@ -168,7 +168,7 @@ impl RunView {
             directory,
             config,
             reader,
-            history: RunHistory::bounded(KEPT),
+            history: RunHistory::bounded(MAX_KEPT),
             latest: f64::NEG_INFINITY,
             trainer: None,
             live: None,
@@ -317,7 +317,7 @@ impl RunView {
             }
         };
         if news.restarted {
-            self.history = RunHistory::bounded(KEPT);
+            self.history = RunHistory::bounded(MAX_KEPT);
             *restarted = true;
         }
         self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
@@ -363,7 +363,7 @@ impl RunView {
             },
             Control::Stop { .. } => Request::Stop,
             Control::SetSchedule(schedule) => Request::Epsilon { schedule: schedule.to_string() },
-            Control::SetPrior(_) => return Err(SessionError::NotHere(self.name())),
+            Control::SetPrior(_) => return Err(SessionError::TrainedElsewhere(self.name())),
         };
         Ok(self.directory.request(&request)?)
     }
@@ -406,6 +406,11 @@ impl RunView {
     /// Results of the practice before its first episode, if there was any.
     pub fn practised(&self) -> Option<&Practised> {
         self.history.practised.as_ref()
+    }
+
+    /// The present need for exploration of each stage, the goal last; empty if epsilon does not depend on need.
+    pub fn needs(&self) -> &[f32] {
+        &self.history.needs
     }
 
     /// Interventions of users and processes, in order.

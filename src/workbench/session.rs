@@ -51,7 +51,7 @@ pub struct Session {
     /// Number of the current run, on which commands act.
     pub(super) current: Option<usize>,
     /// Number of runs so far, including deleted ones.
-    pub(super) numbered: usize,
+    pub(super) runs_created: usize,
     /// Number of runs queued so far.
     pub(super) turns: u64,
     /// Maximum number of runs trained at the same time; further runs are queued.
@@ -82,7 +82,7 @@ impl Session {
             gate: Arc::default(),
             runs: Vec::new(),
             current: None,
-            numbered: 0,
+            runs_created: 0,
             turns: 0,
             cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             folder,

@@ -47,7 +47,11 @@ fn clusters_are_absent_built_fresh_and_stale() {
     assert_eq!(session.prior_state(), PriorState::Building { stage: 0, stages: 2 });
     assert!(!session.clusters_are_outdated());
     apply(&mut session, "clusters").unwrap();
-    assert_eq!(apply(&mut session, "wait").unwrap(), "runs under way: 0; computations: 1", "the first is cancelled");
+    assert_eq!(
+        apply(&mut session, "wait").unwrap(),
+        "runs running or queued: 0; computations: 1",
+        "the first is cancelled"
+    );
     drop(held);
     run(&mut session, "wait");
     assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Fresh, false));
@@ -121,7 +125,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     let kind = |number: usize| crate::physics::catalogue_tool(number).unwrap().kind.name();
     assert_eq!(kinds, [kind(371), "ramp", kind(371), kind(1500)]);
     assert!(trace.steps.iter().all(|step| step.placement == crate::env::Placement::Placed), "{trace:?}");
-    assert!(apply(&mut session, "place -0.9 0.9 371").unwrap().contains("would be too near one placed before"));
+    assert!(apply(&mut session, "place -0.9 0.9 371").unwrap().contains("would be too close to an earlier one"));
     run(&mut session, "set tools train\ntrain\nwait");
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
     assert_eq!(session.run().unwrap().episodes(), 3);
@@ -217,7 +221,7 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
     assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "placed; reward 0.01");
     assert_eq!(
         apply(&mut session, "place -0.9 0.9").unwrap(),
-        "not placed: box here would be too near one placed before; reward 0.00"
+        "not placed: box here would be too close to an earlier one; reward 0.00"
     );
     assert_eq!(session.hand_play().trace().steps.len(), 2);
     assert_eq!(session.hand_play().snapshot().placed().len(), 1);
@@ -338,11 +342,11 @@ fn one_model_is_worked_on_at_a_time() {
     assert!(crate::dynamics::shipped_models().iter().any(|(name, _)| *name == "bucket-box"));
     let gate = session.gate.clone();
     let held = gate.lock().unwrap();
-    assert_eq!(apply(&mut session, "model evaluate bucket-box").unwrap(), "measuring bucket-box");
+    assert_eq!(apply(&mut session, "model evaluate bucket-box").unwrap(), "evaluating bucket-box");
     let error = apply(&mut session, "model train box mine.safetensors 1").unwrap_err();
-    assert!(error.starts_with("measuring bucket-box: wait for its end"), "{error}");
-    assert_eq!(session.model_work().map(|(name, _)| name).as_deref(), Some("measuring bucket-box"));
-    assert_eq!(apply(&mut session, "model stop").unwrap(), "ended: measuring bucket-box");
+    assert!(error.starts_with("evaluating bucket-box: wait for its end"), "{error}");
+    assert_eq!(session.model_work().map(|(name, _)| name).as_deref(), Some("evaluating bucket-box"));
+    assert_eq!(apply(&mut session, "model stop").unwrap(), "ended: evaluating bucket-box");
     drop(held);
     assert!(session.model_work().is_none());
     // Other jobs do not count as model work.

@@ -35,7 +35,8 @@ fn root() -> &'static Path {
 /// README.md, ARCHITECTURE.md, CHANGELOG.md and every page of docs/.
 fn pages() -> Vec<Page> {
     let docs = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md")).collect();
+    let mut paths: Vec<PathBuf> =
+        docs.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect();
     paths.sort();
     paths.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md"].map(|name| root().join(name)));
     let page = |path: PathBuf| Page { text: fs::read_to_string(&path).unwrap(), path };

@@ -17,7 +17,7 @@ use super::codec::Codec;
 use super::graph::{GraphBuilder, Graphs};
 use super::launch::data_hash;
 use super::network::Network;
-use super::normaliser::Columns;
+use super::normaliser::ColumnStatistics;
 use super::*;
 use crate::env::{Action, Environment};
 use crate::nn::{Optimiser, OptimiserKind, TensorFile, matrix};

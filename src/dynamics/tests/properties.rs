@@ -12,7 +12,7 @@ fn tiny() -> Model {
     let config = create().apply(ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() });
     let train = TrainConfig { observations: 2, validation: 1, epochs: 1, ..quick() };
     let mut training = Training::new(config, train, create().kinds(), "test").unwrap();
-    assert_eq!(training.run(|_, _| true), Ended::Done);
+    assert_eq!(training.run(|_, _| true), TrainingOutcome::Done);
     training.model().clone()
 }
 

@@ -71,20 +71,20 @@ fn training_reports_the_loss_it_minimises() {
 fn training_lowers_the_error() {
     let mut training = training(small(), TrainConfig { observations: 200, validation: 20, epochs: 60, ..quick() });
     let before = training.validation_loss();
-    assert_eq!(training.run(|_, _| true), Ended::Done);
+    assert_eq!(training.run(|_, _| true), TrainingOutcome::Done);
     assert!(training.validation_loss() < 0.7 * before, "{} of {before}", training.validation_loss());
 }
 
 #[test]
 fn a_resumed_training_is_bit_identical() {
     let mut whole = training(small(), quick());
-    assert_eq!(whole.run(|_, _| true), Ended::Done);
+    assert_eq!(whole.run(|_, _| true), TrainingOutcome::Done);
     let mut first = training(small(), quick());
-    assert_eq!(first.run(|_, progress| progress.epoch < 2), Ended::Stopped);
+    assert_eq!(first.run(|_, progress| progress.epoch < 2), TrainingOutcome::Stopped);
     let bytes = first.checkpoint().to_bytes();
     let mut second = Training::resume(&TensorFile::from_bytes(&bytes).unwrap(), "checkpoint").unwrap();
     assert_eq!(second.epoch(), 2);
-    assert_eq!(second.run(|_, _| true), Ended::Done);
+    assert_eq!(second.run(|_, _| true), TrainingOutcome::Done);
     assert_eq!(whole.checkpoint().to_bytes(), second.checkpoint().to_bytes());
 }
 
@@ -93,7 +93,7 @@ fn a_diverged_training_keeps_the_last_good_state() {
     let train = TrainConfig { optimiser: OptimiserKind::Sgd, learning_rate: 1e20, ..quick() };
     let mut training = training(small(), train);
     let ended = training.run(|_, _| true);
-    assert!(matches!(ended, Ended::Diverged { epoch: 1, .. }), "{ended:?}");
+    assert!(matches!(ended, TrainingOutcome::Diverged { epoch: 1, .. }), "{ended:?}");
     assert!(training.validation_loss().is_finite());
     assert_eq!(training.epoch(), 0);
 }

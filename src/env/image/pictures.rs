@@ -3,9 +3,10 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use super::canvas::{Canvas, Colour};
+use crate::sync::lock;
 
 /// Files of the pictures.
 const FILES: [&str; 11] = [
@@ -24,7 +25,7 @@ const FILES: [&str; 11] = [
 /// Most rotated and scaled pictures kept in the cache.
 const REMEMBERED: usize = 10_000;
 /// Largest accepted width or height of a picture, in pixels.
-const LARGEST_SIDE: u32 = 4096;
+const MAX_SIDE: u32 = 4096;
 
 /// A picture; its discriminant is its index in `FILES`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -77,8 +78,8 @@ impl Pictures {
             let path = folder.join(file);
             let failed = |message: String| PicturesError { path: path.clone(), message };
             let picture = image::open(&path).map_err(|error| failed(error.to_string()))?.into_rgba8();
-            if picture.width().max(picture.height()) > LARGEST_SIDE {
-                return Err(failed(format!("has more than {LARGEST_SIDE} pixels a side")));
+            if picture.width().max(picture.height()) > MAX_SIDE {
+                return Err(failed(format!("has more than {MAX_SIDE} pixels per side")));
             }
             let colour = |pixel: &image::Rgba<u8>| [pixel[0], pixel[1], pixel[2]];
             // The first pixel has the background colour; alpha is ignored.
@@ -96,7 +97,7 @@ impl Pictures {
         let size = [high[0] - low[0], high[1] - low[1]];
         let look = (picture, [angle, size[0], size[1]].map(f64::to_bits));
         // Ignores poisoning: entries are inserted whole, so a panic elsewhere leaves no partial entry.
-        let mut looks = self.looks.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut looks = lock(&self.looks);
         if looks.len() >= REMEMBERED {
             looks.clear();
         }
@@ -194,8 +195,8 @@ impl Pixels {
         let (_, shown) = self.extent();
         let side = |axis: usize| (size[axis] / (shown[axis] as f64 / own[axis] as f64)) as usize;
         let [width, height] = [side(0), side(1)];
-        // No scene needs a picture larger than `LARGEST_SIDE`.
-        if shown[0] == 0 || width == 0 || height == 0 || width.max(height) > LARGEST_SIDE as usize {
+        // No scene needs a picture larger than `MAX_SIDE`.
+        if shown[0] == 0 || width == 0 || height == 0 || width.max(height) > MAX_SIDE as usize {
             return None;
         }
         let (columns, rows) = (steps(own[0], width), steps(own[1], height));

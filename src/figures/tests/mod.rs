@@ -258,9 +258,7 @@ fn impossible_requests_are_refused_and_leave_files_intact() {
     let folder = tempfile::tempdir().unwrap();
     let figure = invented::tasks();
     let path = folder.path().join("tasks.jpeg");
-    assert!(
-        figure.write(&path, &provenance(), 72).unwrap_err().to_string().ends_with("give the file one of these endings")
-    );
+    assert!(figure.write(&path, &provenance(), 72).unwrap_err().to_string().ends_with("use one of these extensions"));
     assert!(matches!(figure.to_rgb(0, 10), Err(FigureError::Size { .. })));
     assert!(matches!(
         figure.write(&folder.path().join("tasks.png"), &provenance(), 1_000_000),

@@ -4,7 +4,7 @@ use super::dispatch::{Kernel, LINE};
 use super::simd::Simd;
 
 /// Added to the mean square, so that a row of zeros stays a row of zeros.
-const LEAST_MEAN_SQUARE: f32 = 1e-6;
+const MIN_MEAN_SQUARE: f32 = 1e-6;
 
 /// Divides every row of `y` by the root mean square of its columns and stores the reciprocals in
 /// `factors`, one per row. Rows are whole lines; padding must be 0.
@@ -25,7 +25,7 @@ impl Kernel for Normalise<'_> {
             // SAFETY: rows are whole lines, a line whole vectors.
             unsafe {
                 let mean = dot::<S>(y, y) / self.columns as f32;
-                *factor = 1.0 / (mean + LEAST_MEAN_SQUARE).sqrt();
+                *factor = 1.0 / (mean + MIN_MEAN_SQUARE).sqrt();
                 for i in (0..row).step_by(S::LANES) {
                     let y = y.as_mut_ptr().add(i);
                     S::store(y, S::mul(S::load(y), S::splat(*factor)));

@@ -174,8 +174,8 @@ impl<'a> Reader<'a> {
     fn unexpected(&self) -> String {
         let known = CONSTANTS.map(|(name, _)| name).join(", ");
         let what = match self.rest.chars().next() {
-            Some(_) => format!("`{}` is not understood in", self.rest),
-            None => "something is missing at the end of".to_owned(),
+            Some(_) => format!("unexpected `{}` in", self.rest),
+            None => "unexpected end of".to_owned(),
         };
         format!("{what} `{}`: use numbers, + - * /, parentheses, lists and {known}", self.text)
     }
@@ -185,7 +185,7 @@ fn number(value: &Value) -> Result<f64, String> {
     match value {
         Value::Number(number) => Ok(*number),
         Value::Truth(_) | Value::List(_) | Value::Uniform(..) | Value::Choice(_) => {
-            Err("only numbers can be calculated with".to_owned())
+            Err("arithmetic is possible only with numbers".to_owned())
         }
     }
 }
@@ -216,21 +216,21 @@ mod tests {
         let long = "(".repeat(100_000);
         let deep = "(".repeat(MAX_LENGTH);
         for (text, part) in [
-            ("", "missing at the end"),
-            ("1 +", "missing at the end"),
+            ("", "unexpected end of"),
+            ("1 +", "unexpected end of"),
             ("uniform(-1)", "`)`"),
             ("__import__('os')", "`__import__('os')`"),
             ("1 ** 2", "`* 2`"),
             ("1 2", "`2`"),
-            ("(1", "missing at the end"),
-            ("[1, 2", "missing at the end"),
-            ("[1] + 2", "only numbers"),
+            ("(1", "unexpected end of"),
+            ("[1, 2", "unexpected end of"),
+            ("[1] + 2", "only with numbers"),
             ("1 / 0", "divides by zero"),
             ("1.2.3", "`1.2.3` is not a number"),
             ("1e400", "`1e400` is not a number"),
             ("π", "`π`"),
             (&long, "more than 200"),
-            (&deep, "missing at the end"),
+            (&deep, "unexpected end of"),
         ] {
             let error = evaluate(text).unwrap_err();
             assert!(error.contains(part), "{text:.20}: {error:.200}");

@@ -36,7 +36,7 @@ pub(super) enum Next {
 }
 
 /// Poll interval for requests of other processes during a pause.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
     /// The reason of a received but not yet handled stop.
@@ -60,7 +60,7 @@ impl RunLoop<'_> {
             self.take_requests(training.episode())?;
             let control = match self.received.pop_front() {
                 Some(control) => control,
-                None if paused => match self.controls.recv_timeout(LOOK) {
+                None if paused => match self.controls.recv_timeout(POLL_INTERVAL) {
                     Ok(control) => control,
                     Err(RecvTimeoutError::Timeout) => continue,
                     // No control can arrive any more, so stop instead of waiting forever.

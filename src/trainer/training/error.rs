@@ -35,7 +35,7 @@ pub enum TrainingError {
     OtherSettings(&'static str),
     /// The checkpoint from which a fork continues is missing.
     #[error("the run is a fork, and the checkpoint from which it continues is missing: fork the other run again")]
-    ForkedFromNothing,
+    MissingForkCheckpoint,
     /// The lengths of observations or actions differ: the number of subgoals changed, what the agent observes, or
     /// whether it chooses among tools.
     #[error(

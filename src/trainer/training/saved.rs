@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Progress, Training, TrainingError};
+use super::{Training, TrainingError, TrainingState};
 use crate::agent::{self, Ddpg, Learner};
 use crate::guidance::ActionPrior;
 use crate::run::{Checkpoint, RunError};
@@ -31,7 +31,7 @@ pub fn priors_at(checkpoint: &Checkpoint) -> Result<Vec<Arc<ActionPrior>>, RunEr
         further: Vec<WithPrior>,
     }
     let WithPrior { prior, further } = checkpoint.json(PROGRESS_SECTION)?;
-    Ok(prior.into_iter().chain(further.into_iter().filter_map(|parked| parked.prior)).collect())
+    Ok(prior.into_iter().chain(further.into_iter().filter_map(|state| state.prior)).collect())
 }
 
 /// Whether an agent's vectors and options match those of a run's agent.
@@ -53,17 +53,17 @@ impl Training {
             replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
         })?;
         if !fits(learner.ddpg(), &config) {
-            return Err(agent::StateError::Foreign.into());
+            return Err(agent::StateError::ReplayMismatch.into());
         }
         if *learner.ddpg().config() != config.ddpg {
             return Err(TrainingError::OtherSettings("ddpg"));
         }
-        let progress: Progress = checkpoint.json(PROGRESS_SECTION)?;
+        let progress: TrainingState = checkpoint.json(PROGRESS_SECTION)?;
         if progress.seed.is_some_and(|seed| seed != config.seed) {
             return Err(TrainingError::OtherSettings("seed"));
         }
         if progress.further.len() != config.further_tasks.len() {
-            return Err(agent::StateError::Foreign.into());
+            return Err(agent::StateError::ReplayMismatch.into());
         }
         Self::assembled(config, learner, progress)
     }
@@ -93,7 +93,7 @@ impl Training {
         // A schedule changed during the run stays in use unless the fork sets another.
         if config.epsilon != old.epsilon {
             progress.epsilon = config.epsilon.clone();
-            progress.further.iter_mut().for_each(|parked| parked.attempts = Attempts::default());
+            progress.further.iter_mut().for_each(|state| state.attempts = Attempts::default());
         }
         if config.task != old.task {
             progress.rewarding.clear();
@@ -107,7 +107,7 @@ impl Training {
         progress.seed = Some(config.seed);
         let mut priors = priors.into_iter();
         progress.prior = priors.next().flatten();
-        progress.further.iter_mut().zip(priors).for_each(|(parked, prior)| parked.prior = prior);
+        progress.further.iter_mut().zip(priors).for_each(|(state, prior)| state.prior = prior);
         Self::assembled(config, learner, progress)
     }
 

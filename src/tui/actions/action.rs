@@ -41,7 +41,7 @@ pub enum UiAction {
     Quit,
     // Scene and Edit.
     PlayPause,
-    StepOn,
+    StepForward,
     StepBack,
     Faster,
     Slower,

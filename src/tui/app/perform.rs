@@ -18,7 +18,7 @@ use crate::tui::view::{Beside, Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
 
 /// Number of typed commands that are kept.
-const TYPED: usize = 100;
+const MAX_HISTORY: usize = 100;
 
 impl App {
     /// Carries out an action.
@@ -78,7 +78,7 @@ impl App {
             UiAction::SaveAs => self.ask_where_to_save(),
             UiAction::Copy => self.copy_command(),
             UiAction::Palette => self.open(self.palette()),
-            UiAction::Type(words) => self.open(self.palette().begun(words)),
+            UiAction::Type(words) => self.open(self.palette().with_text(words)),
             UiAction::Help => self.open(Help::new(&self.contexts())),
             UiAction::Tour => self.show_tour(),
             UiAction::Screen(tab) => self.show(tab),
@@ -163,7 +163,7 @@ impl App {
             Effect::Remember(line) => {
                 self.typed.retain(|known| *known != line);
                 self.typed.push(line);
-                self.typed.drain(..self.typed.len().saturating_sub(TYPED));
+                self.typed.drain(..self.typed.len().saturating_sub(MAX_HISTORY));
             }
             Effect::All(effects) => {
                 for effect in effects {
@@ -228,7 +228,7 @@ impl App {
         let last = run.done;
         let episode = self.workspace.past_episode(&run.path, episode)?;
         let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-        let leave = self.keymap.fill("{source} leaves the past");
+        let leave = self.keymap.fill("{source} returns to the latest episode");
         self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
         self.choose_subject(Some(Choice::Past(episode)), false);
         Ok(())

@@ -8,8 +8,8 @@ use crate::tui::actions::Tab;
 use crate::tui::terminal;
 use crate::tui::view::Level;
 
-/// Most report files in a folder, so that a recurring panic does not fill it.
-const MOST: usize = 20;
+/// Maximum number of report files in a folder, so that a recurring panic does not fill it.
+const MAX_REPORTS: usize = 20;
 
 impl App {
     /// Runs `work`. A panic in it is reported on the screen and in a file in the current folder; false in that case.
@@ -53,9 +53,9 @@ impl App {
 
 /// Writes a report to a new file in `folder`.
 fn write_report(folder: &Path, report: &str) -> std::io::Result<PathBuf> {
-    let numbered = (1..=MOST).map(|number| folder.join(format!("mge-error-{number}.txt")));
+    let numbered = (1..=MAX_REPORTS).map(|number| folder.join(format!("mge-error-{number}.txt")));
     let mut free = numbered.filter(|path| !path.exists());
-    let path = free.next().ok_or_else(|| std::io::Error::other(format!("there are {MOST} already")))?;
+    let path = free.next().ok_or_else(|| std::io::Error::other(format!("there are {MAX_REPORTS} already")))?;
     let text = format!("mge {}\n{report}\n", env!("CARGO_PKG_VERSION"));
     crate::atomic::write(&path, text.as_bytes())?;
     Ok(path)

@@ -12,10 +12,10 @@ use crate::tui::view::{Choice, Level, Subject};
 const MESSAGE: Duration = Duration::from_secs(6);
 /// Interval between requests for curves while nothing else happens; other processes may be training the runs.
 const REQUEST_EVERY: Duration = Duration::from_secs(2);
-/// Least time between two pictures that only show changes of the session, such as training progress.
-const NEWS: Duration = Duration::from_millis(240);
-/// Most that one tick adds to the time for which a message has been shown.
-const BLINK: Duration = Duration::from_millis(100);
+/// Minimum time between two pictures that only show changes of the session, such as training progress.
+const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(240);
+/// Maximum that one tick adds to the time for which a message has been shown.
+const MAX_SHOWN_PER_TICK: Duration = Duration::from_millis(100);
 
 impl App {
     /// Advances time and polls the session.
@@ -54,11 +54,11 @@ impl App {
         }
     }
 
-    /// Requests a redraw for changes of the session, at most once per `NEWS`.
+    /// Requests a redraw for changes of the session, at most once per `MIN_REDRAW_INTERVAL`.
     pub(super) fn show_news(&mut self, is_changed: bool, elapsed: Duration) {
         self.news |= is_changed;
         self.since_news += elapsed;
-        if self.news && self.since_news >= NEWS {
+        if self.news && self.since_news >= MIN_REDRAW_INTERVAL {
             (self.news, self.since_news) = (false, Duration::ZERO);
             self.changed = true;
         }
@@ -69,7 +69,7 @@ impl App {
         let view = self.workspace.view();
         let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
         if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
-            self.request = Some(TerminalRequest::Notify("nothing is being trained any more".to_owned()));
+            self.request = Some(TerminalRequest::Notify("all trainings have ended".to_owned()));
         }
     }
 
@@ -159,7 +159,7 @@ impl App {
     fn age_message(&mut self, elapsed: Duration) {
         let Some((message, shown)) = &mut self.message else { return };
         // Work that blocks the screen must not use up the display time of its own message.
-        *shown += elapsed.min(BLINK);
+        *shown += elapsed.min(MAX_SHOWN_PER_TICK);
         if message.level != Level::Error && *shown > MESSAGE {
             self.message = None;
             self.changed = true;

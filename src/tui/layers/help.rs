@@ -58,7 +58,7 @@ impl Help {
             }
         }
         if lines.is_empty() {
-            lines.push((String::new(), "", "nothing found".to_owned()));
+            lines.push((String::new(), "", "no matches".to_owned()));
         }
         lines
     }
@@ -94,8 +94,8 @@ impl Layer for Help {
         let lines = self.lines(keymap, usize::from(room));
         let wanted = (WIDTH, lines.len() as u16);
         let title = match self.filter.as_str() {
-            "" => "keys · type to find, arrows scroll, esc leaves".to_owned(),
-            filter => format!("keys with `{filter}` · backspace shows more, esc leaves"),
+            "" => "keys · type to search, arrows scroll, esc closes".to_owned(),
+            filter => format!("keys with `{filter}` · backspace shows more, esc closes"),
         };
         let inside = frame(&title, wanted, area, theme, buffer);
         self.scroll = self.scroll.min(lines.len().saturating_sub(usize::from(inside.height)));

@@ -11,7 +11,7 @@ pub use help::Help;
 pub use palette::{Arguments, CommandPalette};
 pub use prompt::Prompt;
 pub use question::Question;
-pub use tools::{Offer, ToolPalette, tool_in_words};
+pub use tools::{ToolItem, ToolPalette, tool_in_words};
 pub use tour::Tour;
 
 use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};

@@ -90,7 +90,7 @@ impl Layer for Prompt {
             None => (&self.hint, theme.faint()),
         };
         let about = wrap(about, usize::from(width));
-        let title = format!("{} · enter: done   esc: leave", self.title);
+        let title = format!("{} · enter: done   esc: close", self.title);
         let inside = frame(&title, (width, 2 + about.len() as u16), area, theme, buffer);
         Text::from_iter([String::new(), String::new()].into_iter().chain(about)).style(style).render(inside, buffer);
         Some(line(&self.input, "> ", inside, theme, buffer))

@@ -47,8 +47,8 @@ impl Question {
         Self { title: title.into(), text: String::new(), answers, selected, rows: Vec::new() }
     }
 
-    /// A confirmation: what will happen, and the key, meaning and effect of each answer. To cancel is selected at
-    /// first, so that Enter alone loses nothing.
+    /// A confirmation: what will happen, and the key, meaning and effect of each answer. Cancel is selected
+    /// initially, so that Enter alone loses nothing.
     pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
         let answer = |key: &str, name: &str, effect| Answer {
             key: key.to_owned(),

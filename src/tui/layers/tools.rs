@@ -24,7 +24,7 @@ use crate::tui::widgets::theme::Theme;
 
 /// A tool that can be chosen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Offer {
+pub struct ToolItem {
     /// The tool; its position does not matter.
     pub tool: Tool,
     /// Its number in CREATE's catalogue, if it is from there.
@@ -35,7 +35,7 @@ pub struct Offer {
     words: String,
 }
 
-impl Offer {
+impl ToolItem {
     /// A tool; `about` is appended to its description.
     pub fn new(tool: Tool, number: Option<usize>, about: &str) -> Self {
         let text = [tool_in_words(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
@@ -52,8 +52,8 @@ impl Offer {
 
     /// The tools of CREATE's catalogue.
     pub fn catalogue() -> impl Iterator<Item = Self> {
-        let offer = |number| Some(Self::new(*catalogue_tool(number)?, Some(number), &format!("#{number}")));
-        (0..NO_OP).filter_map(offer)
+        let item = |number| Some(Self::new(*catalogue_tool(number)?, Some(number), &format!("#{number}")));
+        (0..NO_OP).filter_map(item)
     }
 
     /// Its name, shortened to the columns below its picture.
@@ -77,14 +77,14 @@ pub fn tool_in_words(tool: &Tool, named: bool) -> String {
 }
 
 /// The effect of choosing a tool.
-type Choose = dyn Fn(&Offer) -> Effect;
+type Choose = dyn Fn(&ToolItem) -> Effect;
 
 /// A palette of tools.
 pub struct ToolPalette {
     title: String,
     input: TextInput,
-    offers: Vec<Offer>,
-    /// Indices of the matching offers, best match first.
+    items: Vec<ToolItem>,
+    /// Indices of the matching items, best match first.
     found: Vec<usize>,
     selected: usize,
     choose: Box<Choose>,
@@ -96,12 +96,12 @@ pub struct ToolPalette {
 
 impl ToolPalette {
     /// A palette of these tools.
-    pub fn new(title: impl Into<String>, offers: Vec<Offer>, choose: impl Fn(&Offer) -> Effect + 'static) -> Self {
-        let found = (0..offers.len()).collect();
+    pub fn new(title: impl Into<String>, items: Vec<ToolItem>, choose: impl Fn(&ToolItem) -> Effect + 'static) -> Self {
+        let found = (0..items.len()).collect();
         Self {
             title: title.into(),
             input: TextInput::default(),
-            offers,
+            items,
             found,
             selected: 0,
             choose: Box::new(choose),
@@ -118,18 +118,18 @@ impl ToolPalette {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
-        let scored = self.offers.iter().enumerate().filter_map(|(index, offer)| Some((score(&offer.words)?, index)));
+        let scored = self.items.iter().enumerate().filter_map(|(index, item)| Some((score(&item.words)?, index)));
         let mut scored: Vec<(u32, usize)> = scored.collect();
         scored.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
         self.found = scored.into_iter().map(|(_, index)| index).collect();
     }
 
-    fn chosen(&self) -> Option<&Offer> {
-        self.offers.get(*self.found.get(self.selected)?)
+    fn chosen(&self) -> Option<&ToolItem> {
+        self.items.get(*self.found.get(self.selected)?)
     }
 
     fn choose(&self) -> Response {
-        self.chosen().map_or(Response::Stay, |offer| Response::Do((self.choose)(offer)))
+        self.chosen().map_or(Response::Stay, |item| Response::Do((self.choose)(item)))
     }
 
     fn go(&mut self, by: isize) {
@@ -175,11 +175,11 @@ impl Layer for ToolPalette {
         let tall = if area.height >= 30 { 4 } else { 3 };
         let columns = (area.width.saturating_sub(4) / WIDTH).clamp(1, 8);
         let rows = (area.height.saturating_sub(5) / (tall + 1)).clamp(1, 5);
-        let title = format!("{} · type to find, enter: choose, esc: leave", self.title);
+        let title = format!("{} · type to search, enter: choose, esc: close", self.title);
         let inside = frame(&title, (columns * WIDTH, rows * (tall + 1) + 2), area, theme, buffer);
         let cursor = line(&self.input, "> ", inside, theme, buffer);
         let about = match self.chosen() {
-            Some(offer) => format!("{} of {}: {}", self.selected + 1, self.found.len(), offer.text),
+            Some(item) => format!("{} of {}: {}", self.selected + 1, self.found.len(), item.text),
             None => "no tool matches".to_owned(),
         };
         let bottom = Rect { y: inside.bottom().saturating_sub(1), height: 1, ..inside };
@@ -197,9 +197,9 @@ impl Layer for ToolPalette {
                 height: tall + 1,
             };
             let cell = cell.intersection(inside);
-            let offer = &self.offers[self.found[index]];
-            picture(&offer.tool, Rect { height: cell.height.min(tall), ..cell }, theme, buffer);
-            let name = offer.name(WIDTH - 2);
+            let item = &self.items[self.found[index]];
+            picture(&item.tool, Rect { height: cell.height.min(tall), ..cell }, theme, buffer);
+            let name = item.name(WIDTH - 2);
             let x = cell.x + WIDTH.saturating_sub(columns::width(&name) as u16) / 2;
             if cell.height > tall {
                 let style = if index == self.selected { theme.selected() } else { Style::new() };
@@ -218,8 +218,9 @@ mod tests {
 
     #[test]
     fn matches_at_the_beginning_of_a_word_come_first() {
-        let offer = |number: usize| Offer::new(Tool::new(ToolKind::Box, [0.0; 2]), Some(number), &format!("#{number}"));
-        let mut tools = ToolPalette::new("", vec![offer(1234), offer(23)], |offer| Effect::Hold(offer.number));
+        let item =
+            |number: usize| ToolItem::new(Tool::new(ToolKind::Box, [0.0; 2]), Some(number), &format!("#{number}"));
+        let mut tools = ToolPalette::new("", vec![item(1234), item(23)], |item| Effect::Hold(item.number));
         tools.paste("23");
         assert!(matches!(tools.key(KeyCode::Enter.into()), Response::Do(Effect::Hold(Some(23)))));
     }
@@ -227,7 +228,7 @@ mod tests {
     #[test]
     fn only_a_tool_of_the_catalogue_is_named_with_its_size() {
         let tool = Tool::new(ToolKind::Box, [0.0; 2]);
-        let name = |number: Option<usize>| Offer::new(tool, number, "").name(30);
+        let name = |number: Option<usize>| ToolItem::new(tool, number, "").name(30);
         assert_eq!(name(None), "box");
         let size = name(Some(3)).strip_prefix("box ").map(str::to_owned);
         assert!(size.is_some_and(|size| size.parse::<f64>().is_ok()), "{}", name(Some(3)));

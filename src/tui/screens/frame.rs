@@ -16,7 +16,7 @@ use crate::tui::view::{Level, span};
 use crate::tui::widgets::columns;
 
 /// The smallest terminal that shows the workbench.
-const LEAST: (u16, u16) = (60, 20);
+const MIN_SIZE: (u16, u16) = (60, 20);
 /// The smallest terminal that shows a curve and the status.
 const SMALL: (u16, u16) = (30, 8);
 
@@ -46,11 +46,11 @@ pub struct Chrome<'a> {
 
 /// Draws everything but the layers; returns the regions for the mouse.
 pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
-    if area.width < LEAST.0 || area.height < LEAST.1 {
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
         if area.width >= SMALL.0 && area.height >= SMALL.1 {
             return draw_small(ui, screens, chrome, area, buffer);
         }
-        let text = format!("a little larger, please: {}x{} of 60x20", area.width, area.height);
+        let text = format!("terminal too small: {}x{}, at least 60x20 is needed", area.width, area.height);
         Text::from_iter(lines(&text, area.width, Style::new())).render(area, buffer);
         return HitRegions::default();
     }
@@ -122,7 +122,7 @@ fn message(ui: &Ui, message: Option<&Message>, area: Rect, buffer: &mut Buffer) 
 
 /// The area beside the scene, on the screens that have one.
 pub fn beside_scene(area: Rect) -> Rect {
-    if area.width < LEAST.0 || area.height < LEAST.1 { area } else { workbench::split(body(area))[1] }
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 { area } else { workbench::split(body(area))[1] }
 }
 
 /// The area between tabs and footer.

@@ -1,4 +1,4 @@
-//! The Models screen: dynamics models to choose, train and measure.
+//! The Models screen: dynamics models to choose, train and evaluate.
 
 use std::borrow::Cow;
 
@@ -152,7 +152,7 @@ fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'stati
     head.chain(rows.map(Line::from)).chain([Line::default()]).collect()
 }
 
-const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} measures it, {train-model} trains another one; models in the folder models/ are listed here.";
+const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} evaluates it, {train-model} trains another one; models in the folder models/ are listed here.";
 
 /// What an action does on this screen.
 pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
@@ -175,8 +175,8 @@ pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
 
 fn evaluate(model: &ModelSummary) -> Effect {
     match model.name.as_str() {
-        "rapier" => Effect::info("its errors are listed beside those of every measured model"),
-        "true" | "uniform" => Effect::info("there is nothing to measure: it is not a model"),
+        "rapier" => Effect::info("its errors are listed beside those of every evaluated model"),
+        "true" | "uniform" => Effect::info("there is nothing to evaluate: it is not a model"),
         "learned" => Effect::info("select the shipped model itself: `learned` stands for that of the task's tool set"),
         name => Effect::apply(command::ModelEvaluate(name.to_owned())),
     }

@@ -293,7 +293,7 @@ fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
     let steps = ui.subject.episode().steps();
     match action {
         UiAction::PlayPause => scene.player.toggle(),
-        UiAction::StepOn => scene.player.nudge(1, steps),
+        UiAction::StepForward => scene.player.nudge(1, steps),
         UiAction::StepBack => scene.player.nudge(-1, steps),
         UiAction::Faster => scene.player.change_speed(true),
         UiAction::Slower => scene.player.change_speed(false),
@@ -327,8 +327,8 @@ fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
 
 /// Whether an action controls playback; these also work where the scene is beside the curves.
 pub fn is_playback(action: UiAction) -> bool {
-    use UiAction::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepOn};
-    matches!(action, PlayPause | StepOn | StepBack | PreviousEpisode | NextEpisode)
+    use UiAction::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepForward};
+    matches!(action, PlayPause | StepForward | StepBack | PreviousEpisode | NextEpisode)
 }
 
 /// Replays another past episode of the watched run.

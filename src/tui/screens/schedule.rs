@@ -14,7 +14,7 @@ use crate::guidance::EpsilonSchedule;
 use crate::tui::actions::UiAction;
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
-use crate::tui::view::ViewModel;
+use crate::tui::view::{RunSummary, ViewModel};
 use crate::tui::widgets::raster::{self, Raster};
 use crate::tui::widgets::theme::Marker;
 use crate::workbench::command;
@@ -33,8 +33,8 @@ pub struct Schedule {
     before: Vec<Option<EpsilonSchedule>>,
 }
 
-/// Most edits that can be undone.
-const UNDONE: usize = 1000;
+/// Maximum number of edits that can be undone.
+const MAX_UNDO: usize = 1000;
 
 impl Schedule {
     /// Whether the schedule differs from the one in use.
@@ -55,7 +55,7 @@ impl Schedule {
 
     /// Keeps the present draft, for undo.
     fn remember(&mut self) {
-        if self.before.len() == UNDONE {
+        if self.before.len() == MAX_UNDO {
             self.before.remove(0);
         }
         self.before.push(self.draft.clone());
@@ -157,10 +157,15 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
     };
     let meaning = match state.shown(&settings.epsilon) {
         EpsilonSchedule::Need { .. } => {
-            "In each stage, actions come from the action clusters with this probability times its need (share of \
-             failures)."
+            let now = ui.subject.run().and_then(RunSummary::needs_in_short);
+            let now = now.map_or_else(String::new, |needs| format!(": now {needs}"));
+            format!(
+                "In each stage, actions come from the action clusters with this probability times its need (share of \
+                 failures{now})."
+            )
         }
-        _ => "In each episode, with this probability, actions come from the action clusters instead of the policy.",
+        _ => "In each episode, with this probability, actions come from the action clusters instead of the policy."
+            .to_owned(),
     };
     let help = "{next-point} selects a point, arrows or the mouse move it, {add-point} (hand-drawn: a click) adds one, {delete-point} deletes it, {kind} changes the kind; {epsilon} types it.";
     ui.text(&format!("{usage} {meaning} {help}"))

@@ -124,6 +124,9 @@ impl Rows<'_> {
         if let Some(practice) = run.practice_in_short() {
             self.line("practice", &practice, plain);
         }
+        if let Some(needs) = run.needs_in_short() {
+            self.line("need", &format!("{needs} by stage"), plain);
+        }
     }
 }
 

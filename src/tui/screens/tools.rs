@@ -13,7 +13,7 @@ use super::{HitRegion, HitRegions, Ui};
 use crate::physics::ToolKind;
 use crate::task::{Draft, Edit, Property, Task, Values};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Offer, Prompt, ToolPalette};
+use crate::tui::layers::{Prompt, ToolItem, ToolPalette};
 use crate::tui::scene::Object;
 use crate::tui::widgets::list;
 
@@ -26,23 +26,23 @@ pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
 }
 
 /// The size and the other properties of a tool as a command writes them, each only if it is not the default.
-fn written(offer: &Offer) -> (Option<f32>, Values) {
+fn written(item: &ToolItem) -> (Option<f32>, Values) {
     let (size, others): (Values, Values) =
-        Property::unusual(&offer.tool).into_iter().partition(|(property, _)| *property == Property::Size);
+        Property::unusual(&item.tool).into_iter().partition(|(property, _)| *property == Property::Size);
     (size.first().map(|(_, size)| *size as f32), others)
 }
 
 /// Opens the palette to add a tool. It is added at the valid place that is nearest to the middle.
 pub(super) fn choose_tool(ui: &Ui) -> Effect {
     let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone() };
-    let add = move |offer: &Offer| {
-        let (size, values) = written(offer);
-        let at = |position| Edit::AddTool { kind: offer.tool.kind, position, size, values: values.clone() };
+    let add = move |item: &ToolItem| {
+        let (size, values) = written(item);
+        let at = |position| Edit::AddTool { kind: item.tool.kind, position, size, values: values.clone() };
         let place = places().find(|place| at(*place).apply(&draft).is_ok());
         let added = Effect::Select(Some(Object::Tool(draft.task.tools.len())));
         Effect::All(vec![Effect::apply(at(place.unwrap_or_default())), added])
     };
-    Effect::open(ToolPalette::new("add a tool", Offer::all(), add))
+    Effect::open(ToolPalette::new("add a tool", ToolItem::all(), add))
 }
 
 /// A grid of places over the scene, those near the middle first.
@@ -54,18 +54,18 @@ fn places() -> impl Iterator<Item = [f32; 2]> {
 
 /// Opens the palette to choose the tool that the agent places.
 pub(super) fn choose_placeable() -> Effect {
-    let give = |offer: &Offer| {
-        let (size, values) = written(offer);
-        Effect::apply(Edit::SetPlaceable { kind: offer.tool.kind, size, values })
+    let give = |item: &ToolItem| {
+        let (size, values) = written(item);
+        Effect::apply(Edit::SetPlaceable { kind: item.tool.kind, size, values })
     };
-    Effect::open(ToolPalette::new("the agent's tool", Offer::all(), give))
+    Effect::open(ToolPalette::new("the agent's tool", ToolItem::all(), give))
 }
 
 /// Opens the palette to choose the tool for hand play: the task's own, or one of CREATE's.
 pub(super) fn choose_in_hand(task: &Arc<Task>) -> Effect {
-    let own = Offer::new(task.placeable.tool([0.0; 2]), None, "the task's own");
-    let offers = [own].into_iter().chain(Offer::catalogue()).collect();
-    Effect::open(ToolPalette::new("the tool in your hand", offers, |offer| Effect::Hold(offer.number)))
+    let own = ToolItem::new(task.placeable.tool([0.0; 2]), None, "the task's own");
+    let items = [own].into_iter().chain(ToolItem::catalogue()).collect();
+    Effect::open(ToolPalette::new("the tool in your hand", items, |item| Effect::Hold(item.number)))
 }
 
 /// Asks for the properties of the selected tool.

@@ -248,7 +248,7 @@ fn nothing(curves: &CurvesState, ui: &Ui) -> String {
 pub fn without_effect(curves: &CurvesState, ui: &Ui, action: UiAction) -> Option<&'static str> {
     let is_past = matches!(ui.subject.choice(), Choice::Past(_));
     match action {
-        UiAction::PlayPause | UiAction::StepOn | UiAction::StepBack if !is_past => {
+        UiAction::PlayPause | UiAction::StepForward | UiAction::StepBack if !is_past => {
             Some("no episode is beside the curves: {crosshair-left} moves the crosshair to one")
         }
         UiAction::FarLeft | UiAction::FarRight | UiAction::WholeRange if curves.range == Range::Whole => {

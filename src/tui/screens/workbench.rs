@@ -15,20 +15,22 @@ use crate::task::{level_names, shipped_names};
 use crate::text::printable;
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::Object;
+use crate::tui::view::RunSummary;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
 
-/// Rows of the status pane, without the row of practice.
+/// Rows of the status pane, without those of practice and need.
 const STATUS: u16 = 13;
-/// Screen height from which the row of practice fits, too.
+/// Screen height from which the rows of practice and need fit, too.
 const ROOMY: u16 = 30;
 
 /// Draws scene, curves and status side by side.
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let [left, right] = split(area);
     scene_pane(ui, &screens.scene, left, buffer, regions);
-    let practised = ui.subject.run().is_some_and(|run| run.practised.is_some());
-    let rows = STATUS + u16::from(practised && area.height >= ROOMY);
+    let further = |run: &RunSummary| u16::from(run.practised.is_some()) + u16::from(!run.needs.is_empty());
+    let further = ui.subject.run().filter(|_| area.height >= ROOMY).map_or(0, further);
+    let rows = STATUS + further;
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(right);
     let metrics: &[Metric] = if above.height >= 14 { &[Metric::Success, Metric::Return] } else { &[Metric::Success] };
     training::stack(&screens.curves, &screens.runs, ui, metrics, above, buffer, regions);

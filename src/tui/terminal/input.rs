@@ -11,9 +11,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::parser::{Parser, Received};
 
 /// How long to wait for the rest of an escape sequence before it counts as the Escape key.
-const GRACE: Duration = Duration::from_millis(25);
+const ESCAPE_TIMEOUT: Duration = Duration::from_millis(25);
 /// Bytes after which a call of [`Input::wait`] stops reading, so that a frame can be drawn.
-const TURN: usize = 1 << 18;
+const MAX_BYTES_PER_WAIT: usize = 1 << 18;
 
 /// Standard input, and a socket through which signals end a wait.
 pub struct Input {
@@ -36,10 +36,10 @@ impl Input {
     /// When polling or reading fails.
     pub fn wait(&mut self, time: Duration, received: &mut Vec<Received>) -> io::Result<bool> {
         let partial = self.parser.is_partial();
-        let time = if partial { time.min(GRACE.saturating_sub(self.latest.elapsed())) } else { time };
+        let time = if partial { time.min(ESCAPE_TIMEOUT.saturating_sub(self.latest.elapsed())) } else { time };
         let mut ready = self.poll(time)?;
         let mut read = 0;
-        while ready == Ready::Bytes && read < TURN {
+        while ready == Ready::Bytes && read < MAX_BYTES_PER_WAIT {
             let mut bytes = [0; 4096];
             match rustix::io::read(rustix::stdio::stdin(), &mut bytes) {
                 Ok(0) => return Ok(false),
@@ -53,7 +53,7 @@ impl Input {
             }
             ready = self.poll(Duration::ZERO)?;
         }
-        if read == 0 && self.latest.elapsed() >= GRACE {
+        if read == 0 && self.latest.elapsed() >= ESCAPE_TIMEOUT {
             self.parser.flush(received);
         }
         Ok(ready != Ready::HungUp)

@@ -18,7 +18,7 @@ use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem::ManuallyDrop;
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, Once, PoisonError};
+use std::sync::{Mutex, Once};
 use std::thread;
 
 use crossterm::cursor::{Hide, Show};
@@ -32,6 +32,7 @@ use crossterm::{execute, queue};
 use ratatui::backend::CrosstermBackend;
 use ratatui::{Frame, Terminal};
 
+use crate::sync::lock;
 use crate::text::printable;
 use crate::trainer::panic_message;
 
@@ -209,12 +210,12 @@ pub fn leave() {
 
 /// Prints a line to standard error once the terminal is restored.
 pub fn report_at_the_end(line: String) {
-    PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+    lock(&PANICS).push(line);
 }
 
 /// Takes the held-back panics and messages, one line each.
 pub fn take_panics() -> Vec<String> {
-    std::mem::take(&mut *PANICS.lock().unwrap_or_else(PoisonError::into_inner))
+    std::mem::take(&mut *lock(&PANICS))
 }
 
 thread_local! {
@@ -261,7 +262,7 @@ pub(super) fn install_panic_hook() {
             } else {
                 let name = thread::current().name().unwrap_or("unnamed").to_owned();
                 let line = format!("thread `{name}` {info}").replace('\n', " ");
-                PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+                lock(&PANICS).push(line);
             }
         }));
     });

@@ -4,11 +4,11 @@
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
 /// Bytes of a paste after which an event is sent; a longer paste becomes several events.
-const PASTE: usize = 1 << 20;
+const MAX_PASTE: usize = 1 << 20;
 const PASTE_BEGINS: &[u8] = b"\x1b[200~";
 const PASTE_ENDS: &[u8] = b"\x1b[201~";
 /// Longest control sequence; anything longer is discarded.
-const SEQUENCE: usize = 64;
+const MAX_SEQUENCE: usize = 64;
 
 /// What a terminal sends.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +76,7 @@ impl Parser {
         let taken = end.unwrap_or(rest.len().saturating_sub(PASTE_ENDS.len() - 1));
         let mut text = self.pasted.take().unwrap_or_default();
         text.extend_from_slice(&rest[..taken]);
-        if end.is_some() || text.len() >= PASTE {
+        if end.is_some() || text.len() >= MAX_PASTE {
             received.push(Received::Event(Event::Paste(String::from_utf8_lossy(&text).into_owned())));
             text.clear();
         }
@@ -174,7 +174,7 @@ fn control_sequence(rest: &[u8]) -> Found {
         _ => {}
     }
     let Some(end) = rest.iter().position(|byte| !(0x20..=0x3f).contains(byte)) else {
-        return if rest.len() < SEQUENCE { Found::Partial } else { Found::Whole(PREFIX + rest.len(), None) };
+        return if rest.len() < MAX_SEQUENCE { Found::Partial } else { Found::Whole(PREFIX + rest.len(), None) };
     };
     if !(0x40..=0x7e).contains(&rest[end]) {
         // The sequence is cut off by a byte that cannot belong to it.
@@ -361,7 +361,7 @@ mod tests {
         parser.flush(&mut received);
         assert_eq!(received.iter().map(shown).collect::<Vec<_>>(), ["esc", "alt-O"]);
         parser.advance(b"\x1b[", &mut received);
-        parser.advance(&[b'1'; SEQUENCE], &mut received);
+        parser.advance(&[b'1'; MAX_SEQUENCE], &mut received);
         assert!(!parser.is_partial(), "an endless sequence is discarded");
         parser.advance(b"\x1b[200~half", &mut received);
         assert!(!parser.is_partial(), "a paste may be slow");
@@ -384,14 +384,14 @@ mod tests {
         let mut received = Vec::new();
         parser.advance(PASTE_BEGINS, &mut received);
         for _ in 0..3 {
-            parser.advance(&vec![b'a'; PASTE / 2], &mut received);
+            parser.advance(&vec![b'a'; MAX_PASTE / 2], &mut received);
         }
         parser.advance(PASTE_ENDS, &mut received);
         let length = |received: &Received| match received {
             Received::Event(Event::Paste(text)) => text.len(),
             _ => 0,
         };
-        assert_eq!(received.iter().map(length).sum::<usize>(), PASTE / 2 * 3);
+        assert_eq!(received.iter().map(length).sum::<usize>(), MAX_PASTE / 2 * 3);
         assert_eq!(received.len(), 2);
     }
 }

@@ -117,7 +117,7 @@ mod tests {
                 follow(&records);
             }
         }
-        records.cut(50);
+        records.truncate(50);
         follow(&records);
         follow(&[]);
     }

@@ -10,7 +10,7 @@ use crate::workbench::Job;
 /// Maximum number of log lines shown.
 const LINES: usize = 60;
 /// Time between two reads of the same run.
-const LOOK: Duration = Duration::from_secs(2);
+const REFRESH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The contents of a run's folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,7 @@ impl Details {
     /// Requests the details of the run in a folder.
     pub fn want(&mut self, run: &Path) {
         let is_known = self.known.as_ref().is_some_and(|known| known.path == run);
-        let is_due = self.looked.is_none_or(|at| at.elapsed() >= LOOK);
+        let is_due = self.looked.is_none_or(|at| at.elapsed() >= REFRESH_INTERVAL);
         if self.reading.is_some() || (is_known && !is_due) {
             return;
         }

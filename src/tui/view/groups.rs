@@ -155,26 +155,26 @@ impl Grouping {
         let mut found = Vec::new();
         for task in all.tasks() {
             for label in all.labels() {
-                let mut places = all.places(task, label).to_vec();
-                if !places.is_empty() {
-                    let counted = one_per_seed(&places, runs);
-                    places.sort_by_key(|place| runs[*place].config.seed);
-                    found.push((task, label, places, counted));
+                let mut indices = all.indices(task, label).to_vec();
+                if !indices.is_empty() {
+                    let counted = one_per_seed(&indices, runs);
+                    indices.sort_by_key(|index| runs[*index].config.seed);
+                    found.push((task, label, indices, counted));
                 }
             }
         }
         // A run that has not begun does not count as a failure.
-        let counted = found.iter().flat_map(|(.., counted)| counted).map(|place| &rows[*place]);
+        let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
         let begun = Groups::new(counted.filter(|row| row.episodes > 0));
         let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
         let mut grouping = Self { settings, ..Self::default() };
-        for (task, label, places, counted) in found {
-            let paths = |places: &[usize]| places.iter().map(|place| runs[*place].path.clone()).collect::<Vec<_>>();
-            let is_other = |other: &String| other != label && !all.places(task, other).is_empty();
+        for (task, label, indices, counted) in found {
+            let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
+            let is_other = |other: &String| other != label && !all.indices(task, other).is_empty();
             let group = RunGroup {
                 task: task.clone(),
                 label: label.clone(),
-                runs: paths(&places),
+                runs: paths(&indices),
                 counted: paths(&counted),
                 success: None,
                 improvement: None,

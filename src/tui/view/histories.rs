@@ -12,9 +12,9 @@ use super::Curves;
 use crate::run::{Event, EventReader, Practised, RunDirectory, RunHistory};
 
 /// Time between two reads of the same runs.
-const LOOK: Duration = Duration::from_secs(1);
+const REFRESH_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of runs whose curves are kept.
-const KEPT: usize = 300;
+const MAX_KEPT: usize = 300;
 
 /// Maximum number of episodes kept per run.
 const EPISODES: NonZeroUsize = NonZeroUsize::new(2048).unwrap();
@@ -30,6 +30,8 @@ pub struct History {
     pub interventions: Vec<Event>,
     /// Results of the practice before its first episode.
     pub practised: Option<Practised>,
+    /// The latest need for exploration of each stage.
+    pub needs: Vec<f32>,
 }
 
 /// The histories of viewed runs, as far as they have been read.
@@ -56,8 +58,8 @@ impl Histories {
 
     /// Requests the histories of the runs now in view.
     pub fn want(&mut self, mut runs: Vec<PathBuf>) {
-        runs.truncate(KEPT);
-        let is_due = self.looked.is_none_or(|at| at.elapsed() >= LOOK);
+        runs.truncate(MAX_KEPT);
+        let is_due = self.looked.is_none_or(|at| at.elapsed() >= REFRESH_INTERVAL);
         if runs == self.wanted && !is_due {
             return;
         }
@@ -108,7 +110,7 @@ impl Reader {
             while let Ok(later) = wanted.try_recv() {
                 runs = later;
             }
-            if self.followed.len() > KEPT {
+            if self.followed.len() > MAX_KEPT {
                 for (path, _) in self.followed.extract_if(|path, _| !runs.contains(path)) {
                     if reports.send((path, None)).is_err() {
                         return;
@@ -149,9 +151,13 @@ impl Reader {
         }
         Arc::make_mut(curves).follow(&history.records);
         let evaluations = history.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
-        let RunHistory { interventions, practised, .. } = history;
-        let (interventions, practised) = (interventions.clone(), practised.clone());
-        Some(History { curves: curves.clone(), evaluations, interventions, practised })
+        Some(History {
+            curves: curves.clone(),
+            evaluations,
+            interventions: history.interventions.clone(),
+            practised: history.practised.clone(),
+            needs: history.needs.clone(),
+        })
     }
 }
 
@@ -226,8 +232,8 @@ mod tests {
             }
             path
         };
-        let runs: Vec<PathBuf> = (0..=KEPT).map(copy).collect();
-        let (many, last) = runs.split_at(KEPT);
+        let runs: Vec<PathBuf> = (0..=MAX_KEPT).map(copy).collect();
+        let (many, last) = runs.split_at(MAX_KEPT);
         let mut histories = Histories::new();
         for viewed in [many, last, many] {
             histories.want(viewed.to_vec());

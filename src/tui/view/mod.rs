@@ -183,6 +183,9 @@ pub struct RunSummary {
     pub preparing: Option<String>,
     /// Results of the practice before the first episode, if they have been read.
     pub practised: Option<Practised>,
+    /// The present need for exploration of each stage, the goal last, 0 to 1; empty if it is unknown or the epsilon
+    /// schedule does not depend on it.
+    pub needs: Vec<f32>,
     /// Number of finished episodes.
     pub done: u64,
     /// Share of the latest episodes that reached the goal, if known.
@@ -292,6 +295,7 @@ impl RunSummary {
             state,
             preparing: None,
             practised: None,
+            needs: Vec::new(),
             done: 0,
             success: None,
             curves: Arc::default(),
@@ -333,6 +337,12 @@ impl RunSummary {
         let Practised { rollouts, reached, .. } = self.practised.as_ref()?.in_short();
         let stages: Vec<String> = reached.iter().zip(&rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
         Some(format!("reached {}", stages.join(", ")))
+    }
+
+    /// The present need for exploration of each stage, in a short phrase.
+    pub fn needs_in_short(&self) -> Option<String> {
+        let needs: Vec<String> = self.needs.iter().map(|need| format!("{:.0} %", 100.0 * need)).collect();
+        (!needs.is_empty()).then(|| needs.join(", "))
     }
 
     /// Seconds until the run is finished at the current rate.

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use super::ModelSummary;
 use crate::dynamics::{Model, shipped_models};
 use crate::task::Task;
-use crate::workbench::{MODELS, kept_evaluation};
+use crate::workbench::{MODELS, saved_evaluation};
 
 /// The model files read so far, each with its modification time and the model or the reason why it cannot be read.
 #[derive(Default)]
@@ -69,7 +69,7 @@ fn summary(name: &str, about: &str) -> ModelSummary {
 
 /// A model with its stored evaluation.
 fn measured(name: &str, model: &Model, about: &str) -> ModelSummary {
-    ModelSummary { evaluation: kept_evaluation(name, model).map(Arc::new), ..summary(name, about) }
+    ModelSummary { evaluation: saved_evaluation(name, model).map(Arc::new), ..summary(name, about) }
 }
 
 #[cfg(test)]

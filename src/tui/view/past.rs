@@ -62,15 +62,15 @@ pub struct AgentReader {
 }
 
 /// Number of further episodes of a running training after which checkpoints are looked up again.
-const LOOK_AGAIN: u64 = 50;
+const RECHECK_EPISODES: u64 = 50;
 
-/// The folder of a run, an episode of it, and the run's progress in units of `LOOK_AGAIN` episodes.
+/// The folder of a run, an episode of it, and the run's progress in units of `RECHECK_EPISODES` episodes.
 type AgentRequest = (PathBuf, u64, u64);
 
 impl AgentReader {
     /// Starts reading the agent that played an episode of a run, unless it is known or a read is in progress.
     pub fn want(&mut self, run: &RunView, episode: u64) {
-        let wanted = (run.directory().path().to_owned(), episode, run.episodes() / LOOK_AGAIN);
+        let wanted = (run.directory().path().to_owned(), episode, run.episodes() / RECHECK_EPISODES);
         if self.reading.is_some() || self.known.as_ref().is_some_and(|(known, _)| *known == wanted) {
             return;
         }

@@ -136,9 +136,9 @@ pub struct Player {
 }
 
 /// Pause at the end of an episode before it is shown again, in seconds.
-const REST: f32 = 1.0;
+const END_PAUSE: f32 = 1.0;
 /// How often an episode is repeated without input. Then playback stops at its end to save processor time.
-const ROUNDS: u32 = 10;
+const MAX_REPEATS: u32 = 10;
 const SPEEDS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 impl Default for Player {
@@ -158,7 +158,7 @@ impl Player {
         (self.step, self.rounds) = (0.0, 0);
     }
 
-    /// Repeats the episode, unless it was repeated `ROUNDS` times without input.
+    /// Repeats the episode, unless it was repeated `MAX_REPEATS` times without input.
     pub fn repeat(&mut self) {
         self.rounds = self.rounds.saturating_add(1);
         if !self.is_resting() {
@@ -168,7 +168,7 @@ impl Player {
 
     /// Whether playback has stopped until the next input.
     pub fn is_resting(&self) -> bool {
-        self.rounds >= ROUNDS
+        self.rounds >= MAX_REPEATS
     }
 
     /// Notes an input of the user.
@@ -210,7 +210,7 @@ impl Player {
         if self.is_moving() {
             self.step += elapsed.as_secs_f32() * self.speed / PHYSICS_DT;
         }
-        self.is_moving() && self.step > steps as f32 + REST * self.speed / PHYSICS_DT
+        self.is_moving() && self.step > steps as f32 + END_PAUSE * self.speed / PHYSICS_DT
     }
 
     /// Stops `by` physics steps ahead, or back if negative.
@@ -287,11 +287,11 @@ mod tests {
             player.repeat();
             repeated += 1;
         }
-        assert_eq!(repeated, ROUNDS);
+        assert_eq!(repeated, MAX_REPEATS);
         assert!(player.step() > 1000 && !player.is_moving(), "it stays at its end");
         player.wake();
         assert!(player.is_moving() && player.advance(Duration::ZERO, 1000), "it is repeated at once");
-        (0..ROUNDS).for_each(|_| player.repeat());
+        (0..MAX_REPEATS).for_each(|_| player.repeat());
         player.toggle();
         assert!(player.is_moving(), "the play key continues it");
     }

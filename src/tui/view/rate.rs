@@ -10,7 +10,7 @@ pub struct Rate {
 }
 
 /// The period over which the rate is measured.
-const MEMORY: Duration = Duration::from_secs(20);
+const WINDOW: Duration = Duration::from_secs(20);
 /// Minimum period for a rate to be known.
 const WARM_UP: Duration = Duration::from_secs(2);
 
@@ -24,7 +24,7 @@ impl Rate {
         if self.counts.back().is_none_or(spaced) {
             self.counts.push_back((now, count));
         }
-        while self.counts.front().is_some_and(|(at, _)| now.duration_since(*at) > MEMORY) {
+        while self.counts.front().is_some_and(|(at, _)| now.duration_since(*at) > WINDOW) {
             self.counts.pop_front();
         }
     }

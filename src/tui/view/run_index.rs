@@ -14,7 +14,7 @@ use crate::trainer::RunConfig;
 /// Minimum time between two reports while many runs are read.
 const REPORT: Duration = Duration::from_millis(200);
 /// The coarsest resolution of modification times among file systems.
-const TICK: Duration = Duration::from_secs(2);
+const MTIME_RESOLUTION: Duration = Duration::from_secs(2);
 /// Number of runs at rest checked in one look; the others are checked in later ones.
 const CHECKED_PER_LOOK: usize = 500;
 
@@ -160,7 +160,7 @@ impl Reader {
             return false;
         }
         // A folder changed just now may change again without a change of its modification time.
-        self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= TICK));
+        self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= MTIME_RESOLUTION));
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let mut listed: BTreeMap<PathBuf, Known> = BTreeMap::new();
         let mut changed = false;

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 /// Minimum time between two measurements.
-const LOOK: Duration = Duration::from_secs(2);
+const MEASURE_INTERVAL: Duration = Duration::from_secs(2);
 /// Clock ticks per second in `/proc`: the same on every architecture that Linux supports.
 const TICKS: f64 = 100.0;
 
@@ -32,7 +32,7 @@ impl Meter {
 
     /// Measures if it is time to. True if the text to show has changed.
     pub fn look(&mut self) -> bool {
-        if self.before.is_some_and(|(at, _)| at.elapsed() < LOOK) {
+        if self.before.is_some_and(|(at, _)| at.elapsed() < MEASURE_INTERVAL) {
             return false;
         }
         let now = Instant::now();

@@ -373,7 +373,7 @@ mod tests {
             ("propose 0", "`0` is not a number of subgoals from 1 to 9"),
             ("proposal accept 0", "numbers count from 1"),
             ("seed x", "`x` is not a seed"),
-            ("epsilon 2", "not within 0 and 1"),
+            ("epsilon 2", "not between 0 and 1"),
             ("figure pie a.png", "`pie` is not one of scene, clusters"),
             ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in FOLDER] [until N]"),
             ("undo now", "`now` was not expected"),

@@ -49,7 +49,7 @@ pub struct ModelEvaluate(pub String);
 
 impl Execute for ModelEvaluate {
     syntax! {
-        "model evaluate" "FILE|NAME" "measure a dynamics model on fresh launches and unseen scenes"
+        "model evaluate" "FILE|NAME" "evaluate a dynamics model on fresh launches and unseen scenes"
             => ModelEvaluate { 0: Text("a model") };
     }
 

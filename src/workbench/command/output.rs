@@ -211,7 +211,7 @@ impl Execute for Wait {
     syntax! { "wait" "" "in a script: wait until runs pause or end and computations are done" => Wait {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        Ok(session.under_way())
+        Ok(session.activity())
     }
 
     fn in_scripts(&self) -> InScripts {

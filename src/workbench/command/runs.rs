@@ -10,7 +10,7 @@ use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
 /// Commands that control the current run. The journal derives them from the run's state or event log.
-const STEERS: InScripts =
+const CONTROLS_RUN: InScripts =
     InScripts { recording: Recording::Never, acts_on_run: true, begins_work: false, awaits: Awaits::Nothing };
 
 /// The number of episodes after which a run pauses.
@@ -66,7 +66,7 @@ impl Execute for Pause {
     }
 
     fn in_scripts(&self) -> InScripts {
-        STEERS
+        CONTROLS_RUN
     }
 }
 
@@ -86,7 +86,7 @@ impl Execute for Resume {
     }
 
     fn in_scripts(&self) -> InScripts {
-        STEERS
+        CONTROLS_RUN
     }
 }
 
@@ -102,7 +102,7 @@ impl Execute for Stop {
     }
 
     fn in_scripts(&self) -> InScripts {
-        STEERS
+        CONTROLS_RUN
     }
 }
 
@@ -223,7 +223,7 @@ impl Execute for Evaluate {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::AtEpisode, awaits: Awaits::Result, ..STEERS }
+        InScripts { recording: Recording::AtEpisode, awaits: Awaits::Result, ..CONTROLS_RUN }
     }
 }
 

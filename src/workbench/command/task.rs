@@ -13,7 +13,7 @@ use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
 
 /// Maximum number of subgoals in one proposal.
-const MOST_PROPOSALS: usize = 9;
+const MAX_PROPOSALS: usize = 9;
 /// Default radius of a new subgoal, in units.
 pub const SUBGOAL_RADIUS: f32 = 4.0;
 
@@ -174,7 +174,7 @@ pub struct Propose(pub Option<usize>);
 impl Execute for Propose {
     syntax! {
         "propose" "[N]" "let the model propose subgoals, N or as many as the task has"
-            => Propose { 0: Maybe(Within("number of subgoals", 1..=MOST_PROPOSALS)) };
+            => Propose { 0: Maybe(Within("number of subgoals", 1..=MAX_PROPOSALS)) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

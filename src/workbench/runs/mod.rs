@@ -124,8 +124,8 @@ impl Session {
             *known = run.numbered(number);
             return number;
         }
-        let number = self.numbered;
-        self.numbered += 1;
+        let number = self.runs_created;
+        self.runs_created += 1;
         self.runs.push(run.numbered(number));
         number
     }

@@ -152,7 +152,7 @@ fn no_command_waits_for_the_work_it_starts() {
         let command = Command::parse(line).unwrap().unwrap();
         assert!(session.job(|begun| *begun == command).is_some(), "{line}: {:?}", session.jobs);
     }
-    assert!(try_line(&mut session, "wait").unwrap().contains("under way"));
+    assert!(try_line(&mut session, "wait").unwrap().contains("running or queued"));
     let written = ["clusters.json", "new/scene.svg", "new/scene.csv", "new/episode.gif"];
     assert!(written.iter().all(|name| !folder.path().join(name).exists()));
     assert!(try_line(&mut session, "model stop").is_ok());

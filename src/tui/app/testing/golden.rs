@@ -100,6 +100,7 @@ fn screens_during_and_after_practice() {
         };
         let after = |run: &mut RunSummary| {
             run.practised = Some(Practised { rollouts: vec![75, 200], reached: vec![56, 0], actions: 1165 });
+            run.needs = vec![0.05, 1.0];
         };
         let states: [fn(&mut RunSummary); 2] = [during, after];
         let shots = states.into_iter().flat_map(|state| ["1", "4", "5"].map(|keys| (state, keys)));
@@ -191,8 +192,8 @@ fn every_size_can_be_drawn() {
         }
     }
     let (mut app, _) = app(empty());
-    assert!(text(&shot(&mut app, 40, 7)).contains("40x7 of 60x20"));
-    assert!(text(&shot(&mut app, 20, 5)).contains("please: 20x5 of\n60x20"));
+    assert!(text(&shot(&mut app, 40, 7)).contains("too small: 40x7, at"));
+    assert!(text(&shot(&mut app, 20, 5)).contains("small: 20x5, at\nleast 60x20"));
     assert!(text(&shot(&mut app, 40, 12)).contains("no run; t trains one"));
     let (mut app, _) = super::app(typical());
     let small = text(&shot(&mut app, 40, 12));

@@ -3,7 +3,7 @@
 use crate::evidence::OPTIONS;
 use crate::json;
 use crate::physics::ToolKind;
-use crate::spelling::LONGEST;
+use crate::spelling::MAX_COMPARED_LENGTH;
 use crate::task::{self, Property};
 use crate::trainer::{Method, RunConfig, config_keys, settings};
 use crate::tui::view::ViewModel;
@@ -55,7 +55,7 @@ impl Arguments {
             Some((typed, before)) => (*typed, before),
             None => ("", &[][..]),
         };
-        if typed.len() > 10 * LONGEST {
+        if typed.len() > 10 * MAX_COMPARED_LENGTH {
             return Vec::new();
         }
         let candidates: Vec<Value> = match (verb.name, before) {
@@ -130,7 +130,7 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
 }
 
 /// Files with an extension, and folders, in the folder of a partly typed path.
-fn files(typed: &str, ending: &str) -> Vec<Value> {
+fn files(typed: &str, extension: &str) -> Vec<Value> {
     let prefix = &typed[..typed.rfind('/').map_or(0, |slash| slash + 1)];
     let folder = if prefix.is_empty() { "." } else { prefix };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(FILES);
@@ -139,7 +139,7 @@ fn files(typed: &str, ending: &str) -> Vec<Value> {
         let path = format!("{prefix}{name}");
         match entry.file_type().ok()?.is_dir() {
             true => Some(value(format!("{path}/"), "folder")),
-            false => path.ends_with(&format!(".{ending}")).then(|| value(path, "file")),
+            false => path.ends_with(&format!(".{extension}")).then(|| value(path, "file")),
         }
     });
     let mut found: Vec<Value> = named.collect();

@@ -88,7 +88,7 @@ impl CommandPalette {
 
     /// The palette with the beginning of a command typed in.
     #[must_use]
-    pub fn begun(mut self, words: &str) -> Self {
+    pub fn with_text(mut self, words: &str) -> Self {
         self.paste(&format!("{words} "));
         self
     }
@@ -331,7 +331,7 @@ mod tests {
             ("subgoal move", "subgoal move "),
             ("resume", "command resume"),
             ("continue", "command continue"),
-            ("epsilon 7", "7 is not within 0 and 1"),
+            ("epsilon 7", "7 is not between 0 and 1"),
             ("whole-range", "perform on Training WholeRange"),
             ("quarrel 7", "unknown command `quarrel 7`"),
         ] {

@@ -31,8 +31,8 @@ fn about(kind: FigureKind) -> &'static str {
         FigureKind::Scene => "the task's scene",
         FigureKind::Clusters => "the action clusters over the scene",
         FigureKind::Learning => "success of all runs, or the marked ones",
-        FigureKind::Dashboard => "all that is logged of the watched run",
-        FigureKind::Episode => "the greedy episode, or that of your hand",
+        FigureKind::Dashboard => "all logged metrics of the watched run",
+        FigureKind::Episode => "the greedy episode, or one played by hand",
     }
 }
 
@@ -143,7 +143,7 @@ fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut
     if below.height == 0 {
         return;
     }
-    let text = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, {export} all there is something for, into the folder figures/. {compose} composes the learning figure.";
+    let text = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, {export} every figure that has data, into the folder figures/. {compose} composes the learning figure.";
     hint(&ui.text(text), below, theme, buffer);
 }
 

@@ -54,7 +54,7 @@ pub struct Runs {
 }
 
 /// Interval between scans of the folder of runs, which other processes may change, too.
-const LOOK: Duration = Duration::from_secs(2);
+const SCAN_INTERVAL: Duration = Duration::from_secs(2);
 /// Width from which a preview fits beside the list.
 const BESIDE: u16 = 110;
 /// Lines above and below the selected one whose curves are read.
@@ -72,7 +72,7 @@ impl Runs {
     /// Advances time; true when the folder should be scanned again.
     pub fn is_scan_due(&mut self, elapsed: Duration) -> bool {
         self.since_look += elapsed;
-        let due = self.since_look >= LOOK;
+        let due = self.since_look >= SCAN_INTERVAL;
         if due {
             self.since_look = Duration::ZERO;
         }

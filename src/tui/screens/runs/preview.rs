@@ -162,7 +162,7 @@ fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
         .collect();
     text.extend(section(ui, "rollouts of practice", practice(run, width), width));
-    text.extend(section(ui, "what was done to it", marks, width));
+    text.extend(section(ui, "interventions", marks, width));
     text.extend(hint);
     text
 }

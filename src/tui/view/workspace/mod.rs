@@ -71,7 +71,7 @@ pub trait Workspace {
 }
 
 /// Time after the latest command before outdated clusters are recomputed.
-const SETTLED: Duration = Duration::from_millis(700);
+const RECOMPUTE_DELAY: Duration = Duration::from_millis(700);
 /// Minimum time between two refreshes for frequent events such as episodes.
 const REFRESH: Duration = Duration::from_millis(200);
 /// Number of log lines kept.
@@ -174,7 +174,7 @@ impl SessionWorkspace {
 
     /// Recomputes clusters that an edit has made out of date, after a moment without commands.
     fn renew_clusters(&mut self) {
-        if self.touched.elapsed() > SETTLED && self.session.clusters_are_outdated() {
+        if self.touched.elapsed() > RECOMPUTE_DELAY && self.session.clusters_are_outdated() {
             // The result appears in the log and on screen.
             let _ = self.apply(command::Clusters(None).into());
         }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::super::histories::History;
 use super::super::past::episode_of;
 use super::super::playback::Episode;
 use super::super::{Curves, HandEpisode, Live, RunSummary, Watched, marks};
@@ -84,11 +83,14 @@ impl SessionWorkspace {
         self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
         let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
         let with_history = |run: &Arc<RunSummary>| match self.histories.of(&run.path) {
-            Some(History { curves, evaluations, interventions, practised }) => {
-                let (curves, evaluations, practised) = (curves.clone(), evaluations.clone(), practised.clone());
-                let marks = marks(&run.config, interventions);
-                Arc::new(RunSummary { curves, evaluations, marks, practised, ..RunSummary::clone(run) })
-            }
+            Some(history) => Arc::new(RunSummary {
+                curves: history.curves.clone(),
+                evaluations: history.evaluations.clone(),
+                marks: marks(&run.config, &history.interventions),
+                practised: history.practised.clone(),
+                needs: history.needs.clone(),
+                ..RunSummary::clone(run)
+            }),
             None => run.clone(),
         };
         let found = |run: &Arc<RunSummary>| opened.get(&run.path).cloned().unwrap_or_else(|| with_history(run));
@@ -157,6 +159,7 @@ fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunS
         evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
         marks: marks(run.config(), run.interventions()),
         practised: run.practised().cloned(),
+        needs: run.needs().to_vec(),
         rate,
         ..RunSummary::new(run.directory().path(), run.config().clone(), run.state())
     }

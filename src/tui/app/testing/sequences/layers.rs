@@ -223,7 +223,7 @@ fn the_help_scrolls_by_line_page_and_wheel() {
 
 #[test]
 fn a_prompt_shows_the_end_of_its_line_and_an_error_until_the_line_changes() {
-    check(empty(), "e ctrl-u 7 enter", &[], "7 is not within 0 and 1");
+    check(empty(), "e ctrl-u 7 enter", &[], "7 is not between 0 and 1");
     check(empty(), "e ctrl-u 7 enter backspace", &[], "linear:0.8:0.05:2000");
     check(empty(), "W ctrl-u space x . j s o n space enter", &["save x.json"], "");
     let (mut app, _) = app(empty());

@@ -31,7 +31,7 @@ fn a_removed_model_is_no_longer_selected() {
     bring(&mut app, empty());
     press(&mut app, "up enter");
     assert_eq!(*asked.borrow(), ["model learned"]);
-    check(empty(), "6 end v", &[], "there is nothing to measure");
+    check(empty(), "6 end v", &[], "there is nothing to evaluate");
 }
 
 #[test]

@@ -26,6 +26,15 @@ fn what_is_said_of_epsilon_depends_on_its_kind_and_on_the_method() {
 }
 
 #[test]
+fn the_need_of_each_stage_is_shown_during_a_training() {
+    let mut view = typical();
+    view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
+    change_run(&mut view, 1, |run| run.needs = vec![0.05, 1.0]);
+    check(view.clone(), "3", &[], "failures: now 5 %, 100 %)");
+    check(view, "1", &[], "5 %, 100 % by stage");
+}
+
+#[test]
 fn a_schedule_is_drawn_with_the_mouse() {
     let mut view = empty();
     view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();

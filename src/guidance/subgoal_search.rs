@@ -24,11 +24,11 @@ const BRANCHES: usize = 4;
 /// Real rollouts from the last subgoal towards the goal that evaluate a candidate.
 const ROLLOUTS: usize = 100;
 /// Maximum number of batches of [`GuidanceConfig::model_rollouts`] for a stage of a candidate with subgoals.
-const MOST_ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 4;
 /// The search ends at a candidate that [needs](Candidate::rollouts) at most this many real rollouts.
-const FEW: f32 = 4.0;
+const GOOD_ENOUGH_ROLLOUTS: f32 = 4.0;
 /// Share of real rollouts reaching a subgoal above which a larger share does not make it more promising.
-const OFTEN: f32 = 0.1;
+const SUFFICIENT_REACHED_SHARE: f32 = 0.1;
 
 /// Chosen subgoals, and how well guided play does with them.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +49,7 @@ impl ChosenSubgoals {
 }
 
 /// The message for a [failure](ChosenSubgoals::is_failure).
-pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way to the goal";
+pub const NO_SUBGOALS: &str = "no subgoal was found that makes the goal easier to reach";
 
 /// Chooses up to `count` subgoals for the task and ignores its present ones. This is a best-first search. The
 /// first candidate has no subgoals. The successors of a candidate have one more subgoal: a
@@ -90,11 +90,11 @@ fn search(
     progress: &mut impl FnMut(usize),
 ) -> Result<ChosenSubgoals> {
     progress(0);
-    let most_model_rollouts = config.most_model_rollouts.min(MOST_ROUNDS * config.model_rollouts);
+    let most_model_rollouts = config.most_model_rollouts.min(MAX_ROUNDS * config.model_rollouts);
     let brief = GuidanceConfig { most_model_rollouts, ..config.clone() };
     // Candidates, and whether their successors have been tried.
     let mut tried = vec![(Candidate::of(task, &[], model, config, seed)?, count == 0)];
-    while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.rollouts() > FEW) {
+    while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.rollouts() > GOOD_ENOUGH_ROLLOUTS) {
         let open = tried.iter_mut().filter(|(_, is_done)| !is_done);
         let Some((parent, is_done)) = open.max_by(|a, b| a.0.promise().total_cmp(&b.0.promise())) else { break };
         *is_done = true;
@@ -176,7 +176,8 @@ impl Candidate {
     /// How promising it is to add a subgoal: greater if the present ones are reached often enough and play comes
     /// near the goal.
     fn promise(&self) -> f32 {
-        least(&self.reached[..self.subgoals().len()]).min(OFTEN) / OFTEN - self.nearest
+        least(&self.reached[..self.subgoals().len()]).min(SUFFICIENT_REACHED_SHARE) / SUFFICIENT_REACHED_SHARE
+            - self.nearest
     }
 
     fn is_better_than(&self, other: &Self) -> bool {
@@ -238,7 +239,7 @@ mod tests {
         task.goal.radius = 12.0;
         let choice = choose(&task);
         assert_eq!((choice.subgoals.len(), choice.candidates), (0, 1));
-        assert!(choice.least_reached >= 1.0 / FEW);
+        assert!(choice.least_reached >= 1.0 / GOOD_ENOUGH_ROLLOUTS);
     }
 
     #[test]

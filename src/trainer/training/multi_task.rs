@@ -11,9 +11,9 @@ use crate::task::Task;
 use crate::trainer::config::RunConfig;
 use crate::trainer::exploration::Attempts;
 
-/// What [`Progress`](super::Progress) has for the task being played, kept for a task that is not being played.
+/// What [`TrainingState`](super::TrainingState) has for the task being played, kept for a task that is not being played.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Parked {
+pub(super) struct TaskState {
     pub prior: Option<Arc<ActionPrior>>,
     pub rewarding: Vec<VecDeque<Vec<f32>>>,
     pub attempts: Attempts,
@@ -30,15 +30,15 @@ impl Training {
     ) -> Result<Self, TrainingError> {
         let mut priors = priors.into_iter();
         let mut training = Self::new(config, priors.next())?;
-        for (parked, prior) in training.progress.further.iter_mut().zip(priors) {
-            parked.prior = Some(prior);
+        for (state, prior) in training.progress.further.iter_mut().zip(priors) {
+            state.prior = Some(prior);
         }
         Ok(training)
     }
 
     /// The priors of the tasks, in their order.
     pub(in crate::trainer) fn priors(&self) -> Vec<Option<Arc<ActionPrior>>> {
-        let further = self.progress.further.iter().map(|parked| parked.prior.clone());
+        let further = self.progress.further.iter().map(|state| state.prior.clone());
         std::iter::once(self.progress.prior.clone()).chain(further).collect()
     }
 
@@ -81,9 +81,9 @@ impl Training {
         let Some(further) = task.checked_sub(1) else { return };
         std::mem::swap(&mut self.env, &mut self.further[further]);
         let progress = &mut self.progress;
-        let parked = &mut progress.further[further];
-        std::mem::swap(&mut progress.prior, &mut parked.prior);
-        std::mem::swap(&mut progress.rewarding, &mut parked.rewarding);
-        std::mem::swap(&mut progress.attempts, &mut parked.attempts);
+        let state = &mut progress.further[further];
+        std::mem::swap(&mut progress.prior, &mut state.prior);
+        std::mem::swap(&mut progress.rewarding, &mut state.rewarding);
+        std::mem::swap(&mut progress.attempts, &mut state.attempts);
     }
 }

@@ -30,9 +30,9 @@ fn a_resumed_run_on_several_tasks_equals_an_uninterrupted_one() {
     let whole = check_resumed(&config, 7);
     let progress: serde_json::Value = serde_json::from_slice(&whole["checkpoint/last/progress.json"]).unwrap();
     for further in 0..2 {
-        let parked = &progress["further"][further];
-        assert_eq!(parked["prior"]["task"], ["task2", "task5"][further]);
-        assert!(!parked["attempts"].as_array().unwrap().is_empty(), "task {further} was attempted");
+        let state = &progress["further"][further];
+        assert_eq!(state["prior"]["task"], ["task2", "task5"][further]);
+        assert!(!state["attempts"].as_array().unwrap().is_empty(), "task {further} was attempted");
     }
     assert_ne!(progress["further"][0]["prior"], progress["further"][1]["prior"]);
 }
