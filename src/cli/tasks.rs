@@ -15,7 +15,7 @@ use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
 use crate::text::counted;
-use crate::trainer::{PriorSource, rollout_model};
+use crate::trainer::{PriorSource, required_model};
 
 pub fn run(arguments: Tasks) -> Outcome {
     match arguments.command {
@@ -97,8 +97,7 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
 
 fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Option<&Path>) -> Outcome {
     let mut task = task::load(name)?;
-    let model =
-        rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, rapier, true, or a model file")?;
+    let model = required_model(model, &task)?;
     let mut progress = Progress::new(TRIALS as u64, false);
     let config = GuidanceConfig::default();
     let chosen = choose_subgoals(&task, &*model, subgoals, &config, seed, |tried| {

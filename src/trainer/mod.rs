@@ -45,7 +45,7 @@ pub use config::{RunConfig, settings};
 pub use fork::{ForkError, fork};
 pub use method::{Method, PriorSource};
 pub use parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, PastTask, Practice, Refinement};
-pub use prior::{PriorError, build_prior, check_model, rollout_model, saved_prior};
+pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, check_continuation, train};
 pub use setting::{SettingError, config_keys, non_default_settings};
 pub use thread::Trainer;

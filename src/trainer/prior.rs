@@ -28,6 +28,9 @@ pub enum PriorError {
     /// The method needs predictions, but the source of rollouts is `uniform`.
     #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
     NoPrediction { method: &'static str },
+    /// A prediction is asked for, but the source of rollouts is `uniform`.
+    #[error("`uniform` predicts nothing: use learned, rapier, true, or a model file")]
+    PredictsNothing,
     /// Neither the shipped models nor rapier predict the effects of CREATE's tools.
     #[error(
         "neither the shipped models nor rapier predict CREATE's tools: use `true`, or train a model with `mge dynamics train --tools create --out FILE` and name its file"
@@ -67,6 +70,14 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<Arc<dyn
     };
     model.check_task(task)?;
     Ok(Some(model))
+}
+
+/// As [`rollout_model`], for work that needs predictions.
+///
+/// # Errors
+/// As [`rollout_model`]; [`PriorError::PredictsNothing`].
+pub fn required_model(source: &PriorSource, task: &Task) -> Result<Arc<dyn RolloutModel>, PriorError> {
+    rollout_model(source, task)?.ok_or(PriorError::PredictsNothing)
 }
 
 /// The predictor of rollouts of an agent that chooses among these tools: the true physics, or a dynamics model from a

@@ -9,7 +9,7 @@ use super::{Session, SessionError};
 use crate::guidance::{ChosenSubgoals, InterruptibleModel, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::task::{Region, Task};
 use crate::text::counted;
-use crate::trainer::{RunConfig, rollout_model};
+use crate::trainer::{RunConfig, required_model};
 
 /// The inputs of proposals, which exclude the task's own subgoals.
 fn inputs(config: &RunConfig) -> RolloutInputs {
@@ -74,8 +74,7 @@ impl Session {
 }
 
 fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
-    let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
-    let model = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
+    let model = required_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let model = InterruptibleModel::new(&*model, reporter.stop());
     let progress = |tried| _ = reporter.progress(tried, TRIALS);
     choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)

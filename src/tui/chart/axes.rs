@@ -8,7 +8,7 @@ use ratatui::widgets::Widget;
 use super::range::Window;
 use crate::figures::round_ticks;
 use crate::tui::widgets::raster::Dot;
-use crate::tui::widgets::theme::{Marker, Theme};
+use crate::tui::widgets::theme::Theme;
 
 /// How values map to heights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -74,7 +74,7 @@ impl Axes {
     }
 
     fn draw_y(&self, theme: &Theme, buffer: &mut Buffer) {
-        let bar = if theme.marker == Marker::Ascii { "|" } else { "│" };
+        let bar = theme.symbol("│", "|");
         let width = GUTTER - 1;
         for row in self.plot.rows() {
             buffer.set_string(row.x - 1, row.y, bar, theme.frame(false));
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn the_smallest_area_has_a_plot_and_a_range_of_one_value_is_widened() {
-        use crate::tui::widgets::theme::{Depth, Palette};
+        use crate::tui::widgets::theme::{Depth, Marker, Palette};
         let draw = |width: u16, height: u16, y: [f32; 2]| {
             let area = Rect { x: 0, y: 0, width, height };
             let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn labels_are_apart_and_those_wider_than_the_plot_are_left_out() {
-        use crate::tui::widgets::theme::{Depth, Palette};
+        use crate::tui::widgets::theme::{Depth, Marker, Palette};
         let labels = |width: u16, to: f32| -> String {
             let area = Rect::new(0, 0, GUTTER + width, 5);
             let mut buffer = Buffer::empty(area);

@@ -16,7 +16,7 @@ use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::raster::{self, Dot, Raster};
-use crate::tui::widgets::theme::{Marker, Theme};
+use crate::tui::widgets::theme::Theme;
 
 /// Draws title, legend, axes and curves, reusing what the cache holds. Returns the axes unless the area is
 /// too small.
@@ -158,7 +158,7 @@ fn trace(line: &Decimated, curve: &Curve, axes: &Axes, raster: &mut Raster) {
 
 /// Draws the marks along the lower edge, and beside the crosshair the descriptions of the marks there.
 fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let sign = if theme.marker == Marker::Ascii { "^" } else { "▲" };
+    let sign = theme.symbol("▲", "^");
     let row = axes.plot.bottom() - 1;
     for (episode, colour, _) in &plot.marks {
         if let Some(column) = axes.column(*episode as f32) {
@@ -176,7 +176,7 @@ fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 }
 
 fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let mark = if theme.marker == Marker::Ascii { "o" } else { "◆" };
+    let mark = theme.symbol("◆", "o");
     for curve in &plot.curves {
         for (episode, value) in curve.points {
             if let (Some(column), Some(row)) = (axes.column(*episode as f32), axes.row(*value)) {
@@ -188,7 +188,7 @@ fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 
 fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
     let Some(column) = plot.crosshair.and_then(|at| axes.column(at)) else { return };
-    let bar = if theme.marker == Marker::Ascii { "|" } else { "┊" };
+    let bar = theme.symbol("┊", "|");
     for row in axes.plot.top()..axes.plot.bottom() {
         if buffer[(column, row)].symbol() == " " {
             buffer.set_string(column, row, bar, theme.faint());
@@ -202,7 +202,7 @@ mod tests {
 
     use super::*;
     use crate::tui::chart::Window;
-    use crate::tui::widgets::theme::{Depth, Palette};
+    use crate::tui::widgets::theme::{Depth, Marker, Palette};
 
     static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());
 

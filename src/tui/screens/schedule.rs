@@ -16,7 +16,6 @@ use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, ViewModel};
 use crate::tui::widgets::raster::{self, Raster};
-use crate::tui::widgets::theme::Marker;
 use crate::workbench::command;
 
 /// Greatest distance, in columns, at which the mouse hits a point.
@@ -125,14 +124,14 @@ fn trace(schedule: &EpsilonSchedule, axes: &Axes, colour: ratatui::style::Color,
 fn progress(ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
     let run = ui.subject.run().filter(|run| run.active);
     let Some(column) = run.and_then(|run| axes.column(run.done as f32)) else { return };
-    let bar = if ui.theme.marker == Marker::Ascii { "|" } else { "┊" };
+    let bar = ui.theme.symbol("┊", "|");
     for row in axes.plot.top()..axes.plot.bottom() {
         buffer.set_string(column, row, bar, Style::new().fg(ui.theme.good));
     }
 }
 
 fn points(state: &Schedule, ui: &Ui, shown: &EpsilonSchedule, axes: &Axes, buffer: &mut Buffer) {
-    let (mark, chosen) = if ui.theme.marker == Marker::Ascii { ("o", "@") } else { ("○", "●") };
+    let (mark, chosen) = (ui.theme.symbol("○", "o"), ui.theme.symbol("●", "@"));
     for (index, (episode, value)) in schedule_points::points(shown).into_iter().enumerate() {
         let (Some(column), Some(row)) = (axes.column(episode as f32), axes.row(value)) else { continue };
         let selected = index == state.point;

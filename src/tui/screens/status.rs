@@ -14,7 +14,7 @@ use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::popup::wrap;
-use crate::tui::widgets::theme::{Marker, Theme};
+use crate::tui::widgets::theme::Theme;
 use crate::workbench::PriorState;
 
 /// Draws the pane.
@@ -133,7 +133,7 @@ impl Rows<'_> {
 /// A progress bar that is full only when everything is done.
 pub fn bar(done: u64, all: u64, width: usize, theme: &Theme) -> String {
     let full = if all == 0 { 0 } else { (done.min(all) as usize * width) / all as usize };
-    let [on, off] = if theme.marker == Marker::Ascii { ["#", "."] } else { ["█", "░"] };
+    let [on, off] = [theme.symbol("█", "#"), theme.symbol("░", ".")];
     on.repeat(full) + &off.repeat(width - full)
 }
 
@@ -151,7 +151,7 @@ pub fn state_colour(state: &RunState, theme: &Theme) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::widgets::theme::{Depth, Palette};
+    use crate::tui::widgets::theme::{Depth, Marker, Palette};
 
     #[test]
     fn a_bar_is_full_only_at_the_end() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::env::{Action, Snapshot};
 use crate::guidance::RolloutModel;
 use crate::task::Task;
-use crate::trainer::{PriorSource, rollout_model};
+use crate::trainer::{PriorSource, required_model};
 
 /// A model together with the one task it was checked against.
 #[derive(Debug, Clone)]
@@ -20,8 +20,7 @@ impl TaskModel {
     /// # Errors
     /// When the source has no model, or the model cannot be loaded or does not fit the task.
     pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
-        let model = rollout_model(source, task).map_err(|error| error.to_string())?;
-        let model = model.ok_or("`uniform` predicts nothing: choose another model")?;
+        let model = required_model(source, task).map_err(|error| error.to_string())?;
         Ok(Self { task: task.clone(), model })
     }
 

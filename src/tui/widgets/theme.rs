@@ -134,6 +134,11 @@ impl Theme {
         }
     }
 
+    /// A symbol, or its ASCII replacement where the terminal needs it.
+    pub fn symbol(&self, symbol: &'static str, ascii: &'static str) -> &'static str {
+        if self.marker == Marker::Ascii { ascii } else { symbol }
+    }
+
     /// The theme of a palette at a depth.
     pub fn new(palette: Palette, depth: Depth, marker: Marker) -> Self {
         let (main, stages) = match palette {
