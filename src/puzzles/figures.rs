@@ -77,16 +77,13 @@ impl BenchResults {
     /// Intervals are over puzzles, not over the seeds of each.
     fn over_puzzles(&self) -> Statistics {
         let groups = Groups::new(&self.runs);
-        let counts = groups.tasks().iter().flat_map(|task| {
-            let seeds = groups.labels().iter().map(|label| groups.of(task, label).len());
-            seeds.filter(|count| *count > 0).collect::<Vec<_>>()
-        });
-        let counts: Vec<usize> = counts.collect();
+        let pairs = || groups.tasks().iter().flat_map(|task| groups.labels().iter().map(move |label| (task, label)));
+        let counts = || pairs().map(|(task, label)| groups.of(task, label).len()).filter(|count| *count > 0);
         Statistics {
             centre: "Puzzles, each the mean".to_owned(),
             interval: "95 % bootstrap interval over puzzles".to_owned(),
-            seeds: counts.iter().copied().max().unwrap_or(0),
-            fewest_seeds: counts.iter().copied().min(),
+            seeds: counts().max().unwrap_or(0),
+            fewest_seeds: counts().min(),
         }
     }
 }

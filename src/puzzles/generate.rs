@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
         Ok(Some(puzzle))
     }
 
-    /// Draws layouts until one is accepted; returns it with its description, which lacks the random hit rate.
+    /// Draws layouts until one is accepted; returns it with its row of the index, which lacks the random hit rate.
     fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<Option<(Arc<Task>, Puzzle)>, PuzzleError> {
         while !stop.is_requested() {
             let layout = layout(&self.name(), self.index.start_noise, rng);
@@ -145,12 +145,12 @@ impl<'a> Search<'a> {
                 continue;
             }
             let task = Arc::new(layout);
-            match self.judge(&task, seed, stop) {
+            let judged = match self.judge(&task, seed, stop) {
                 Err(PuzzleError::Dynamics(DynamicsError::Stopped)) => break,
-                judged => match judged? {
-                    Some(puzzle) => return Ok(Some((task, puzzle))),
-                    None => continue,
-                },
+                judged => judged?,
+            };
+            if let Some(puzzle) = judged {
+                return Ok(Some((task, puzzle)));
             }
         }
         Ok(None)
