@@ -193,7 +193,7 @@ fn every_size_can_be_drawn() {
     }
     let (mut app, _) = app(empty());
     assert!(text(&shot(&mut app, 40, 7)).contains("too small: 40x7, at"));
-    assert!(text(&shot(&mut app, 20, 5)).contains("small: 20x5, at\nleast 60x20"));
+    assert!(text(&shot(&mut app, 20, 5)).contains("small:\n20x5, at least 60x20"));
     assert!(text(&shot(&mut app, 40, 12)).contains("no run; t trains one"));
     let (mut app, _) = super::app(typical());
     let small = text(&shot(&mut app, 40, 12));
