@@ -218,7 +218,7 @@ fn wrong_levels() {
         ("", "lvl_type", Some(json!("dance")), "lvl_type: is `dance`"),
         ("", "reward", Some(json!("dense")), "reward: is `dense`"),
         ("", "marker_sec_goals", Some(json!([[0, 0]])), "marker_sec_goals: needs a marker"),
-        ("", "place_walls", Some(json!("yes")), "place_walls: `yes` is not understood"),
+        ("", "place_walls", Some(json!("yes")), "place_walls: unexpected `yes`"),
         ("", "gravity", Some(json!([0, -2])), "`gravity`: unknown field `gravity`"),
         ("", "max_num_steps", Some(json!(4_000_000_000u32)), "rules.max_actions"),
     ];

@@ -93,7 +93,11 @@ pub fn resume(arguments: &Resume) -> Outcome {
         control::detach()?;
     }
     let mut runs = Vec::new();
-    for run in &arguments.runs {
+    let mut known = BTreeSet::new();
+    // A run that is named twice is continued once.
+    for run in
+        arguments.runs.iter().filter(|run| known.insert(run.canonicalize().unwrap_or_else(|_| run.to_path_buf())))
+    {
         // A paused run continues where it is, but there its episodes cannot be changed.
         match arguments.episodes {
             None if control::resume(run)? => {}

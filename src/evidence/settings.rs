@@ -16,15 +16,9 @@ use crate::trainer::{Method, PriorSource, RunConfig};
 /// The key in a row's settings for its whole epsilon schedule, present if the short form is ambiguous.
 const WHOLE_SCHEDULE: &str = "epsilon";
 
-/// Values that a label leaves out even if other runs have other values: the full model of the tool set,
-/// clusters that are not refined, a shipped task, a run that is not a fork.
-const USUAL: [(&str, &str); 5] = [
-    ("prior", WHOLE_MODEL),
-    ("refinement.every", "0"),
-    ("subgoals", AS_SHIPPED),
-    ("scene", AS_SHIPPED),
-    ("fork", NO_FORK),
-];
+/// Values without a default that a label leaves out even if other runs have other values: the full model of the tool
+/// set, a shipped task.
+const USUAL: [(&str, &str); 3] = [("prior", WHOLE_MODEL), ("subgoals", AS_SHIPPED), ("scene", AS_SHIPPED)];
 /// Value of `fork` for a run that is not a fork.
 const NO_FORK: &str = "none";
 /// Value of `subgoals` and `scene` for an unchanged shipped task.
@@ -100,17 +94,24 @@ pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [Strin
     differing.filter(|(_, [first, second])| first != second).collect()
 }
 
-/// The paths at which runs on the same task have different values.
+/// The paths at which runs on the same task have different values, or at which only some runs of a method have one.
 fn differing_settings<'a>(configs: &[&'a RunConfig], settings: &'a [Settings]) -> BTreeSet<&'a str> {
     let mut differing = BTreeSet::new();
     let mut first: BTreeMap<(&str, &str), &str> = BTreeMap::new();
+    let mut runs: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    let mut present: BTreeMap<(&str, &str, &str), usize> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings) {
+        let task = &*config.task.name;
+        *runs.entry((task, config.method.name())).or_default() += 1;
         for (path, value) in settings {
-            if *first.entry((&config.task.name, path)).or_insert(value) != value {
+            *present.entry((task, config.method.name(), path)).or_default() += 1;
+            if *first.entry((task, path)).or_insert(value) != value {
                 differing.insert(path.as_str());
             }
         }
     }
+    let partly = present.iter().filter(|((task, method, _), count)| **count < runs[&(*task, *method)]);
+    differing.extend(partly.map(|((_, _, path), _)| *path));
     differing
 }
 
@@ -169,6 +170,11 @@ fn task_changes(task: &Task, shipped: &[Task]) -> Vec<(String, String)> {
 fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
     let mut paths: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings.iter()) {
+        if config.prior == PriorSource::Learned {
+            // Beside the shipped models, the full model of a study keeps its path.
+            let full = paths.entry((&config.task.name, WHOLE_MODEL.to_owned())).or_default();
+            full.insert(String::from(PriorSource::Learned));
+        }
         if let (Some(name), Some(path)) = (model_name(config), settings.get("prior")) {
             paths.entry((&config.task.name, name)).or_default().insert(path.clone());
         }
@@ -268,6 +274,20 @@ mod tests {
             rows.iter().map(LearningRow::label).collect()
         };
         let alone = |config: &RunConfig| LearningRow::so_far(config, 0, None).label();
+        let mge = |settings: &[(&str, &str)]| {
+            let start = RunConfig::default_for(task.clone(), Method::DdpgMge);
+            settings.iter().fold(start, |config, (key, value)| config.with_setting(key, value).unwrap())
+        };
+        let variants = [
+            mge(&[]),
+            mge(&[("prior", "m/bucket-box.safetensors")]),
+            mge(&[("guidance.clusters", r#"{"silhouette": 5}"#)]),
+            mge(&[("refinement.every", "50")]),
+            mge(&[("method", "ddpg-mge-adaptive")]),
+            mge(&[("method", "ddpg-mge-adaptive"), ("refinement.every", "0")]),
+        ];
+        let named = labels(&variants);
+        assert_eq!(named.iter().collect::<BTreeSet<_>>().len(), variants.len(), "{named:?}");
         let all = labels(&usual);
         assert_eq!(all, usual.each_ref().map(alone));
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), Method::ALL.len());

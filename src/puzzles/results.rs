@@ -68,14 +68,14 @@ impl BenchResults {
     /// # Errors
     /// When a statistic cannot be computed, or a file cannot be written.
     pub fn write(&self, folder: &Path, config_hash: &str, dpi: u32) -> Result<(), PuzzleError> {
+        write_report(folder, self, self.to_markdown())?;
         let bootstrap = Bootstrap::default();
         let figures = folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(PuzzleError::io(&figures))?;
         let seeds: BTreeSet<u64> = self.runs.iter().map(|row| row.seed).collect();
         let provenance = Provenance::new(&self.command, &Vec::from_iter(seeds), config_hash);
         self.solved_curves(&bootstrap)?.write_all(&figures, "solved", &provenance, dpi)?;
-        self.profile(&bootstrap)?.write_all(&figures, "profile", &provenance, dpi)?;
-        write_report(folder, self, self.to_markdown())
+        Ok(self.profile(&bootstrap)?.write_all(&figures, "profile", &provenance, dpi)?)
     }
 
     /// The results as Markdown tables.
