@@ -241,7 +241,7 @@ def test_restored_states_continue_as_the_original(mode, noisy):
 def test_misuse_of_states_is_reported(noisy):
     envs = mge.PuzzleVectorEnv(3)
     envs.reset(seed=0)
-    with pytest.raises(ValueError, match="one of `task1`, the environment plays `noisy`"):
+    with pytest.raises(ValueError, match="of task `task1`, but the environment plays `noisy`"):
         mge.PuzzleVectorEnv(3, noisy).set_state(envs.get_state())
     with pytest.raises(ValueError, match="3 states cannot be those of 2"):
         envs.set_state(envs.get_state(), [0, 1])
