@@ -111,11 +111,13 @@ pub fn resume(arguments: &Resume) -> Outcome {
         }
     }
     let Some(first) = runs.first() else { return Ok(()) };
-    for run in &runs {
-        let before = RunView::open(run)?.config().episodes;
-        if let Some(episodes) = arguments.episodes.filter(|episodes| *episodes < before) {
-            let run = run.display();
-            return Err(format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer").into());
+    if let Some(episodes) = arguments.episodes {
+        for run in &runs {
+            let (before, run) = (RunView::open(run)?.config().episodes, run.display());
+            if episodes < before {
+                let refusal = format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer");
+                return Err(refusal.into());
+            }
         }
     }
     let interrupt = Interrupt::listen()?;

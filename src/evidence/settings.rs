@@ -30,8 +30,8 @@ const WHOLE_MODEL: &str = "full";
 type Settings = BTreeMap<String, String>;
 
 /// Gives each row the settings in which its run differs from other runs on the same task, so that runs
-/// with the same label differ only in the seed. Default values of the run's method are omitted. All rows that are shown or compared together must
-/// be given together, each with its configuration.
+/// with the same label differ only in the seed. Default values of the run's method are omitted. All rows
+/// that are shown or compared together must be given together, each with its configuration.
 pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     let shipped = task::shipped();
     let mut settings: Vec<Settings> = runs.iter().map(|(config, _)| compared_settings(config, &shipped)).collect();

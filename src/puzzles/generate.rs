@@ -87,8 +87,8 @@ pub fn generate(
     }
 }
 
-/// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it. None if
-/// the search was stopped.
+/// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it. None
+/// if the search was stopped.
 ///
 /// # Errors
 /// When guidance fails.

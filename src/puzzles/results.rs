@@ -62,8 +62,8 @@ impl BenchResults {
         }
     }
 
-    /// Writes `report.md`, `report.json` and `figures/` (at `dpi` dots per inch) into `folder`. `config_hash` is that of
-    /// the trainings' settings.
+    /// Writes `report.md`, `report.json` and `figures/` (at `dpi` dots per inch) into `folder`. `config_hash` is that
+    /// of the trainings' settings.
     ///
     /// # Errors
     /// When a statistic cannot be computed, or a file cannot be written.
