@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::found::FoundRun;
 use super::groups::{AREA, FINAL, Groups, HELD, Score};
-use super::row::{LearningRow, TrainedRun};
+use super::row::LearningRow;
 use super::settings::training_key;
 use crate::run::RunState;
 use crate::stats::aggregate::{iqm, mean, median, optimality_gap};
@@ -139,8 +139,8 @@ impl Comparison {
     ///
     /// # Errors
     /// When a statistic cannot be computed.
-    pub(super) fn new(
-        runs: &[TrainedRun],
+    pub fn new(
+        learning: Vec<LearningRow>,
         left_out: Vec<ExcludedRun>,
         bootstrap: &Bootstrap,
         command: &str,
@@ -150,7 +150,7 @@ impl Comparison {
             command: command.to_owned(),
             mge_version: env!("CARGO_PKG_VERSION").to_owned(),
             bootstrap: *bootstrap,
-            learning: runs.iter().map(|run| run.row.clone()).collect(),
+            learning,
             left_out,
             common_tasks: Vec::new(),
             aggregates: Vec::new(),

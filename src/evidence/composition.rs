@@ -171,7 +171,7 @@ impl Composition {
         seeds.dedup();
         let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
         let curves = match self.against {
-            Against::Episodes => learning_curves(&runs, estimates, self.success == Success::Greedy)?,
+            Against::Episodes => learning_curves(&runs, estimates, self.success)?,
             Against::Steps => step_curves(&runs, estimates)?,
         };
         let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));

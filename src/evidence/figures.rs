@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::composition::Success;
 use super::estimates::{CurveEstimates, points};
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
@@ -28,23 +29,26 @@ pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 pub fn learning_curves(
     runs: &[TrainedRun],
     estimates: &impl CurveEstimates,
-    greedy: bool,
+    success: Success,
 ) -> Result<LearningCurves, StatsError> {
-    let window = if greedy { EVALUATIONS } else { WINDOW };
+    type Points = fn(&TrainedRun) -> &[[f64; 2]];
+    let (window, measure, points): (_, _, Points) = match success {
+        Success::Training => (WINDOW, SuccessMeasure::Training, |run| &run.training),
+        Success::Greedy => (EVALUATIONS, SuccessMeasure::Greedy, |run| &run.greedy),
+    };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     let groups = Groups::new(runs.iter().map(|run| &run.row));
     for task in groups.tasks() {
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
         for label in groups.labels() {
-            let of_group = groups.indices(task, label).iter().map(|&index| &runs[index]);
-            let curves: Vec<&[[f64; 2]]> =
-                of_group.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
+            let indices = groups.indices(task, label).iter();
+            let curves: Vec<&[[f64; 2]]> = indices.map(|&index| points(&runs[index])).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
                 let mut curve = summary_curve(label, &curves, estimates)?;
-                curve.partial = match greedy {
-                    true => window.get() - 1,
-                    false => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
+                curve.partial = match success {
+                    Success::Greedy => window.get() - 1,
+                    Success::Training => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
                 };
                 panel.curves.push(curve);
             }
@@ -52,7 +56,6 @@ pub fn learning_curves(
         panels.push(panel);
     }
     let statistics = interquartile_means(INTERVAL, &seeds);
-    let measure = if greedy { SuccessMeasure::Greedy } else { SuccessMeasure::Training };
     Ok(LearningCurves { measure, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
 
@@ -77,7 +80,7 @@ pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Resu
         let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
         TrainedRun { training, ..run.clone() }
     });
-    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, false)?;
+    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, Success::Training)?;
     // The number of points with a partial window is unknown.
     curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
     Ok(LearningCurves { progress: Progress::EnvironmentSteps, ..curves })

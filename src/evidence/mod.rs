@@ -5,7 +5,7 @@
 //!   run differs from the others, so that runs with the same label differ only in the seed;
 //! - [`Groups`]: rows by task and label, with the scores, intervals and probability of improvement of
 //!   each group, also for runs that are still being trained;
-//! - [`Comparison`](comparison::Comparison): every group on every task, and over the tasks they have in common;
+//! - [`Comparison`]: every group on every task, and over the tasks they have in common;
 //! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
 
 mod charges;
@@ -21,6 +21,7 @@ mod row;
 mod settings;
 mod table;
 
+pub use comparison::Comparison;
 pub use composition::{Against, Composed, Composition, OPTIONS, Success};
 pub use estimates::{CurveEstimates, KnownEstimates};
 pub use found::{FoundRun, RunReader, find_runs, read_runs};

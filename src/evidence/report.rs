@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
+use super::composition::Success;
 use super::error::EvidenceError;
 use super::figures::{learning_curves, method_scores, performance_profile, step_curves};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
-use super::row::TrainedRun;
-use super::table::format_share;
+use super::row::{LearningRow, TrainedRun};
+use super::table::{format_share, holding_80, reached};
 use crate::figures::{Figure, Provenance};
 use crate::markdown;
 use crate::run::{RunError, RunState, config_hash};
@@ -49,16 +50,17 @@ pub fn report(
     let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
     let damaged = |(run, error): (PathBuf, RunError)| ExcludedRun { run, reason: error.to_string() };
     let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
-    let report = Comparison::new(&runs, left_out, bootstrap, command)?;
+    let rows = runs.iter().map(|run| run.row.clone()).collect();
+    let report = Comparison::new(rows, left_out, bootstrap, command)?;
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(RunError::io("create", &figures))?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap)?)?;
-    draw("learning", &learning_curves(&runs, bootstrap, false)?)?;
+    draw("learning", &learning_curves(&runs, bootstrap, Success::Training)?)?;
     draw("learning-steps", &step_curves(&runs, bootstrap)?)?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
-        draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
+        draw("learning-greedy", &learning_curves(&runs, bootstrap, Success::Greedy)?)?;
     }
     if !report.common_tasks.is_empty() {
         draw(
@@ -94,11 +96,20 @@ impl Comparison {
         );
         self.write_left_out(&mut text);
         text.push_str("## Sample efficiency\n\n");
-        Groups::new(&self.learning).write_table(&mut text, &self.bootstrap)?;
-        self.write_aggregates(&mut text);
-        self.write_improvements(&mut text);
+        self.write_tables(&mut text)?;
         self.write_figures(&mut text);
         Ok(text)
+    }
+
+    /// Writes the tables of the methods on every task, over the common tasks, and against each other.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn write_tables(&self, text: &mut String) -> Result<(), StatsError> {
+        Groups::new(&self.learning).write_table(text, &self.bootstrap)?;
+        self.write_aggregates(text);
+        self.write_improvements(text);
+        Ok(())
     }
 
     fn write_left_out(&self, text: &mut String) {
@@ -114,12 +125,12 @@ impl Comparison {
 
     fn write_aggregates(&self, text: &mut String) {
         if self.common_tasks.is_empty() {
-            text.push_str("## Over all tasks\n\nNo task has runs of every method: nothing can be aggregated.\n\n");
+            text.push_str("### Over all tasks\n\nNo task has runs of every method: nothing can be aggregated.\n\n");
             return;
         }
         let _ = writeln!(
             text,
-            "## Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n",
+            "### Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n",
             markdown::text(&self.common_tasks.join(", "))
         );
         *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
@@ -130,13 +141,22 @@ impl Comparison {
             *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
         }
         text.push('\n');
+        *text += &markdown::header(["method", "to 80 %", "hold 80 %"]);
+        let groups = Groups::new(self.learning.iter().filter(|row| self.common_tasks.contains(&row.task)));
+        for label in groups.labels() {
+            let runs: Vec<&LearningRow> =
+                groups.tasks().iter().flat_map(|task| groups.of(task, label)).copied().collect();
+            let to_80 = reached(runs.iter().map(|row| row.efficiency.episodes_to_80));
+            *text += &markdown::row([label, &to_80, &holding_80(&runs)]);
+        }
+        text.push('\n');
     }
 
     fn write_improvements(&self, text: &mut String) {
         if self.improvements.is_empty() {
             return;
         }
-        text.push_str("## Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
+        text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
         let learning = Groups::new(&self.learning);
         let baseline = learning.baseline().filter(|_| learning.labels().len() > MAX_PAIRED);
         if let Some(baseline) = &baseline {

@@ -19,7 +19,7 @@ impl Groups<'_> {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; actions to 80 % are all in the real environment, those in practice, for the clusters and for launches that the dynamics model learned from included, and in parentheses those of episodes and practice alone. Probability of improvement over {} in the area under the curve, with its interval.\n",
+            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; actions to 80 % are all in the real environment, those in practice, for the clusters and for launches that the dynamics model learned from included, and in parentheses those of episodes and practice alone. Probability of improvement over {} in the area under the curve, with its interval.\n",
             markdown::text(baseline)
         );
         let better = format!("P(better than {baseline})");
@@ -31,6 +31,7 @@ impl Groups<'_> {
             "mean area",
             "final",
             "held",
+            "hold 80 %",
             "to 50 %",
             "to 80 %",
             "actions to 80 %",
@@ -51,6 +52,7 @@ impl Groups<'_> {
                     format_share(area.mean),
                     interquartile(FINAL)?,
                     interquartile(HELD)?,
+                    holding_80(runs),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
                     actions_to_80(runs),
@@ -77,8 +79,14 @@ pub(super) fn format_share(estimate: Estimate) -> String {
     format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
 }
 
+/// How many of the runs held 80 % over the last quarter of their episodes.
+pub(super) fn holding_80(rows: &[&LearningRow]) -> String {
+    let holding = rows.iter().filter(|row| HELD(row).is_some_and(|held| held >= 0.8)).count();
+    format!("{holding}/{}", rows.len())
+}
+
 /// Median over the runs that reached the threshold, and how many of all runs did.
-fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
+pub(super) fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     let all: Vec<Option<u64>> = episodes.collect();
     let there: Vec<u64> = all.iter().flatten().copied().collect();
     let median = rounded_median(&there).map_or_else(|| "never".to_owned(), |median| median.to_string());
@@ -107,6 +115,7 @@ fn rounded_median(values: &[u64]) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::efficiency::Efficiency;
 
     #[test]
     fn episodes_to_a_threshold_are_the_median_of_the_runs_that_reached_it() {
@@ -115,6 +124,15 @@ mod tests {
         check(&[Some(900), None, Some(100), Some(200)], "200 (3/4)");
         check(&[Some(900), Some(100), Some(301), Some(200)], "251 (4/4)");
         check(&[None, None], "never (0/2)");
+    }
+
+    #[test]
+    fn runs_that_fall_below_80_percent_do_not_hold_it() {
+        let row = |held_success| {
+            let efficiency = Efficiency { final_success: Some(1.0), held_success, ..Efficiency::default() };
+            LearningRow { efficiency, ..LearningRow::default() }
+        };
+        assert_eq!(holding_80(&[Some(0.8), Some(0.79), None].map(row).each_ref()), "1/3");
     }
 
     #[test]

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig, Variant};
-use crate::evidence::LearningRow;
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
 use crate::stats::Bootstrap;
 use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError};
+
+/// Start noise of [`Part::NoisyStarts`], in normalised units.
+const START_NOISE: f32 = 0.01;
 
 /// The parameters of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,14 +48,28 @@ pub struct StudyPlan {
     pub resamples: u32,
 }
 
-/// A method with the settings that distinguish it from the other arms of the study.
+/// The part of a study to which an arm belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// The paper's methods (figure 6), with the study's own dynamics models and a fixed start.
+    Paper,
+    /// Further questions about them, under the same conditions.
+    Questions,
+    /// The paper's and the adaptive methods from [noisy starts](START_NOISE), with the shipped dynamics models.
+    NoisyStarts,
+}
+
+/// A method with the settings that distinguish it from the other arms of its part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Arm {
+    /// The part to which it belongs.
+    pub part: Part,
     /// The method.
     pub method: Method,
-    /// Its epsilon schedule.
-    pub epsilon: EpsilonSchedule,
-    /// Structure of its dynamics model.
+    /// Its epsilon schedule; none for the method's default.
+    pub epsilon: Option<EpsilonSchedule>,
+    /// Structure of its dynamics model, unless that is a shipped one.
     pub model: Variant,
     /// Whether the task's subgoals are replaced by the same number of proposed ones.
     pub proposed_subgoals: bool,
@@ -62,11 +78,11 @@ pub struct Arm {
 }
 
 impl Arm {
-    fn new(method: Method, epsilon: EpsilonSchedule) -> Self {
-        Self { method, epsilon, model: Variant::Full, proposed_subgoals: false, settings: BTreeMap::new() }
+    fn new(part: Part, method: Method, epsilon: Option<EpsilonSchedule>) -> Self {
+        Self { part, method, epsilon, model: Variant::Full, proposed_subgoals: false, settings: BTreeMap::new() }
     }
 
-    /// The settings that distinguish it from other arms of the same method and schedule, as in legends.
+    /// The settings that distinguish it from other arms of the same part, method and schedule, as in legends.
     pub fn differences(&self) -> BTreeMap<String, String> {
         let mut differences = self.settings.clone();
         if self.model != Variant::Full {
@@ -104,7 +120,7 @@ impl StudyPlan {
             hit_episodes: 1000,
             learning_seeds: 10,
             learning_episodes: episodes,
-            arms: figure_6(episodes),
+            arms: main_arms(episodes),
             planning_episodes: 0,
             resamples: 2000,
         }
@@ -120,7 +136,7 @@ impl StudyPlan {
             hit_seeds: 3,
             learning_seeds: 3,
             learning_episodes: episodes,
-            arms: figure_6(episodes),
+            arms: main_arms(episodes),
             ..Self::full(seed)
         }
     }
@@ -131,14 +147,6 @@ impl StudyPlan {
         self.arms.extend(questions(self.learning_episodes));
         self.planning_episodes = 20;
         self
-    }
-
-    /// Whether a training belongs to one of the paper's own arms, shown in figure 6.
-    pub fn is_of_paper(&self, row: &LearningRow) -> bool {
-        figure_6(self.learning_episodes).iter().any(|arm| {
-            let known = (arm.method.name(), arm.epsilon.to_string(), arm.differences());
-            known == (row.method.as_str(), row.epsilon.clone(), row.settings.clone())
-        })
     }
 
     /// The bootstrap of every interval.
@@ -178,7 +186,7 @@ impl StudyPlan {
     /// When a setting of an arm is invalid.
     pub fn runs(&self) -> Result<Vec<PlannedRun>, SettingError> {
         let tasks: Vec<Arc<Task>> = self.tasks.iter().cloned().map(Arc::new).collect();
-        let planning = Arm::new(Method::Planning, EpsilonSchedule::Constant(0.0));
+        let planning = Arm::new(Part::Questions, Method::Planning, None);
         let planning = (self.planning_episodes > 0).then_some((&planning, self.planning_episodes));
         let arms = self.arms.iter().map(|arm| (arm, self.learning_episodes)).chain(planning);
         let mut runs = Vec::new();
@@ -194,10 +202,12 @@ impl StudyPlan {
 
     fn run(&self, arm: &Arm, task: Arc<Task>, seed: u64, episodes: u32) -> Result<PlannedRun, SettingError> {
         let mut config = RunConfig::default_for(task, arm.method);
-        config.epsilon = arm.epsilon.clone();
-        config.seed = seed;
-        config.episodes = episodes;
-        config.checkpoints.last_every = 500;
+        (config.seed, config.episodes) = (seed, episodes);
+        config.epsilon = arm.epsilon.clone().unwrap_or(config.epsilon);
+        if arm.part == Part::NoisyStarts {
+            config.start_noise = Some(START_NOISE);
+            (config.evaluation.every, config.evaluation.episodes) = (episodes.div_ceil(4), 50);
+        }
         for (key, value) in &arm.settings {
             config = config.with_setting(key, value)?;
         }
@@ -206,25 +216,34 @@ impl StudyPlan {
 }
 
 /// The arms of figure 6: the baseline, a small constant threshold, and a large decaying one (paper,
-/// section 5.4).
-fn figure_6(episodes: u32) -> Vec<Arm> {
+/// section 5.4); and those from noisy starts.
+fn main_arms(episodes: u32) -> Vec<Arm> {
+    let paper = |method, epsilon| Arm::new(Part::Paper, method, epsilon);
+    let noisy = |method, epsilon| Arm::new(Part::NoisyStarts, method, epsilon);
     vec![
-        Arm::new(Method::Ddpg, EpsilonSchedule::Constant(0.0)),
-        Arm::new(Method::DdpgMge, EpsilonSchedule::Constant(0.1)),
-        Arm::new(Method::DdpgMge, decayed(episodes)),
+        paper(Method::Ddpg, None),
+        paper(Method::DdpgMge, Some(EpsilonSchedule::Constant(0.1))),
+        paper(Method::DdpgMge, Some(decayed(episodes))),
+        noisy(Method::Ddpg, None),
+        noisy(Method::DdpgMge, Some(decayed(episodes))),
+        noisy(Method::DdpgMgeAdaptive, None),
+        noisy(Method::DdpgUniformAdaptive, None),
+        noisy(Method::DdpgAdaptive, None),
+        noisy(Method::OpenLoop, None),
     ]
 }
 
 /// The arms of further questions: the effect of the clusters versus that of epsilon, a perfect model, refined
 /// clusters, proposed subgoals, other uses of the model, and each structural assumption of the model.
 fn questions(episodes: u32) -> Vec<Arm> {
-    let guided = || Arm::new(Method::DdpgMge, decayed(episodes));
+    let decayed = |method| Arm::new(Part::Questions, method, Some(decayed(episodes)));
+    let guided = || decayed(Method::DdpgMge);
     vec![
-        Arm::new(Method::DdpgUniform, decayed(episodes)),
-        Arm::new(Method::DdpgMgeTrue, decayed(episodes)),
+        decayed(Method::DdpgUniform),
+        decayed(Method::DdpgMgeTrue),
         Arm { settings: [("refinement.every", "50")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(), ..guided() },
         Arm { proposed_subgoals: true, ..guided() },
-        Arm::new(Method::ModelReplay, EpsilonSchedule::Constant(0.0)),
+        Arm::new(Part::Questions, Method::ModelReplay, None),
         Arm { model: Variant::SharedEdges, ..guided() },
         Arm { model: Variant::FullyConnected, ..guided() },
         Arm { model: Variant::Absolute, ..guided() },

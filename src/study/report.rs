@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hits::HitCounts;
 use super::plan::StudyPlan;
-use crate::evidence::{Groups, LearningRow};
+use crate::evidence::{Comparison, LearningRow};
 use crate::markdown;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::task::Task;
@@ -18,8 +18,10 @@ pub struct Report {
     pub version: u32,
     /// Counts of how often exploration reached each stage.
     pub hits: Vec<HitRow>,
-    /// Training results.
+    /// Training results of the parts with a fixed start.
     pub learning: Vec<LearningRow>,
+    /// Training results from noisy starts.
+    pub noisy_starts: Vec<LearningRow>,
     /// Errors of the dynamics models.
     pub models: Vec<ModelRow>,
 }
@@ -74,7 +76,22 @@ impl Report {
         );
         self.write_models(&mut text);
         self.write_hits(&mut text, plan, &bootstrap)?;
-        self.write_learning(&mut text, plan, &bootstrap)?;
+        let trainings = format!("{} episodes, {} seeds", plan.learning_episodes, plan.learning_seeds);
+        for (rows, title, conditions) in [
+            (
+                &self.learning,
+                "Learning",
+                "every episode begins in the same state, and the dynamics models are the study's own",
+            ),
+            (
+                &self.noisy_starts,
+                "Learning from noisy starts",
+                "the ball's start is moved by up to 0.01 in each direction in every episode, and the dynamics models are the shipped ones",
+            ),
+        ] {
+            let _ = write!(text, "## {title}\n\n{trainings}; {conditions}. ");
+            Comparison::new(rows.clone(), Vec::new(), &bootstrap, command)?.write_tables(&mut text)?;
+        }
         text.push_str("## Figures\n\n");
         for (file, caption) in FIGURES {
             let _ = writeln!(text, "![{caption}](figures/{file}.png)\n\n*{caption}*\n");
@@ -129,15 +146,10 @@ impl Report {
         let subgoals = (0..task.subgoals.len()).map(|n| mean(&|hits| hits.subgoals[n]));
         Ok((mean(&|hits| hits.goal)?, subgoals.collect::<Result<_, _>>()?))
     }
-
-    fn write_learning(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
-        let _ = write!(text, "## Learning\n\n{} episodes, {} seeds. ", plan.learning_episodes, plan.learning_seeds);
-        Groups::new(&self.learning).write_table(text, bootstrap)
-    }
 }
 
 /// File stems of the figures and their captions.
-pub(super) const FIGURES: [(&str, &str); 9] = [
+pub(super) const FIGURES: [(&str, &str); 12] = [
     ("figure1", "Figure 1: single-tool launches"),
     ("figure2", "Figure 2: dynamic relative coordinates with the moving ball as origin"),
     ("figure3", "Figure 3: the tasks"),
@@ -147,6 +159,9 @@ pub(super) const FIGURES: [(&str, &str); 9] = [
     ("figure6-greedy", "Figure 6, greedy policy: success without noise or guidance"),
     ("performance-profile", "Performance profile of the final success over all tasks"),
     ("methods", "All methods: area under the curve of the rolling success, by task"),
+    ("noisy-starts", "Noisy starts: rolling success during training"),
+    ("noisy-starts-steps", "Noisy starts: rolling success against all actions in the real environment"),
+    ("noisy-starts-methods", "Noisy starts: area under the curve of the rolling success, by task"),
 ];
 
 fn format_count(estimate: Estimate) -> String {

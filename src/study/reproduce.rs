@@ -1,4 +1,4 @@
-//! The whole study of the paper, in one folder.
+//! The whole study, in one folder: the paper's figures, and trainings from noisy starts.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,19 +7,19 @@ use super::error::StudyError;
 use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, count_hits};
-use super::plan::{PlannedRun, StudyPlan};
+use super::plan::{Part, PlannedRun, StudyPlan};
 use super::report::{HitRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{
     DynamicsError, Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file,
 };
-use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
-use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
+use crate::evidence::figures::{learning_curves, method_scores, performance_profile, step_curves};
+use crate::evidence::{FINAL, FoundRun, Groups, LearningRow, Success, TrainedRun, read_runs};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, InterruptibleModel, propose_subgoals};
 use crate::physics::ToolKind;
-use crate::run::{RunDirectory, RunHistory, config_hash};
+use crate::run::{RunDirectory, config_hash};
 use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
 
@@ -49,10 +49,12 @@ pub fn reproduce(
     let models = progress.run(batch, &jobs.models)?;
     let priors = progress.run(batch, &jobs.priors)?;
     let hits = progress.run(batch, &study.counts(&priors))?;
-    let runs = progress.run(batch, &jobs.runs)?;
-    let learning = runs.iter().map(|run| run.row.clone()).collect();
-    let report = Report { version: Report::VERSION, hits, learning, models };
-    study.figures(&report, &priors, &runs)?;
+    progress.run(batch, &jobs.runs)?;
+    let trained = study.trained()?;
+    let rows = |is_shown: fn(Part) -> bool| trained.of(is_shown).into_iter().map(|run| run.row).collect();
+    let (learning, noisy_starts) = (rows(|part| part != Part::NoisyStarts), rows(|part| part == Part::NoisyStarts));
+    let report = Report { version: Report::VERSION, hits, learning, noisy_starts, models };
+    study.figures(&report, &priors, &trained)?;
     folder.write_json("report.json", &report)?;
     let text = report.to_markdown(plan, command)?;
     folder.write("report.md", text.as_bytes())?;
@@ -96,13 +98,23 @@ struct Study<'a> {
 struct Jobs<'a> {
     models: Vec<StudyJob<'a, ModelRow>>,
     priors: Vec<StudyJob<'a, TaskPrior>>,
-    runs: Vec<StudyJob<'a, TrainedRun>>,
+    runs: Vec<StudyJob<'a, ()>>,
     counts: u64,
 }
 
 impl Jobs<'_> {
     fn work(&self) -> u64 {
         work_of(&self.models) + work_of(&self.priors) + self.counts + work_of(&self.runs)
+    }
+}
+
+/// The results of all trainings.
+struct Trained(Vec<(Part, TrainedRun)>);
+
+impl Trained {
+    /// Those of some parts.
+    fn of(&self, is_shown: fn(Part) -> bool) -> Vec<TrainedRun> {
+        self.0.iter().filter(|(part, _)| is_shown(*part)).map(|(_, run)| run.clone()).collect()
     }
 }
 
@@ -145,7 +157,7 @@ impl<'a> Study<'a> {
         self.folder.path(&format!("models/{}.safetensors", model_name(tools, variant)))
     }
 
-    fn figures(self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
+    fn figures(self, report: &Report, priors: &[TaskPrior], trained: &Trained) -> Result<(), StudyError> {
         let plan = self.plan;
         let bootstrap = plan.bootstrap();
         let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
@@ -160,13 +172,17 @@ impl<'a> Study<'a> {
             plan.tasks.iter().filter_map(|task| Some(TaskActions::sample(task, &*first_prior(task)?, plan.seed)));
         self.figure("figure4", &ActionSamples { tasks: sampled.collect() })?;
         self.figure("figure5", &hits_figure(report, plan, &bootstrap)?)?;
-        let of_paper: Vec<TrainedRun> = runs.iter().filter(|run| plan.is_of_paper(&run.row)).cloned().collect();
-        self.figure("figure6", &learning_curves(&of_paper, &bootstrap, false)?)?;
-        self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, true)?)?;
+        let of_paper = trained.of(|part| part == Part::Paper);
+        self.figure("figure6", &learning_curves(&of_paper, &bootstrap, Success::Training)?)?;
+        self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, Success::Greedy)?)?;
         let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
         let finals = Groups::new(&of_paper).common_scores(FINAL)?;
         self.figure("performance-profile", &performance_profile(&finals, &bootstrap)?)?;
-        self.figure("methods", &method_scores(&report.learning, &bootstrap)?)
+        self.figure("methods", &method_scores(&report.learning, &bootstrap)?)?;
+        let noisy = trained.of(|part| part == Part::NoisyStarts);
+        self.figure("noisy-starts", &learning_curves(&noisy, &bootstrap, Success::Training)?)?;
+        self.figure("noisy-starts-steps", &step_curves(&noisy, &bootstrap)?)?;
+        self.figure("noisy-starts-methods", &method_scores(&report.noisy_starts, &bootstrap)?)
     }
 
     fn figure(self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
@@ -267,27 +283,41 @@ impl<'a> Study<'a> {
     }
 
     /// The job of one training, a separate run.
-    fn run_job(self, run: PlannedRun) -> StudyJob<'a, TrainedRun> {
+    fn run_job(self, run: PlannedRun) -> StudyJob<'a, ()> {
         let name = run_name(&run);
         Job::new(name.clone(), u64::from(run.config.episodes), move |handle| {
             let PlannedRun { mut config, arm } = run.clone();
-            let model = self.model_path(&config.task.tool_set(), arm.model);
-            config.prior = PriorSource::ModelFile(model.display().to_string());
+            if arm.part != Part::NoisyStarts {
+                let model = self.model_path(&config.task.tool_set(), arm.model);
+                config.prior = PriorSource::ModelFile(model.display().to_string());
+            }
             if arm.proposed_subgoals {
                 let task = StudyError::unless_interrupted(self.with_proposed_subgoals(&config, handle))?;
                 let Some(task) = task else { return Ok(None) };
                 config.task = task;
             }
             handle.report(name.clone());
-            let path = self.folder.path("runs").join(&name);
+            let path = self.run_path(&name);
             check_run(&path, &config)?;
-            let directory = train_to_end(&path, &config, handle)
+            let finished = train_to_end(&path, &config, handle)
                 .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
-            let Some(directory) = directory else { return Ok(None) };
-            let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
-            trained.row.settings = arm.differences();
-            Ok(Some(trained))
+            Ok(finished.map(|_| ()))
         })
+    }
+
+    fn run_path(self, name: &str) -> PathBuf {
+        self.folder.path("runs").join(name)
+    }
+
+    /// The results of all trainings, which are finished.
+    fn trained(self) -> Result<Trained, StudyError> {
+        let planned = self.plan.runs()?;
+        let paths: Vec<PathBuf> = planned.iter().map(|run| self.run_path(&run_name(run))).collect();
+        let of_arm = |(found, PlannedRun { arm, .. }): (FoundRun, PlannedRun)| {
+            let row = LearningRow { settings: arm.differences(), ..found.trained.row };
+            (arm.part, TrainedRun { row, ..found.trained })
+        };
+        Ok(Trained(read_runs(&paths)?.into_iter().zip(planned).map(of_arm).collect()))
     }
 
     /// The task of a run with its subgoals replaced by the same number, proposed with the run's dynamics model.
@@ -311,8 +341,9 @@ impl<'a> Study<'a> {
 fn run_name(PlannedRun { config, arm }: &PlannedRun) -> String {
     let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
     let parts = parts.into_iter().chain(arm.differences().into_iter().map(|(key, value)| format!("{key}_{value}")));
-    let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
-    format!("{}-{arm}-{}", config.task.name, config.seed)
+    let arm_name = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
+    let noisy = if arm.part == Part::NoisyStarts { "-noisy" } else { "" };
+    format!("{}-{arm_name}{noisy}-{}", config.task.name, config.seed)
 }
 
 /// Refuses an existing run with other settings, such as one of another version of the program. The path

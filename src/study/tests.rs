@@ -8,6 +8,7 @@ use super::report::Report;
 use super::{StudyError, reproduce};
 use crate::batch::{Batch, BatchProgress};
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
+use crate::evidence::LearningRow;
 use crate::task;
 
 fn plan() -> StudyPlan {
@@ -29,6 +30,7 @@ fn plan() -> StudyPlan {
             ("ddpg.hidden", "8"),
             ("guidance.model_rollouts", "50"),
             ("guidance.environment_rollouts", "10"),
+            ("practice.rollouts", "2"),
             ("checkpoints.last_every", "2"),
         ] {
             arm.settings.insert(key.to_owned(), value.to_owned());
@@ -52,7 +54,12 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let never = AtomicBool::new(false);
     let mut reports = Vec::new();
     let report = run(1, whole.path(), &never, &mut |now| reports.push((now.done, now.total))).unwrap();
-    assert_eq!((report.models.len(), report.hits.len(), report.learning.len()), (1, 4, 6));
+    assert_eq!((report.models.len(), report.hits.len()), (1, 4));
+    let charged = |rows: &[LearningRow]| -> Vec<bool> { rows.iter().map(|row| row.charged > 0).collect() };
+    let [ddpg, guided] = [false, true];
+    assert_eq!(charged(&report.learning), [ddpg, guided, guided].repeat(2));
+    // Uniform actions and noise need neither clusters from rollouts nor launches.
+    assert_eq!(charged(&report.noisy_starts), [ddpg, guided, guided, false, false, true].repeat(2));
     let (done, total) = *reports.last().unwrap();
     assert!(done == total && reports.iter().all(|report| report.1 == total), "{reports:?}");
     assert!(reports.is_sorted(), "{reports:?}");

@@ -107,7 +107,7 @@ fn shipped_sweeps_are_valid() {
     assert_eq!(count("small.json"), 2 * 3 * 3);
     assert_eq!(count("choices.json"), 300);
     assert_eq!(count("task6-refined.json"), 10);
-    assert_eq!(count("tuning.json"), 117);
+    assert_eq!(count("tuning.json"), 144);
     for file in std::fs::read_dir(&folder).unwrap() {
         let path = file.unwrap().path();
         assert!(!Sweep::load(&path).unwrap().jobs.is_empty(), "{}", path.display());

@@ -94,8 +94,8 @@ impl RunConfig {
 
 /// The settings of the adaptive methods, from the search that `docs/results.md` describes.
 fn adapt(config: &mut RunConfig) {
-    // Without clusters, noise takes over their share of the exploration.
-    let (clusters, noise) = if config.method.has_clusters() { (0.5, 0.25) } else { (0.0, 0.75) };
+    // Without clusters, stronger noise takes over their share of the exploration.
+    let (clusters, noise, sigma) = if config.method.has_clusters() { (0.5, 0.25, 0.1) } else { (0.0, 0.75, 0.3) };
     config.epsilon = EpsilonSchedule::Need { clusters, noise, attempts: 20 };
     config.noise_decay.final_scale = 1.0;
     (config.refinement.every, config.refinement.least) = (50, 8);
@@ -104,7 +104,7 @@ fn adapt(config: &mut RunConfig) {
     config.guidance.longest_horizon = 32;
     (config.hold_tolerance, config.mastered_update_interval) = (Some(0.1), 4);
     let ddpg = &mut config.ddpg;
-    (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, 0.1);
+    (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, sigma);
     (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);
     (ddpg.hidden, ddpg.activation, ddpg.action_origin) = (128, Activation::RmsRelu, Some(BALL_POSITION));
 }
