@@ -1,6 +1,6 @@
 //! The settings in which runs differ, and the labels made of them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -17,12 +17,12 @@ use crate::trainer::{Method, PriorSource, RunConfig};
 const WHOLE_SCHEDULE: &str = "epsilon";
 
 /// Values without a default that a label leaves out even if other runs have other values: the full model of the tool
-/// set, a shipped task.
-const USUAL: [(&str, &str); 3] = [("prior", WHOLE_MODEL), ("subgoals", AS_SHIPPED), ("scene", AS_SHIPPED)];
+/// set, an unchanged task.
+const USUAL: [(&str, &str); 3] = [("prior", WHOLE_MODEL), ("subgoals", UNCHANGED), ("scene", UNCHANGED)];
 /// Value of `fork` for a run that is not a fork.
 const NO_FORK: &str = "none";
-/// Value of `subgoals` and `scene` for an unchanged shipped task.
-const AS_SHIPPED: &str = "shipped";
+/// Value of `subgoals` and `scene` for a shipped task, or one without variants.
+const UNCHANGED: &str = "unchanged";
 /// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
@@ -33,9 +33,9 @@ type Settings = BTreeMap<String, String>;
 /// with the same label differ only in the seed. Default values of the run's method are omitted. All rows
 /// that are shown or compared together must be given together, each with its configuration.
 pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
-    let shipped = task::shipped();
-    let mut settings: Vec<Settings> = runs.iter().map(|(config, _)| compared_settings(config, &shipped)).collect();
     let configs: Vec<&RunConfig> = runs.iter().map(|(config, _)| *config).collect();
+    let mut settings: Vec<Settings> = configs.iter().map(|config| compared_settings(config)).collect();
+    name_task_variants(&configs, &mut settings);
     name_models(&configs, &mut settings);
     let differing = differing_settings(&configs, &settings);
     let mut defaults: BTreeMap<String, Settings> = BTreeMap::new();
@@ -117,15 +117,14 @@ fn differing_settings<'a>(configs: &[&'a RunConfig], settings: &'a [Settings]) -
 
 /// The default settings of a run with this method and these tools.
 fn default_settings(config: &RunConfig) -> Settings {
-    let mut settings =
-        compared_settings(&RunConfig::default_with(config.task.clone(), config.method, config.tools), &[]);
+    let mut settings = compared_settings(&RunConfig::default_with(config.task.clone(), config.method, config.tools));
     // The tools do not depend on the method.
     settings.remove("tools");
     settings
 }
 
 /// Settings by path, without those that every label includes or that do not affect learning.
-fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
+fn compared_settings(config: &RunConfig) -> Settings {
     let is_compared = |path: &str| {
         let elsewhere = ["method", "seed", "epsilon"].contains(&path)
             || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
@@ -135,14 +134,14 @@ fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
     let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
     let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
     let fork = ("fork".to_owned(), fork);
-    leaves.map(|(path, value)| in_short(path, value)).chain(task_changes(&config.task, shipped)).chain([fork]).collect()
+    leaves.map(|(path, value)| in_short(path, value)).chain([fork]).collect()
 }
 
 /// A text that two configurations share if they train in the same way: with the same seed and values of all settings
 /// that affect learning.
 pub(super) fn training_key(config: &RunConfig) -> String {
     let epsilon = config.method.uses("epsilon").then(|| config.epsilon.to_string());
-    let settings = compared_settings(config, &[]);
+    let settings = compared_settings(config);
     let tasks: Vec<&Task> = config.tasks().map(|task| &**task).collect();
     json!([tasks, config.method, config.seed, epsilon, settings]).to_string()
 }
@@ -157,12 +156,53 @@ fn in_short(path: String, value: &serde_json::Value) -> (String, String) {
     (path, text)
 }
 
-/// For a task with the name of a shipped one: whether its subgoals, and the rest of it, are changed.
-fn task_changes(task: &Task, shipped: &[Task]) -> Vec<(String, String)> {
-    let Some(shipped) = shipped.iter().find(|shipped| shipped.name == task.name) else { return Vec::new() };
-    let same_scene = Task { subgoals: shipped.subgoals.clone(), ..task.clone() } == *shipped;
-    let value = |same| if same { AS_SHIPPED } else { "changed" }.to_owned();
-    vec![("subgoals".to_owned(), value(task.subgoals == shipped.subgoals)), ("scene".to_owned(), value(same_scene))]
+/// Adds the `subgoals` of each run's task and the rest of its `scene`: names that distinguish the tasks with the same
+/// name.
+fn name_task_variants(configs: &[&RunConfig], settings: &mut [Settings]) {
+    let shipped = task::shipped();
+    let scene = |task: &Task| Task { subgoals: Vec::new(), ..task.clone() };
+    let subgoals = variant_names(configs, &shipped, |task| task.subgoals.clone());
+    let scenes = variant_names(configs, &shipped, scene);
+    for ((settings, subgoals), scene) in settings.iter_mut().zip(subgoals).zip(scenes) {
+        settings.insert("subgoals".to_owned(), subgoals);
+        settings.insert("scene".to_owned(), scene);
+    }
+}
+
+/// A name for each run that distinguishes a part of its task from those of other tasks with the same name. Variants
+/// of which each belongs to one seed, such as subgoals that are proposed for each seed, have the same name.
+fn variant_names<T: PartialEq>(configs: &[&RunConfig], shipped: &[Task], part: impl Fn(&Task) -> T) -> Vec<String> {
+    // Each variant with the seeds of its runs.
+    let mut variants: HashMap<&str, Vec<(T, BTreeSet<u64>)>> = HashMap::new();
+    for task in shipped.iter().filter(|task| configs.iter().any(|config| config.task.name == task.name)) {
+        variants.insert(&task.name, vec![(part(task), BTreeSet::new())]);
+    }
+    let mut indices = Vec::new();
+    for config in configs {
+        let known = variants.entry(&config.task.name).or_default();
+        let own = part(&config.task);
+        let index = known.iter().position(|(known, _)| *known == own).unwrap_or_else(|| {
+            known.push((own, BTreeSet::new()));
+            known.len() - 1
+        });
+        known[index].1.insert(config.seed);
+        indices.push(index);
+    }
+    let name = |(config, index): (&&RunConfig, usize)| {
+        let known = &variants[&*config.task.name];
+        let first_changed = usize::from(shipped.iter().any(|task| task.name == config.task.name));
+        if index < first_changed || known.len() == 1 {
+            return UNCHANGED.to_owned();
+        }
+        let changed = &known[first_changed..];
+        let seeds: BTreeSet<&u64> = changed.iter().flat_map(|(_, seeds)| seeds).collect();
+        let one_for_each_seed = seeds.len() == changed.len() && changed.iter().all(|(_, seeds)| seeds.len() == 1);
+        match changed.len() == 1 || one_for_each_seed {
+            true => "changed".to_owned(),
+            false => format!("variant {}", index - first_changed + 1),
+        }
+    };
+    configs.iter().zip(indices).map(name).collect()
 }
 
 /// Names model files by their stem without the tool set, so that runs on tasks with different tool sets
@@ -324,6 +364,29 @@ mod tests {
         let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
         assert_eq!(labels, ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, subgoals changed"]);
+    }
+
+    #[test]
+    fn tasks_with_the_same_name_are_not_pooled() {
+        // Numbers stand for different positions of the subgoal; 0 for the shipped one.
+        let labels = |name: &str, runs: &[(u64, u8)]| -> Vec<String> {
+            let configs = runs.iter().map(|&(seed, position)| {
+                let mut task = Task { name: name.to_owned(), ..task::load("task1").unwrap() };
+                task.subgoals[0].position[0] += f32::from(position) / 100.0;
+                RunConfig { seed, ..RunConfig::default_for(Arc::new(task), Method::Ddpg) }
+            });
+            let configs: Vec<RunConfig> = configs.collect();
+            let mut rows: Vec<LearningRow> =
+                configs.iter().map(|config| LearningRow::so_far(config, 0, None)).collect();
+            distinguish(configs.iter().zip(&mut rows).collect());
+            rows.iter().map(|row| row.label().replace("DDPG, subgoals ", "")).collect()
+        };
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 1)]), ["DDPG", "changed", "changed"]);
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (0, 2)]), ["DDPG", "variant 1", "variant 2"]);
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 2)]), ["DDPG", "changed", "changed"], "proposed by seed");
+        assert_eq!(labels("mine", &[(0, 1), (1, 1)]), ["DDPG", "DDPG"]);
+        assert_eq!(labels("mine", &[(0, 1), (0, 2)]), ["variant 1", "variant 2"]);
+        assert_eq!(labels("mine", &[(0, 1), (1, 1), (2, 2)]), ["variant 1", "variant 1", "variant 2"]);
     }
 
     #[test]
