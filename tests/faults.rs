@@ -465,6 +465,16 @@ fn refusing_more_episodes_changes_nothing() {
 }
 
 #[test]
+fn a_run_that_is_named_twice_is_resumed_once() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(mge(&folder, train("run", "10")));
+    let resumed = mge(&folder, ["resume", "run", "./run", "--episodes", "15", "--quiet"]);
+    assert_eq!(program::text(&resumed.stdout).lines().count(), 1, "one result: {resumed:?}");
+    succeed(resumed);
+    assert!(metrics(&folder.path().join("run")).lines().last().unwrap().starts_with("15,"));
+}
+
+#[test]
 fn a_report_leaves_out_damaged_runs_and_says_why() {
     let folder = tempfile::tempdir().unwrap();
     for run in ["runs/good", "runs/damaged"] {

@@ -9,7 +9,7 @@ use crate::text::{excerpt, printable, printable_lines};
 const MAX_MESSAGE_LENGTH: usize = 2000;
 
 /// The result of a command: nothing, or an error shown as one line.
-pub type Outcome = Result<(), Box<dyn std::error::Error>>;
+pub type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 /// Standard output cannot be written.
 #[derive(Debug, thiserror::Error)]

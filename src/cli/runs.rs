@@ -92,34 +92,8 @@ pub fn resume(arguments: &Resume) -> Outcome {
     if arguments.detached {
         control::detach()?;
     }
-    let mut runs = Vec::new();
-    let mut known = BTreeSet::new();
-    // A run that is named twice is continued once.
-    for run in
-        arguments.runs.iter().filter(|run| known.insert(run.canonicalize().unwrap_or_else(|_| run.to_path_buf())))
-    {
-        // A paused run continues where it is, but there its episodes cannot be changed.
-        match arguments.episodes {
-            None if control::resume(run)? => {}
-            Some(_) if control::is_paused(run)? => {
-                let again = shell_words::join(["mge", "resume", &run.to_string_lossy()]);
-                return Err(
-                    format!("{} is paused by another process: `{again}` continues it there", run.display()).into()
-                );
-            }
-            _ => runs.push(run),
-        }
-    }
+    let runs = runs_to_continue(arguments)?;
     let Some(first) = runs.first() else { return Ok(()) };
-    if let Some(episodes) = arguments.episodes {
-        for run in &runs {
-            let (before, run) = (RunView::open(run)?.config().episodes, run.display());
-            if episodes < before {
-                let refusal = format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer");
-                return Err(refusal.into());
-            }
-        }
-    }
     let interrupt = Interrupt::listen()?;
     let mut session = Session::on_run(first)?;
     if let Some(episodes) = arguments.episodes {
@@ -138,6 +112,38 @@ pub fn resume(arguments: &Resume) -> Outcome {
         }
     }
     follow(&mut session, 0, arguments.quiet, &interrupt)
+}
+
+/// The runs that this process is to continue: those that are not paused by another one, which continues them.
+fn runs_to_continue(arguments: &Resume) -> Outcome<Vec<&PathBuf>> {
+    let mut runs = Vec::new();
+    let mut known = BTreeSet::new();
+    // A run that is named twice is continued once.
+    for run in
+        arguments.runs.iter().filter(|run| known.insert(run.canonicalize().unwrap_or_else(|_| run.to_path_buf())))
+    {
+        // A paused run continues where it is, but there its episodes cannot be changed.
+        match arguments.episodes {
+            None if control::resume(run)? => {}
+            Some(_) if control::is_paused(run)? => {
+                let again = shell_words::join(["mge", "resume", &run.to_string_lossy()]);
+                return Err(
+                    format!("{} is paused by another process: `{again}` continues it there", run.display()).into()
+                );
+            }
+            _ => runs.push(run),
+        }
+    }
+    if let Some(episodes) = arguments.episodes {
+        for run in &runs {
+            let (before, run) = (RunView::open(run)?.config().episodes, run.display());
+            if episodes < before {
+                let refusal = format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer");
+                return Err(refusal.into());
+            }
+        }
+    }
+    Ok(runs)
 }
 
 pub fn fork(arguments: &Fork) -> Outcome {
