@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use super::comparison::without_duplicates;
 use super::error::EvidenceError;
 use super::estimates::CurveEstimates;
-use super::figures::{learning_curves, step_curves};
+use super::figures::{Success, learning_curves, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
 use super::row::TrainedRun;
 use crate::figures::{LearningCurves, PlotStyle};
@@ -30,16 +30,6 @@ pub struct Composition {
     pub against: Against,
     /// Width, font size and x axis.
     pub style: PlotStyle,
-}
-
-/// Whether the success of training or of greedy evaluations is shown.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Success {
-    /// Of training.
-    #[default]
-    Training,
-    /// Of the greedy evaluations.
-    Greedy,
 }
 
 /// The quantity on the x axis.

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use super::composition::Success;
 use super::estimates::{CurveEstimates, points};
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
@@ -21,6 +20,16 @@ const PROFILE_POINTS: usize = 100;
 
 /// The description of an interval over seeds in captions.
 pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
+
+/// Whether the success of training or of greedy evaluations is shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Success {
+    /// Of training.
+    #[default]
+    Training,
+    /// Of the greedy evaluations.
+    Greedy,
+}
 
 /// Interquartile mean of the rolling success over seeds, of training or of the greedy evaluations.
 ///

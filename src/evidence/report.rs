@@ -4,9 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
-use super::composition::Success;
 use super::error::EvidenceError;
-use super::figures::{learning_curves, method_scores, performance_profile, step_curves};
+use super::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
 use super::row::{LearningRow, TrainedRun};

@@ -14,8 +14,8 @@ use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{
     DynamicsError, Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file,
 };
-use crate::evidence::figures::{learning_curves, method_scores, performance_profile, step_curves};
-use crate::evidence::{FINAL, FoundRun, Groups, LearningRow, Success, TrainedRun, read_runs};
+use crate::evidence::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
+use crate::evidence::{FINAL, FoundRun, Groups, LearningRow, TrainedRun, read_runs};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, InterruptibleModel, propose_subgoals};
 use crate::physics::ToolKind;
