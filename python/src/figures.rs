@@ -11,7 +11,7 @@ use super::pool::work;
 use super::runs::found;
 use super::task::Task;
 use mge::evidence::TrainedRun;
-use mge::evidence::figures::{learning_curves, method_scores, step_curves};
+use mge::evidence::figures::{Success, learning_curves, method_scores, step_curves};
 use mge::figures::{self, DEFAULT_DPI, Provenance, TaskGrid};
 use mge::stats::Bootstrap;
 
@@ -86,10 +86,11 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
         return Err(PyValueError::new_err("`greedy` and `steps` cannot be combined: evaluations are by episode"));
     }
     let runs: Vec<TrainedRun> = found(py, folders)?.into_iter().map(|run| run.trained).collect();
+    let success = if greedy { Success::Greedy } else { Success::Training };
     let bootstrap = Bootstrap::default();
     let curves = work(py, || match steps {
         true => step_curves(&runs, &bootstrap),
-        false => learning_curves(&runs, &bootstrap, greedy),
+        false => learning_curves(&runs, &bootstrap, success),
     })?;
     Ok(Figure::new(curves.map_err(exception)?, "mge.figures.learning_curves()"))
 }
