@@ -134,7 +134,7 @@ impl StudyPlan {
             quick: true,
             model_training: TrainConfig { seed, epochs: 3000, ..TrainConfig::default() },
             hit_seeds: 3,
-            learning_seeds: 3,
+            learning_seeds: 2,
             learning_episodes: episodes,
             arms: main_arms(episodes),
             ..Self::full(seed)
