@@ -1,7 +1,7 @@
 //! The paper's study: hit counts, audits, ablations, trainings and their report.
 //!
-//! [`reproduce()`] runs the whole study, the paper's and that from noisy starts, in one folder. Every piece of it (a model, a
-//! count, a training) is a separate file or run, so that an interrupted study continues, and for a
+//! [`reproduce()`] runs the whole study, the paper's and that from noisy starts, in one folder. Every piece of it
+//! (a model, a count, a training) is a separate file or run, so that an interrupted study continues, and for a
 //! finished one only the report is written again.
 
 pub mod ablation;
