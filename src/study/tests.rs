@@ -8,8 +8,9 @@ use super::report::Report;
 use super::{StudyError, reproduce};
 use crate::batch::{Batch, BatchProgress};
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
-use crate::evidence::LearningRow;
+use crate::evidence::{FoundRun, LearningRow, find_runs, read_runs};
 use crate::task;
+use crate::trainer::PriorSource;
 
 fn plan() -> StudyPlan {
     let mut plan = StudyPlan {
@@ -60,6 +61,12 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     assert_eq!(charged(&report.learning), [ddpg, guided, guided].repeat(2));
     // Uniform actions and noise need neither clusters from rollouts nor launches.
     assert_eq!(charged(&report.noisy_starts), [ddpg, guided, guided, false, false, true].repeat(2));
+    let runs = read_runs(&find_runs(&[whole.path().to_owned()]).unwrap()).unwrap();
+    let (noisy, fixed): (Vec<FoundRun>, Vec<FoundRun>) =
+        runs.into_iter().partition(|run| run.config.start_noise == Some(0.01));
+    assert_eq!((fixed.len(), noisy.len()), (report.learning.len(), report.noisy_starts.len()));
+    assert!(noisy.iter().all(|run| run.config.prior == PriorSource::Learned));
+    assert!(fixed.iter().all(|run| matches!(&run.config.prior, PriorSource::ModelFile(_))));
     let (done, total) = *reports.last().unwrap();
     assert!(done == total && reports.iter().all(|report| report.1 == total), "{reports:?}");
     assert!(reports.is_sorted(), "{reports:?}");
