@@ -72,4 +72,4 @@ pub use cli::run as run_program;
 pub use bench::{WORKS, Work};
 /// The terminal's screens without a terminal, for the benchmarks.
 #[doc(hidden)]
-pub use tui::Still;
+pub use tui::OffscreenWorkbench;

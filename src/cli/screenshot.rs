@@ -7,7 +7,7 @@ use super::output::{self, Outcome};
 use super::runs::after_script;
 use crate::figures::{Provenance, encode};
 use crate::run::{RunError, config_hash};
-use crate::tui::Still;
+use crate::tui::OffscreenWorkbench;
 
 pub fn run(arguments: &Screenshot) -> Outcome {
     let (width, height) = size(&arguments.size)?;
@@ -19,9 +19,9 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     let screens: Vec<(&str, &str)> = screens.collect::<Result<_, _>>()?;
     let session = after_script(&arguments.script)?;
     let (seed, hash) = (session.config().seed, config_hash(session.config())?);
-    let mut still = Still::new(session);
+    let mut workbench = OffscreenWorkbench::new(session);
     for (path, keys) in screens {
-        still.press(keys)?;
+        workbench.press(keys)?;
         let path = Path::new(path);
         let (file, size) = (arguments.script.file.display().to_string(), format!("{width}x{height}"));
         let command = shell_words::join([
@@ -34,7 +34,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
             &format!("{}={keys}", path.display()),
         ]);
         let provenance = Provenance::new(command, &[seed], hash.clone());
-        let picture = still.picture(width, height, &provenance.to_svg());
+        let picture = workbench.picture(width, height, &provenance.to_svg());
         let bytes = encode(path, &picture, &provenance, arguments.dpi)?;
         crate::atomic::write(path, &bytes).map_err(RunError::io("write", path))?;
         output::line(path.display())?;

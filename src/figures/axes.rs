@@ -3,7 +3,7 @@
 use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Pen, TextFormat};
 use super::geometry::{Point, Rect, clip_polyline};
 use super::style::{
     BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
@@ -183,7 +183,11 @@ pub struct Frame<'t> {
 impl<'c, 'p> Plot<'c, 'p> {
     /// Draws frame, ticks and labels into `outer`.
     pub fn new(canvas: &'c Canvas<'p>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Self {
-        let widest = y.ticks.iter().map(|(_, text)| Type::SMALL.width(text)).fold(Type::SMALL.width("0.00"), f64::max);
+        let widest = y
+            .ticks
+            .iter()
+            .map(|(_, text)| TextFormat::SMALL.width(text))
+            .fold(TextFormat::SMALL.width("0.00"), f64::max);
         let left = TICK_LENGTH + 2.0 + widest + if y.label.is_empty() { 0.0 } else { Y_LABEL };
         let below = TICK_LENGTH + 1.4 * SMALL_SIZE + if x.label.is_empty() { 0.0 } else { X_LABEL };
         let above = if frame.title.is_empty() { 0.4 * SMALL_SIZE } else { 1.6 * TITLE_SIZE };
@@ -195,14 +199,14 @@ impl<'c, 'p> Plot<'c, 'p> {
         plot.ticks(frame.grid);
         canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH));
         let baseline = rect.top - 0.8 * TITLE_SIZE;
-        canvas.text([rect.left, baseline], frame.title, Type::TITLE);
+        canvas.text([rect.left, baseline], frame.title, TextFormat::TITLE);
         // Centred, or further left if a long label would leave the page.
-        let middle = rect.center()[0].min(outer.right - 0.5 * Type::LABEL.width(&plot.x.label));
-        canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, Type::LABEL.centered());
+        let middle = rect.center()[0].min(outer.right - 0.5 * TextFormat::LABEL.width(&plot.x.label));
+        canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, TextFormat::LABEL.centered());
         canvas.text(
             [rect.left - left + 0.6 * LABEL_SIZE, rect.center()[1]],
             &plot.y.label,
-            Type::LABEL.centered().rotated(),
+            TextFormat::LABEL.centered().rotated(),
         );
         plot
     }
@@ -212,7 +216,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         for (value, text) in &self.x.ticks {
             let x = self.at(*value, self.y.low)[0];
             canvas.line(&[[x, rect.bottom], [x, rect.bottom + TICK_LENGTH]], pen);
-            canvas.text([x, rect.bottom + TICK_LENGTH + 0.8 * SMALL_SIZE], text, Type::SMALL.centered());
+            canvas.text([x, rect.bottom + TICK_LENGTH + 0.8 * SMALL_SIZE], text, TextFormat::SMALL.centered());
         }
         for (value, text) in &self.y.ticks {
             let y = self.at(self.x.low, *value)[1];
@@ -220,7 +224,7 @@ impl<'c, 'p> Plot<'c, 'p> {
                 canvas.line(&[[rect.left, y], [rect.right, y]], Pen::new(GRID, FRAME_WIDTH));
             }
             canvas.line(&[[rect.left - TICK_LENGTH, y], [rect.left, y]], pen);
-            canvas.text([rect.left - TICK_LENGTH - 2.0, y], text, Type::SMALL.right());
+            canvas.text([rect.left - TICK_LENGTH - 2.0, y], text, TextFormat::SMALL.right());
         }
     }
 
@@ -302,7 +306,7 @@ impl<'c, 'p> Plot<'c, 'p> {
             let ([x, _], series) = ends[n];
             // Not on top of the frame.
             let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
-            let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
+            let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
             self.canvas.text([x + 1.5, y], &series.number(), look);
         }
     }
@@ -311,7 +315,7 @@ impl<'c, 'p> Plot<'c, 'p> {
     pub fn numbers(&self, places: impl IntoIterator<Item = (Point, Series)>) {
         for ([x, y], series) in places {
             let y = (y - 0.8 * TINY_SIZE).max(self.rect.top + 0.7 * TINY_SIZE);
-            let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
+            let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
             let half = look.width(&series.number()) / 2.0;
             let patch = Rect::new(x - half - 0.8, y - 0.5 * TINY_SIZE, x + half + 0.8, y + 0.5 * TINY_SIZE);
             self.canvas.fill(&patch.corners(), faded(WHITE, 0.7));

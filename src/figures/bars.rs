@@ -1,7 +1,7 @@
 //! Grouped bars with intervals.
 
 use super::axes::{Axis, Frame, Plot, number};
-use super::canvas::{Canvas, Type};
+use super::canvas::{Canvas, TextFormat};
 use super::geometry::Rect;
 use super::style::{LABEL_SIZE, SMALL_SIZE, Series, TICK_LENGTH};
 use crate::stats::Estimate;
@@ -72,10 +72,10 @@ pub fn grouped_bars(canvas: &Canvas<'_>, rect: Rect, look: &BarLook<'_>, cluster
         }
         let [x, y] =
             [plot.at(member.left + member.bars.len() as f64 / 2.0, 0.0)[0], plot.rect.bottom + 0.9 * SMALL_SIZE];
-        canvas.text([x, y], member.name, Type::SMALL.centered());
+        canvas.text([x, y], member.name, TextFormat::SMALL.centered());
     }
     let line = plot.rect.bottom + if named { 0.9 * SMALL_SIZE + 1.3 * LABEL_SIZE } else { LABEL_SIZE };
-    names.into_iter().for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, Type::SMALL.centered()))
+    names.into_iter().for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, TextFormat::SMALL.centered()))
 }
 
 /// Writes the count above its bar, unless it would overlap one written before.
@@ -83,7 +83,7 @@ fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, x: f64, bar: Estimate, 
     if !bar.value.is_finite() {
         return;
     }
-    let look = Type { size: 0.85 * SMALL_SIZE, ..Type::SMALL.centered() };
+    let look = TextFormat { size: 0.85 * SMALL_SIZE, ..TextFormat::SMALL.centered() };
     let text = number(bar.value, 0);
     let [x, y] = plot.at(x, if bar.has_interval() { bar.upper } else { bar.value });
     let (half, y) = (look.width(&text) / 2.0, y - 0.7 * SMALL_SIZE);

@@ -38,7 +38,7 @@ impl Pen {
 
 /// Style and anchor of a text.
 #[derive(Clone, Copy)]
-pub struct Type {
+pub struct TextFormat {
     pub family: Family,
     pub size: f64,
     pub bold: bool,
@@ -49,7 +49,7 @@ pub struct Type {
     pub rotated: bool,
 }
 
-impl Type {
+impl TextFormat {
     /// Titles of panels: left edge, vertically centred.
     pub const TITLE: Self = Self { size: TITLE_SIZE, bold: true, ..Self::LABEL };
     /// Axis and legend labels.
@@ -184,7 +184,7 @@ impl Canvas<'_> {
     }
 
     /// One line of text.
-    pub fn text(&self, at: Point, text: &str, look: Type) {
+    pub fn text(&self, at: Point, text: &str, look: TextFormat) {
         let weight = if look.bold { FontStyle::Bold } else { FontStyle::Normal };
         let size = look.size * PLOTTERS_EM * SCALE;
         let font = FontDesc::new(FontFamily::Name(look.family.name()), size, weight);
@@ -196,6 +196,6 @@ impl Canvas<'_> {
     /// A placeholder with a message for an empty figure.
     pub fn placeholder(&self, rect: Rect, message: &str) {
         self.outline(&rect.corners(), Pen::new(GRID, 0.8));
-        self.text(rect.center(), message, Type::LABEL.centered().color(GREY));
+        self.text(rect.center(), message, TextFormat::LABEL.centered().color(GREY));
     }
 }

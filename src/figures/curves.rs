@@ -2,7 +2,7 @@
 
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
-use super::canvas::{Canvas, Type};
+use super::canvas::{Canvas, TextFormat};
 use super::data::{Curve, Statistics, labels};
 use super::layout::{LEGEND, Mark, NOTE, legend, legend_height, note, note_height, panels};
 use super::plot_style::PlotStyle;
@@ -197,7 +197,7 @@ impl<'f> Legend<'f> {
             plot.end_numbers(shown().filter_map(end));
         }
         if shown().all(|(curve, _)| curve.is_empty()) {
-            let look = Type::SMALL.centered().color(GREY);
+            let look = TextFormat::SMALL.centered().color(GREY);
             canvas.text(plot.rect.center(), "no finished episodes", look);
         }
     }

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use super::Figure;
 use super::axes::{Axis, Frame, Plot, Y_LABEL, number};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Pen, TextFormat};
 use super::curves::LAST_TICK;
 use super::layout::{Panel, fitted, note, panels};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SKY, SMALL_SIZE, TITLE_SIZE, VERMILLION, faded};
@@ -99,12 +99,12 @@ impl Dashboard {
         {
             plot.rolling(&self.episode, values, partial, pen);
             let color = pen.color;
-            let look = Type::SMALL.right().color(color);
+            let look = TextFormat::SMALL.right().color(color);
             canvas.text([right, plot.rect.top - 0.7 * TITLE_SIZE], label, look);
             right -= look.width(label) + 6.0;
         }
         if panel.lines.iter().all(|(_, values)| !values.iter().any(|value| value.is_finite())) {
-            canvas.text(plot.rect.center(), "nothing recorded", Type::SMALL.centered().color(GREY));
+            canvas.text(plot.rect.center(), "nothing recorded", TextFormat::SMALL.centered().color(GREY));
         }
     }
 }
@@ -146,9 +146,9 @@ impl Figure for Dashboard {
         );
         let rect = note(canvas, page, &text);
         let (head, rect) = rect.split_top(1.7 * TITLE_SIZE);
-        let title = Type { size: 1.15 * TITLE_SIZE, ..Type::TITLE.centered() };
+        let title = TextFormat { size: 1.15 * TITLE_SIZE, ..TextFormat::TITLE.centered() };
         let shrunk = title.size * (head.width() / title.width(&self.title)).min(1.0);
-        let title = Type { size: shrunk.max(SMALL_SIZE), ..title };
+        let title = TextFormat { size: shrunk.max(SMALL_SIZE), ..title };
         canvas.text(head.center(), &fitted(&self.title, title, head.width()), title);
         let places = panels(rect, 6, 3);
         self.panels().into_iter().zip(places).for_each(|(panel, place)| self.draw_panel(canvas, panel, place))

@@ -1,7 +1,7 @@
 //! Page layout: panels of equal plots, legend above, note below.
 
 use super::axes::{X_LABEL, Y_LABEL};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Pen, TextFormat};
 use super::geometry::{Point, Rect, clip_polyline};
 use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, WHITE, faded};
 
@@ -106,7 +106,7 @@ const ROW: f64 = 1.5 * LABEL_SIZE;
 /// The entries of a legend of this width, row by row, and the width of each.
 fn legend_rows(width: f64, entries: &[(Mark, String)]) -> (Vec<Vec<usize>>, Vec<f64>) {
     let widths: Vec<f64> =
-        entries.iter().map(|(_, label)| (MARK + SPACE + Type::LABEL.width(label)).min(width)).collect();
+        entries.iter().map(|(_, label)| (MARK + SPACE + TextFormat::LABEL.width(label)).min(width)).collect();
     let mut rows: Vec<Vec<usize>> = Vec::new();
     let mut used = f64::INFINITY;
     for (n, own) in widths.iter().enumerate() {
@@ -139,7 +139,11 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
         for &n in members {
             let (mark, label) = &entries[n];
             draw_mark(canvas, *mark, x, y);
-            canvas.text([x + MARK + SPACE, y], &fitted(label, Type::LABEL, widths[n] - MARK - SPACE), Type::LABEL);
+            canvas.text(
+                [x + MARK + SPACE, y],
+                &fitted(label, TextFormat::LABEL, widths[n] - MARK - SPACE),
+                TextFormat::LABEL,
+            );
             x += widths[n] + BETWEEN;
         }
     }
@@ -147,7 +151,7 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
 }
 
 /// A label, truncated with an ellipsis to fit the width.
-pub(super) fn fitted(label: &str, kind: Type, width: f64) -> String {
+pub(super) fn fitted(label: &str, kind: TextFormat, width: f64) -> String {
     let fits = |text: &str| kind.width(text) <= width + 1e-9;
     if fits(label) {
         return label.to_owned();
@@ -181,8 +185,9 @@ fn note_lines(width: f64, text: &str) -> Vec<String> {
     const LAST: f64 = 0.15;
     let text = &text.replace(" %", "\u{a0}%");
     let lines = broken(width, text);
-    let full =
-        |lines: &[String]| lines.len() < 2 || lines.last().is_some_and(|last| Type::SMALL.width(last) >= LAST * width);
+    let full = |lines: &[String]| {
+        lines.len() < 2 || lines.last().is_some_and(|last| TextFormat::SMALL.width(last) >= LAST * width)
+    };
     let narrower = (0..40).map(|n| broken(width * (1.0 - 0.01 * f64::from(n)), text));
     narrower.take_while(|other| other.len() == lines.len()).find(|lines| full(lines)).unwrap_or(lines)
 }
@@ -191,7 +196,7 @@ fn broken(width: f64, text: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ').filter(|word| !word.is_empty()) {
         match lines.last_mut() {
-            Some(line) if Type::SMALL.width(&format!("{line} {word}")) <= width => {
+            Some(line) if TextFormat::SMALL.width(&format!("{line} {word}")) <= width => {
                 line.push(' ');
                 line.push_str(word);
             }
@@ -208,7 +213,7 @@ pub fn note_height(page_width: f64, text: &str) -> f64 {
 
 /// Writes a wrapped note along the bottom of `rect` and returns the rectangle above.
 pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Rect {
-    let look = Type::SMALL.color(GREY);
+    let look = TextFormat::SMALL.color(GREY);
     let lines = note_lines(rect.width(), text);
     let (rest, foot) = rect.split_bottom(NOTE * lines.len() as f64);
     for (n, line) in lines.iter().enumerate() {

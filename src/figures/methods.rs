@@ -2,7 +2,7 @@
 
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Pen, TextFormat};
 use super::data::{Statistics, labels};
 use super::geometry::Rect;
 use super::layout::{Mark, legend, legend_height, note, note_height};
@@ -165,7 +165,7 @@ impl Figure for MethodScores {
         let rect = legend(canvas, rect, &self.marks());
         // The label of the x axes is written once, below all panels.
         let (rect, foot) = rect.split_bottom(1.4 * LABEL_SIZE);
-        canvas.text(foot.center(), &self.measure, Type::LABEL.centered());
+        canvas.text(foot.center(), &self.measure, TextFormat::LABEL.centered());
         let columns = self.columns();
         let cells = rect.grid(self.rows(), columns, GAP);
         for (n, (panel, cell)) in self.panels.iter().zip(cells).enumerate() {

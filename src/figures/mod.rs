@@ -44,7 +44,7 @@ pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
 pub(crate) use axes::round_ticks;
-pub use canvas::{Canvas, Pen, Type, svg};
+pub use canvas::{Canvas, Pen, TextFormat, svg};
 pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress, SuccessMeasure};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Statistics};

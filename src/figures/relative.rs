@@ -2,7 +2,7 @@
 
 use super::Figure;
 use super::axes::{X_LABEL, number};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Pen, TextFormat};
 use super::geometry::{Point, Rect, circle};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
@@ -88,7 +88,7 @@ impl RelativeFrames {
 
     /// Writes the relative vectors of active edges beside their tools, without overlaps.
     fn vectors(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>, instant: &Instant) {
-        let look = Type::SMALL.centered().color(VERMILLION);
+        let look = TextFormat::SMALL.centered().color(VERMILLION);
         let stages = self.task.stages();
         let things = instant.edges.iter().map(|edge| edge.object).chain(stages.iter().map(|stage| stage.position));
         let around = |[x, y]: Point| {

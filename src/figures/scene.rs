@@ -1,7 +1,7 @@
 //! A drawn scene: tools with their true geometry, subgoals numbered in order, goal and ball.
 
 use super::axes::{Axis, Frame, Plot};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Pen, TextFormat};
 use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline, tool_outline};
 use super::style::{
     BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, SMALL_SIZE, THIN_WIDTH, WHITE, YELLOW, faded, stage_color,
@@ -212,7 +212,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
             return;
         }
         self.canvas.dot(center, 0.62 * SMALL_SIZE, plate);
-        self.canvas.text(center, name, Type::SMALL.bold().centered().color(color))
+        self.canvas.text(center, name, TextFormat::SMALL.bold().centered().color(color))
     }
 }
 

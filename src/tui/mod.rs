@@ -14,10 +14,10 @@ mod effect;
 mod fuzz;
 mod input;
 mod layers;
+mod offscreen;
 mod run;
 mod scene;
 mod screens;
-mod still;
 mod terminal;
 mod view;
 mod widgets;
@@ -25,8 +25,8 @@ mod widgets;
 pub use actions::{KeyHelp, keys};
 pub use fuzz::interface;
 pub use input::Keymap;
+pub use offscreen::OffscreenWorkbench;
 pub use run::{ExitReason, Options, run};
-pub use still::Still;
 pub use terminal::Notify;
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use crate::tui::actions::{Tab, UiAction};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette, Help};
 use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
-use crate::tui::view::{Beside, Choice, Level};
+use crate::tui::view::{Choice, ComparedEpisode, Level};
 use crate::workbench::{Command, FigureKind, command};
 
 /// Number of typed commands that are kept.
@@ -279,7 +279,7 @@ impl App {
         let beside = other.zip(self.subject.past_episode()).map(|(run, number)| match self.subject.beside() {
             // The subject drops one with another number.
             Some(known) if known.run == run => known.clone(),
-            _ => Beside { episode: self.workspace.past_episode(&run, number), run, number },
+            _ => ComparedEpisode { episode: self.workspace.past_episode(&run, number), run, number },
         });
         self.subject.set_beside(beside);
     }

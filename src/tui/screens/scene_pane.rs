@@ -16,7 +16,7 @@ use crate::task::{Region, Task};
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
 use crate::tui::view::playback::PlaybackFrame;
-use crate::tui::view::{Beside, Choice};
+use crate::tui::view::{Choice, ComparedEpisode};
 use crate::tui::widgets::columns::{fitting, shortened};
 
 /// Draws the scene.
@@ -54,7 +54,7 @@ pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regio
 }
 
 /// Draws the same episode of another run, at the same step.
-pub fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, buffer: &mut Buffer) {
+pub fn beside_pane(ui: &Ui, scene: &Scene, beside: &ComparedEpisode, area: Rect, buffer: &mut Buffer) {
     let episode = match &beside.episode {
         Ok(episode) => episode,
         Err(reason) => {

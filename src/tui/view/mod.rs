@@ -26,7 +26,7 @@ pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use marks::{Mark, marks};
 pub use past::PastAgent;
 pub use rate::span;
-pub use subject::{AgentView, Beside, Choice, Subject};
+pub use subject::{AgentView, Choice, ComparedEpisode, Subject};
 pub use system::System;
 pub use task_model::TaskModel;
 pub use workspace::{SessionWorkspace, Workspace};

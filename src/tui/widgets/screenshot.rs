@@ -3,11 +3,11 @@
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 
-use crate::figures::{self, Canvas, Family, Pen, Rect, Type};
+use crate::figures::{self, Canvas, Family, Pen, Rect, TextFormat};
 
 /// Width and height of a cell in points: whole pixels at 144 dots per inch.
 const CELL: [f64; 2] = [6.0, 11.5];
-/// Type size at which characters are as wide as a cell: DejaVu Sans Mono is 0.602 em wide.
+/// Font size at which characters are as wide as a cell: DejaVu Sans Mono is 0.602 em wide.
 const SIZE: f64 = CELL[0] / 0.602_050_78;
 /// Distance of the middle of small letters from the top of a cell, chosen so that lines of neighbouring
 /// rows join.
@@ -46,7 +46,7 @@ fn draw_row(canvas: &Canvas<'_>, row: &[&Cell], top: f64) {
         }
         if text {
             let words: String = run.clone().map(|n| row[n].symbol()).collect();
-            let style = Type { family: Family::Mono, size: SIZE, ..Type::LABEL.color(ink) };
+            let style = TextFormat { family: Family::Mono, size: SIZE, ..TextFormat::LABEL.color(ink) };
             let style = if modifier.contains(Modifier::BOLD) { style.bold() } else { style };
             canvas.text([run.start as f64 * CELL[0], top + MIDDLE], &words, style);
         } else {
@@ -112,8 +112,8 @@ fn colours(cell: &Cell) -> [Color; 2] {
     if cell.modifier.contains(Modifier::REVERSED) { [colours[1], colours[0]] } else { colours }
 }
 
-/// Converts a colour. A named or indexed colour, which a [`Still`](crate::tui::Still) never shows, becomes
-/// `other`.
+/// Converts a colour. A named or indexed colour, which an [`OffscreenWorkbench`](crate::tui::OffscreenWorkbench)
+/// never shows, becomes `other`.
 fn colour(colour: Color, other: Color) -> figures::Color {
     match (colour, other) {
         (Color::Rgb(r, g, b), _) | (_, Color::Rgb(r, g, b)) => figures::Color { 0: r, 1: g, 2: b, 3: 1.0 },

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Maybe, Place, Word};
+use super::arguments::{Argument, Optional, Place};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::trainer::Control;
 use crate::workbench::{Session, SessionError};
@@ -14,7 +14,7 @@ pub struct Clusters(pub Option<PathBuf>);
 impl Execute for Clusters {
     syntax! {
         "clusters" "[FILE]" "compute the action clusters of the task anew, and save them to a file"
-            => Clusters { 0: Maybe(Place("a file")) };
+            => Clusters { 0: Optional(Place("a file")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

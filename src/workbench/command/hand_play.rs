@@ -1,6 +1,6 @@
 //! Commands for hand play: the user places the tools.
 
-use super::words::{Maybe, Position, Within, Word};
+use super::arguments::{Argument, Optional, Position, Within};
 use super::{Execute, Verb, syntax};
 use crate::env::{Action, held_tool};
 use crate::physics::NO_OP;
@@ -13,7 +13,7 @@ pub struct Place(pub Action, pub Option<usize>);
 impl Execute for Place {
     syntax! {
         "place" "X Y [N]" "place the tool, or number N of CREATE's, and let the world run for one action"
-            => Place { 0: Position, 1: Maybe(Within("number of CREATE's catalogue", 0..=NO_OP - 1)) };
+            => Place { 0: Position, 1: Optional(Within("number of CREATE's catalogue", 0..=NO_OP - 1)) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

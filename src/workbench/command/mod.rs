@@ -4,6 +4,7 @@
 //! on the session. To add a command, define its type in the matching file and add its name to the
 //! list below.
 
+mod arguments;
 mod clusters;
 mod hand_play;
 mod model;
@@ -11,7 +12,6 @@ mod output;
 mod runs;
 mod settings;
 mod task;
-mod words;
 
 use std::fmt;
 use std::path::Path;
@@ -21,7 +21,7 @@ use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
 use crate::spelling::{nearest_to_any, suggestion};
-use words::Words;
+use arguments::Words;
 
 pub use crate::task::Edit;
 pub use clusters::{Clusters, Guide};

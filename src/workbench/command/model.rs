@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Maybe, Number, Parsed, Place, Text, Word};
+use super::arguments::{Argument, Number, Optional, Parsed, Place, Text};
 use super::{Execute, InScripts, Recording, Verb, syntax};
 use crate::dynamics::ToolSet;
 use crate::workbench::dry_run::DryRun;
@@ -22,7 +22,7 @@ pub struct ModelTrain {
 impl Execute for ModelTrain {
     syntax! {
         "model train" "TYPE,... FILE [EPOCHS]" "train a dynamics model of these tool types, in the background"
-            => ModelTrain { tools: Parsed("tool types"), path: Place("a file"), epochs: Maybe(Number("number of epochs")) };
+            => ModelTrain { tools: Parsed("tool types"), path: Place("a file"), epochs: Optional(Number("number of epochs")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Composed, Number, OneOf, Place, Unless, Word, is_option};
+use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Place, is_option};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::evidence::Composition;
 use crate::workbench::dry_run::{DryRun, check_figure};
@@ -27,7 +27,7 @@ impl Execute for Figure {
             => Figure {
                 kind: OneOf("a kind", &FigureKind::ALL, FigureKind::name),
                 path: Place("a file"),
-                dpi: Unless(Number("resolution"), is_option),
+                dpi: OptionalUnless(Number("resolution"), is_option),
                 composition: Composed,
             };
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Changes, Index, Keyword, List, Number, Or, Place, Rest, Unless, Within, Word};
+use super::arguments::{Argument, Changes, Index, Keyword, List, Number, OptionalUnless, Or, Place, Rest, Within};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
@@ -31,7 +31,7 @@ impl Execute for Train {
     syntax! {
         "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; `until` pauses there"
             => Train {
-                folder: Unless(Place("a folder"), |word| ["seeds", "until"].contains(&word)),
+                folder: OptionalUnless(Place("a folder"), |word| ["seeds", "until"].contains(&word)),
                 seeds: Keyword("seeds", Within("number of seeds", 1..=1000)), until: UNTIL
             };
     }
@@ -148,7 +148,7 @@ pub struct Continue {
 impl Execute for Continue {
     syntax! {
         "continue" "[FOLDER] [until N]" "continue a run from its checkpoint"
-            => Continue { folder: Unless(Place("a folder"), |word| word == "until"), until: UNTIL };
+            => Continue { folder: OptionalUnless(Place("a folder"), |word| word == "until"), until: UNTIL };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

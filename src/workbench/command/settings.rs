@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::words::{Number, Parsed, Place, Text, Word};
+use super::arguments::{Argument, Number, Parsed, Place, Text};
 use super::{Execute, InScripts, Recording, Verb, syntax};
 use crate::guidance::EpsilonSchedule;
 use crate::trainer::{self, Control, PriorSource};

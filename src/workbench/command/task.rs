@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{
-    Index, Maybe, Number, Or, Parsed, Place, Position, Properties, Text, Unless, Within, Word, is_option,
+use super::arguments::{
+    Argument, Index, Number, Optional, OptionalUnless, Or, Parsed, Place, Position, Properties, Text, Within, is_option,
 };
 use super::{Awaits, Edit, Execute, InScripts, Recording, Verb, syntax};
 use crate::task::Edit::*;
@@ -69,7 +69,7 @@ impl Execute for Puzzle {
 pub struct Save(pub Option<PathBuf>);
 
 impl Execute for Save {
-    syntax! { "save" "[FILE]" "save the edited task" => Save { 0: Maybe(Place("a file")) }; }
+    syntax! { "save" "[FILE]" "save the edited task" => Save { 0: Optional(Place("a file")) }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.change(|setup| setup.save_task(self.0.as_deref()))
@@ -133,7 +133,7 @@ impl Execute for Edit {
         "ball move" "X Y" "move the ball's start" => MoveBall { position: Position };
         "tool add" "TYPE X Y [SIZE] [KEY=VALUE]..." "add a static tool, such as `tool add ramp 0 0 20 angle=45`"
             => AddTool {
-                kind: Parsed("a type"), position: Position, size: Unless(Number("size"), is_option),
+                kind: Parsed("a type"), position: Position, size: OptionalUnless(Number("size"), is_option),
                 values: Properties(0)
             };
         "tool move" "N X Y" "move a static tool (from 1)" => MoveTool { index: Index, position: Position };
@@ -144,7 +144,7 @@ impl Execute for Edit {
         "tool delete" "N" "delete a static tool" => DeleteTool { index: Index };
         "placeable" "TYPE [SIZE] [KEY=VALUE]..." "give the agent another tool to place"
             => SetPlaceable {
-                kind: Parsed("a type"), size: Unless(Number("size"), is_option), values: Properties(0)
+                kind: Parsed("a type"), size: OptionalUnless(Number("size"), is_option), values: Properties(0)
             };
         "part move" "PART X Y" "move another part: marker, ball-N, box-N or marker-subgoal-N"
             => MovePart { part: Parsed("a part"), position: Position };
@@ -153,9 +153,9 @@ impl Execute for Edit {
         "proposal size" "N RADIUS" "resize a proposed subgoal, in units"
             => ResizeProposal { index: Index, radius: Number("radius") };
         "proposal accept" "[N]" "accept one proposed subgoal, or all in place of the task's own"
-            => AcceptProposal { index: Maybe(Index) };
+            => AcceptProposal { index: Optional(Index) };
         "proposal delete" "[N]" "reject one proposed subgoal, or all of them"
-            => DeleteProposal { index: Maybe(Index) };
+            => DeleteProposal { index: Optional(Index) };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -174,7 +174,7 @@ pub struct Propose(pub Option<usize>);
 impl Execute for Propose {
     syntax! {
         "propose" "[N]" "let the model propose subgoals, N or as many as the task has"
-            => Propose { 0: Maybe(Within("number of subgoals", 1..=MAX_PROPOSALS)) };
+            => Propose { 0: Optional(Within("number of subgoals", 1..=MAX_PROPOSALS)) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

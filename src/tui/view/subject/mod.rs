@@ -65,12 +65,12 @@ pub struct Subject {
     /// Why the scene does not show what the user may expect.
     note: Option<String>,
     /// The same episode of another run, shown beside a past one.
-    beside: Option<Beside>,
+    beside: Option<ComparedEpisode>,
 }
 
 /// The same episode of another run, for comparison.
 #[derive(Debug, Clone)]
-pub struct Beside {
+pub struct ComparedEpisode {
     /// Folder of the run.
     pub run: PathBuf,
     /// Number of the episode, counted from 1.
@@ -127,12 +127,12 @@ impl Subject {
     }
 
     /// The same episode of another run, if one is being compared.
-    pub fn beside(&self) -> Option<&Beside> {
+    pub fn beside(&self) -> Option<&ComparedEpisode> {
         self.beside.as_ref()
     }
 
     /// Sets or removes the episode of another run beside a past one. One with a different number counts as none.
-    pub fn set_beside(&mut self, beside: Option<Beside>) {
+    pub fn set_beside(&mut self, beside: Option<ComparedEpisode>) {
         self.beside = beside.filter(|beside| self.past_episode() == Some(beside.number));
     }
 

@@ -30,7 +30,7 @@ impl<'a> Words<'a> {
 }
 
 /// A kind of argument, with values of type `T`.
-pub(super) trait Word<T> {
+pub(super) trait Argument<T> {
     /// Parses the next words.
     fn read(&self, words: &mut Words<'_>) -> Result<T, String>;
 
@@ -45,7 +45,7 @@ fn quoted(text: &str) -> String {
 /// Any text, or a type converted from and to one.
 pub(super) struct Text(pub &'static str);
 
-impl<T: From<String> + Clone> Word<T> for Text
+impl<T: From<String> + Clone> Argument<T> for Text
 where
     String: From<T>,
 {
@@ -61,7 +61,7 @@ where
 /// All words that are left, as one text.
 pub(super) struct Rest(pub &'static str);
 
-impl Word<String> for Rest {
+impl Argument<String> for Rest {
     fn read(&self, words: &mut Words<'_>) -> Result<String, String> {
         let mut text = words.next(self.0)?.to_owned();
         while let Some(word) = words.peek() {
@@ -79,7 +79,7 @@ impl Word<String> for Rest {
 /// The path of a file or folder.
 pub(super) struct Place(pub &'static str);
 
-impl Word<PathBuf> for Place {
+impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
         words.next(self.0).map(PathBuf::from)
     }
@@ -92,7 +92,7 @@ impl Word<PathBuf> for Place {
 /// A number.
 pub(super) struct Number(pub &'static str);
 
-impl<T: FromStr + Display> Word<T> for Number {
+impl<T: FromStr + Display> Argument<T> for Number {
     fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
         let word = words.next(self.0)?;
         word.parse().map_err(|_| format!("`{word}` is not a {}", self.0))
@@ -106,7 +106,7 @@ impl<T: FromStr + Display> Word<T> for Number {
 /// A whole number within a range.
 pub(super) struct Within<T>(pub &'static str, pub RangeInclusive<T>);
 
-impl<T: FromStr + Display + PartialOrd + Copy> Word<T> for Within<T> {
+impl<T: FromStr + Display + PartialOrd + Copy> Argument<T> for Within<T> {
     fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
         let (what, range) = (self.0, &self.1);
         let count: T = Number(what).read(words)?;
@@ -122,7 +122,7 @@ impl<T: FromStr + Display + PartialOrd + Copy> Word<T> for Within<T> {
 /// An index, counted from 1 in the language and from 0 in the program.
 pub(super) struct Index;
 
-impl Word<usize> for Index {
+impl Argument<usize> for Index {
     fn read(&self, words: &mut Words<'_>) -> Result<usize, String> {
         let number: usize = Number("number").read(words)?;
         number.checked_sub(1).ok_or_else(|| "numbers count from 1".to_owned())
@@ -136,7 +136,7 @@ impl Word<usize> for Index {
 /// A normalised position: x and y.
 pub(super) struct Position;
 
-impl Word<[f32; 2]> for Position {
+impl Argument<[f32; 2]> for Position {
     fn read(&self, words: &mut Words<'_>) -> Result<[f32; 2], String> {
         Ok([Number("coordinate").read(words)?, Number("coordinate").read(words)?])
     }
@@ -149,7 +149,7 @@ impl Word<[f32; 2]> for Position {
 /// A value parsed by its type, whose error message is shown.
 pub(super) struct Parsed(pub &'static str);
 
-impl<T: FromStr<Err: Display> + Display> Word<T> for Parsed {
+impl<T: FromStr<Err: Display> + Display> Argument<T> for Parsed {
     fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
         words.next(self.0)?.parse().map_err(|error: T::Err| error.to_string())
     }
@@ -162,7 +162,7 @@ impl<T: FromStr<Err: Display> + Display> Word<T> for Parsed {
 /// Several such values, separated by commas.
 pub(super) struct List(pub &'static str);
 
-impl<T: FromStr<Err: Display> + Display> Word<Vec<T>> for List {
+impl<T: FromStr<Err: Display> + Display> Argument<Vec<T>> for List {
     fn read(&self, words: &mut Words<'_>) -> Result<Vec<T>, String> {
         let parse = |item: &str| item.parse().map_err(|error: T::Err| error.to_string());
         words.next(self.0)?.split(',').map(parse).collect()
@@ -176,7 +176,7 @@ impl<T: FromStr<Err: Display> + Display> Word<Vec<T>> for List {
 /// One of several values, by name.
 pub(super) struct OneOf<T: 'static>(pub &'static str, pub &'static [T], pub fn(T) -> &'static str);
 
-impl<T: Copy> Word<T> for OneOf<T> {
+impl<T: Copy> Argument<T> for OneOf<T> {
     fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
         let Self(what, all, name) = self;
         let word = words.next(what)?;
@@ -192,9 +192,9 @@ impl<T: Copy> Word<T> for OneOf<T> {
 }
 
 /// An optional argument.
-pub(super) struct Maybe<W>(pub W);
+pub(super) struct Optional<W>(pub W);
 
-impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
+impl<T, W: Argument<T>> Argument<Option<T>> for Optional<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
         words.peek().map(|_| self.0.read(words)).transpose()
     }
@@ -205,9 +205,9 @@ impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
 }
 
 /// An optional argument, absent if the next word is one of those that may follow it.
-pub(super) struct Unless<W>(pub W, pub fn(&str) -> bool);
+pub(super) struct OptionalUnless<W>(pub W, pub fn(&str) -> bool);
 
-impl<T, W: Word<T>> Word<Option<T>> for Unless<W> {
+impl<T, W: Argument<T>> Argument<Option<T>> for OptionalUnless<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
         words.peek().filter(|word| !(self.1)(word)).map(|_| self.0.read(words)).transpose()
     }
@@ -225,7 +225,7 @@ pub(super) fn is_option(word: &str) -> bool {
 /// An argument after a keyword, if that follows.
 pub(super) struct Keyword<W>(pub &'static str, pub W);
 
-impl<T, W: Word<T>> Word<Option<T>> for Keyword<W> {
+impl<T, W: Argument<T>> Argument<Option<T>> for Keyword<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
         if words.peek() != Some(self.0) {
             return Ok(None);
@@ -242,7 +242,7 @@ impl<T, W: Word<T>> Word<Option<T>> for Keyword<W> {
 /// The composition of a figure of learning curves, as KEY=VALUE options.
 pub(super) struct Composed;
 
-impl Word<Composition> for Composed {
+impl Argument<Composition> for Composed {
     fn read(&self, words: &mut Words<'_>) -> Result<Composition, String> {
         let mut composition = Composition::default();
         while words.peek().is_some() {
@@ -260,7 +260,7 @@ impl Word<Composition> for Composed {
 /// Properties of a tool as `KEY=VALUE`: at least this many.
 pub(super) struct Properties(pub usize);
 
-impl Word<Values> for Properties {
+impl Argument<Values> for Properties {
     fn read(&self, words: &mut Words<'_>) -> Result<Values, String> {
         let mut values = Values::new();
         while words.peek().is_some() || values.len() < self.0 {
@@ -283,7 +283,7 @@ fn key_value(word: &str) -> Result<(&str, &str), String> {
 /// An optional argument with a default value.
 pub(super) struct Or<W, T>(pub W, pub T);
 
-impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
+impl<T: Clone, W: Argument<T>> Argument<T> for Or<W, T> {
     fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
         words.peek().map_or(Ok(self.1.clone()), |_| self.0.read(words))
     }
@@ -296,7 +296,7 @@ impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
 /// Settings as `KEY=VALUE`, up to the keyword `in` or `until`.
 pub(super) struct Changes;
 
-impl Word<Vec<(String, String)>> for Changes {
+impl Argument<Vec<(String, String)>> for Changes {
     fn read(&self, words: &mut Words<'_>) -> Result<Vec<(String, String)>, String> {
         let mut changes = Vec::new();
         while words.peek().is_some_and(|word| !["in", "until"].contains(&word)) {

@@ -13,11 +13,11 @@ use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::Session;
 
 /// A workbench without an event loop: the caller presses keys, lets time pass and draws.
-pub struct Still {
+pub struct OffscreenWorkbench {
     app: App,
 }
 
-impl Still {
+impl OffscreenWorkbench {
     /// The workbench of a session, in true colour and braille.
     pub fn new(session: Session) -> Self {
         let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
@@ -96,11 +96,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let session = Session::on_task("task1", folder.path().to_owned()).unwrap();
         RunDirectory::create(folder.path().join("zebra"), session.config()).unwrap();
-        let mut still = Still::new(session);
-        assert!(!still.is_reading_runs());
-        still.press("5").unwrap();
-        assert!(still.is_reading_runs());
-        assert!(still.picture(120, 40, "").contains("zebra"));
-        assert!(!still.is_reading_runs());
+        let mut workbench = OffscreenWorkbench::new(session);
+        assert!(!workbench.is_reading_runs());
+        workbench.press("5").unwrap();
+        assert!(workbench.is_reading_runs());
+        assert!(workbench.picture(120, 40, "").contains("zebra"));
+        assert!(!workbench.is_reading_runs());
     }
 }
