@@ -94,12 +94,8 @@ impl RunConfig {
 
 /// The settings of the adaptive methods, from the search that `docs/results.md` describes.
 fn adapt(config: &mut RunConfig) {
-    // Without clusters, noise takes over their share of the exploration. Without a model, it must be stronger.
-    let (clusters, noise, sigma) = match config.method {
-        Method::DdpgMgeAdaptive => (0.5, 0.25, 0.1),
-        Method::DdpgUniformAdaptive => (0.5, 0.25, 0.3),
-        _ => (0.0, 0.75, 0.3),
-    };
+    // Without clusters, stronger noise takes over their share of the exploration.
+    let (clusters, noise, sigma) = if config.method.has_clusters() { (0.5, 0.25, 0.1) } else { (0.0, 0.75, 0.3) };
     config.epsilon = EpsilonSchedule::Need { clusters, noise, attempts: 20 };
     config.noise_decay.final_scale = 1.0;
     (config.refinement.every, config.refinement.least) = (50, 8);
