@@ -16,7 +16,7 @@ use crate::run::{RunError, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 
 /// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
-const MAX_PAIRED: usize = 5;
+const MAX_PAIRED: usize = 6;
 
 /// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
 /// `out`. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all
