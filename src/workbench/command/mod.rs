@@ -137,7 +137,7 @@ pub(super) trait Execute {
 }
 
 /// Implements `verbs` and `line` of `Execute`: takes for each verb the name, the arguments as shown in usage and
-/// help, the help line, and the constructor with the kind of argument (see `words`) of each field.
+/// help, the help line, and the constructor with the kind of argument (see `arguments`) of each field.
 macro_rules! syntax {
     ($($name:literal $arguments:literal $help:literal
         => $form:ident { $($field:tt: $word:expr),* $(,)? };)+) => {
