@@ -131,7 +131,8 @@ pub enum Command {
     Sweep(Sweep),
     /// Write tables and figures of runs: report.md and report.json
     Report(Report),
-    /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy starts
+    /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy
+    /// starts
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),
