@@ -36,10 +36,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     {
         return Err(error);
     }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = parent_of(path);
     remove_leftovers(folder);
     let (mut file, temporary) = create(folder)?;
     file.write_all(bytes)?;
@@ -49,6 +46,22 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _ = temporary.keep();
     drop(file);
     File::open(folder)?.sync_all()
+}
+
+/// The folder that holds `path`; "." for a bare name.
+pub fn parent_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Creates the folder that holds `path`.
+///
+/// # Errors
+/// When it cannot be created.
+pub fn create_parent(path: &Path) -> io::Result<()> {
+    std::fs::create_dir_all(parent_of(path))
 }
 
 /// Creates a temporary file. It stays locked while it is open: an unlocked one is a leftover.
@@ -93,6 +106,12 @@ pub(crate) fn remove_leftovers(folder: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bare_names_are_in_the_current_folder() {
+        assert_eq!(parent_of(Path::new("last")), Path::new("."));
+        assert_eq!(parent_of(Path::new("checkpoint/last")), Path::new("checkpoint"));
+    }
 
     #[test]
     fn errors_are_those_of_the_system_without_the_temporary_name() {

@@ -539,6 +539,23 @@ fn settings_of_a_bench_are_checked_before_its_search_for_subgoals() {
 }
 
 #[test]
+fn the_report_of_a_bench_is_about_its_own_trainings() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(mge(&folder, ["puzzles", "generate", "--split", "train", "--seed", "3", "--count", "1", "--out", "p"]));
+    let bench = |method| {
+        let options = ["--episodes", "2", "--set", "ddpg.hidden=8", "--out", "out"];
+        succeed(mge(
+            &folder,
+            [&["puzzles", "bench", "p", "--model", "true", "--method", method][..], &options].concat(),
+        ));
+        std::fs::read_to_string(folder.path().join("out/report.md")).unwrap()
+    };
+    assert!(bench("ddpg").contains("| DDPG |"));
+    let report = bench("open-loop");
+    assert!(report.contains("| open-loop replay |") && !report.contains("| DDPG |"), "{report}");
+}
+
+#[test]
 fn a_script_finishes_what_it_has_started() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.mge"), "method ddpg\nset ddpg.hidden 4\nepisodes 3\ntrain run").unwrap();

@@ -44,7 +44,9 @@ impl<'a, T, E> Job<'a, T, E> {
 /// An error of a job.
 pub trait JobError: std::error::Error + Send {
     /// Whether the error means that another process is working on the job.
-    fn is_in_use(&self) -> bool;
+    fn is_in_use(&self) -> bool {
+        false
+    }
 }
 
 /// The result of a job.

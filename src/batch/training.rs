@@ -11,12 +11,12 @@ use crate::trainer::{Ending, RunConfig, TrainerError, train};
 ///
 /// # Errors
 /// As [`train`], and when the folder cannot be used.
-pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<RunDirectory>, TrainerError> {
+pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<()>, TrainerError> {
     let directory = RunDirectory::open_or_create(path, config)?;
     if directory.status()?.state != RunState::Finished
         && train(&directory, handle.controls(), handle.watch())? == Ending::Stopped
     {
         return Ok(None);
     }
-    Ok(Some(directory))
+    Ok(Some(()))
 }

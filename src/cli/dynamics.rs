@@ -1,8 +1,9 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
+use std::path::Path;
+
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
-use super::interrupt::Interrupt;
-use super::interrupt::{brief, in_batch};
+use super::interrupt::{Interrupt, brief, in_batch};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::dynamics::{
@@ -83,8 +84,12 @@ fn command_line(arguments: &DynamicsTrain) -> String {
             command += &format!(" --{name} {value}");
         }
     }
-    let name = arguments.out.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    command + if arguments.literal { " --literal" } else { "" } + " --out " + &shell_words::quote(&name)
+    command + if arguments.literal { " --literal" } else { "" } + " --out " + &file_name(&arguments.out)
+}
+
+/// The last part of a path, quoted for a shell.
+fn file_name(path: &Path) -> String {
+    shell_words::quote(&path.file_name().unwrap_or_default().to_string_lossy()).into_owned()
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
@@ -101,7 +106,9 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     if let Some(path) = &arguments.figure {
         let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;
         let name = shell_words::quote(name);
-        let command = format!("mge dynamics evaluate {name} --seed {seed} --launches {launches}{}", print.option());
+        let (options, file) = (print.option(), file_name(path));
+        let command =
+            format!("mge dynamics evaluate {name} --seed {seed} --launches {launches}{options} --figure {file}");
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
         model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;
     }
@@ -121,11 +128,11 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         command += &format!(" --tools {}", tool_sets[0].iter().map(|tool| tool.name()).collect::<Vec<_>>().join(","));
     }
     command += &format!(" --seeds {} --seed {} --epochs {}", arguments.seeds, arguments.seed, training.epochs);
-    command += &arguments.print.option();
+    command += &format!("{} --out {}", arguments.print.option(), file_name(&arguments.out));
     let plan = AblationPlan {
         model: ModelConfig::default(),
         training,
-        seeds: arguments.seeds.max(1),
+        seeds: arguments.seeds,
         tool_sets,
         tasks: study.tasks,
         evaluation: EvaluationConfig::default(),
@@ -142,8 +149,6 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use clap::Parser;
 
     use super::*;

@@ -151,7 +151,17 @@ pub fn in_batch<T, E: std::error::Error + 'static>(
     let mut progress = Progress::new(1, quiet);
     let interrupt = Interrupt::listen()?;
     let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
-    let outcome = work(&batch, &mut |now| progress.set(now.done, now.total, now.message));
+    let outcome = work(&batch, &mut |now| {
+        if let Some((name, reason)) = now.failure {
+            progress.say(&format!("{name} failed: {reason}"));
+        }
+        let failed = if now.failed > 0 { format!(", {} failed", now.failed) } else { String::new() };
+        let message = match now.message {
+            "" => format!("{} of {} done", now.ended - now.failed, now.jobs),
+            message => message.to_owned(),
+        };
+        progress.set(now.done, now.total, &(message + &failed));
+    });
     drop(progress);
     interrupt.result(outcome, is_interruption)
 }

@@ -1,18 +1,17 @@
-//! `mge puzzles`: generates puzzles and trains methods on them.
+//! `mge puzzles`: generates puzzles, trains methods on them, and measures what an agent transfers to them.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions};
-use super::interrupt::in_batch;
+use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::runs::split_definition;
 use super::sweeps;
-use crate::batch::default_threads;
 use crate::evidence;
 use crate::puzzles::{
     self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch, TransferPlan, TransferResults,
 };
-use crate::run::config_hash;
+use crate::run::{RunState, config_hash};
 use crate::sweep::Sweep;
 use crate::workbench::RunView;
 
@@ -57,11 +56,11 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     if arguments.prepare {
         return Ok(output::line(file.display())?);
     }
-    let threads = arguments.threads.unwrap_or_else(default_threads);
-    let failures = sweeps::work(&Sweep::load(&file)?, &arguments.out, threads, arguments.quiet)?;
-    report(arguments, index, &arguments.out)?;
+    let sweep = Sweep::load(&file)?;
+    let failures = sweeps::work(&sweep, &arguments.out, arguments.threads, arguments.quiet)?;
+    let reported = brief(|| report(arguments, index, &sweep));
     match failures.first() {
-        None => Ok(()),
+        None => reported,
         Some((name, reason)) => Err(format!("{} trainings failed, such as {name}: {reason}", failures.len()).into()),
     }
 }
@@ -131,8 +130,12 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
     Ok(output::line(out.join("report.md").display())?)
 }
 
-fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
-    let runs = evidence::read_runs(&evidence::find_runs(&[out.to_owned()])?)?;
+/// Writes the report of the finished trainings.
+fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
+    let out = &arguments.out;
+    let folders: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(out)).filter(|folder| folder.exists()).collect();
+    let mut runs = evidence::read_runs(&folders)?;
+    runs.retain(|run| run.state == RunState::Finished);
     let methods = arguments.methods.iter().map(|method| ("--method", method.name().to_owned()));
     let options = [
         ("--seeds", arguments.seeds.to_string()),

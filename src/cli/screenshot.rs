@@ -20,19 +20,15 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     let session = after_script(&arguments.script)?;
     let (seed, hash) = (session.config().seed, config_hash(session.config())?);
     let mut workbench = OffscreenWorkbench::new(session);
+    // A screen depends on the keys of those before it.
+    let mut command = vec!["mge".to_owned(), "screenshot".to_owned(), arguments.script.file.display().to_string()];
+    command.extend(["--size".to_owned(), arguments.size.clone()]);
+    command.extend(arguments.script.variables.iter().flat_map(|variable| ["--define".to_owned(), variable.clone()]));
     for (path, keys) in screens {
         workbench.press(keys)?;
+        command.extend(["--screen".to_owned(), format!("{path}={keys}")]);
         let path = Path::new(path);
-        let (file, size) = (arguments.script.file.display().to_string(), format!("{width}x{height}"));
-        let command = shell_words::join([
-            "mge",
-            "screenshot",
-            &file,
-            "--size",
-            &size,
-            "--screen",
-            &format!("{}={keys}", path.display()),
-        ]);
+        let command = shell_words::join(&command);
         let provenance = Provenance::new(command, &[seed], hash.clone());
         let picture = workbench.picture(width, height, &provenance.to_svg());
         let bytes = encode(path, &picture, &provenance, arguments.dpi)?;

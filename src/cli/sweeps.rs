@@ -3,15 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::Sweep as Arguments;
-use super::interrupt::{self, Interrupt};
+use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
-use super::progress::Progress;
-use crate::batch::{Batch, default_threads};
 use crate::sweep::{self, Sweep, SweepError};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {
-        return interrupt::brief(|| collect(&arguments.collect, &folder(arguments)));
+        return brief(|| collect(&arguments.collect, &folder(arguments)));
     }
     let sweep = match (&arguments.file, &arguments.one) {
         (Some(file), _) => Sweep::load(file)?,
@@ -28,15 +26,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
         };
         return Ok(output::lines(text)?);
     }
-    let threads = arguments.threads.unwrap_or_else(default_threads);
-    let failures = work(&sweep, &folder, threads, arguments.quiet)?;
+    let failures = work(&sweep, &folder, arguments.threads, arguments.quiet)?;
     if arguments.file.is_some() {
-        match sweep::read_results(&folder) {
-            Ok(results) => output::line(results.write(&folder)?.display())?,
+        brief(|| match sweep::read_results(&folder) {
+            Ok(results) => Ok(output::line(results.write(&folder)?.display())?),
             // Without any run there is no table; the failures are reported below.
-            Err(_) if !failures.is_empty() => {}
-            Err(error) => return Err(error.into()),
-        }
+            Err(_) if !failures.is_empty() => Ok(()),
+            Err(error) => Err(error.into()),
+        })?;
     } else {
         for job in &sweep.jobs {
             output::line(job.folder(&folder).display())?;
@@ -55,21 +52,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
 pub fn work(
     sweep: &Sweep,
     folder: &Path,
-    threads: usize,
+    threads: Option<usize>,
     quiet: bool,
 ) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
-    let mut progress = Progress::new(1, quiet);
-    let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads, interrupt: interrupt.flag() };
-    let outcome = sweep::run(sweep, folder, &batch, &mut |now| {
-        if let Some((name, reason)) = now.failure {
-            progress.say(&format!("{name} failed: {reason}"));
-        }
-        let failed = if now.failed > 0 { format!(", {} failed", now.failed) } else { String::new() };
-        progress.set(now.done, now.total, &format!("{} of {} done{failed}", now.ended - now.failed, now.jobs));
-    });
-    drop(progress);
-    interrupt.result(outcome, |error| matches!(error, SweepError::Interrupted { .. }))
+    let is_interruption = |error: &SweepError| matches!(error, SweepError::Interrupted { .. });
+    in_batch(threads, quiet, |batch, on_progress| sweep::run(sweep, folder, batch, on_progress), is_interruption)
 }
 
 fn collect(folders: &[PathBuf], out: &Path) -> Outcome {

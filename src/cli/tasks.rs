@@ -12,6 +12,7 @@ use super::progress::Progress;
 use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
+use crate::markdown;
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
 use crate::text::counted;
@@ -141,9 +142,8 @@ fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outc
 
 /// A Markdown table: one row per task and kind of exploration, one number per seed.
 fn table(rows: &[AuditRow], episodes: u32) -> String {
-    let mut table =
-        format!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry per seed.\n\n");
-    table += "| task | exploration | subgoals | goal |\n|---|---|---|---|\n";
+    let mut table = format!("Episodes of {episodes} that reached each subgoal and the goal, one entry per seed.\n\n");
+    table += &markdown::header(["task", "exploration", "subgoals", "goal"]);
     for row in rows {
         let subgoals: Vec<String> = row
             .hits
@@ -151,8 +151,7 @@ fn table(rows: &[AuditRow], episodes: u32) -> String {
             .map(|hits| hits.subgoals.iter().map(u32::to_string).collect::<Vec<_>>().join("/"))
             .collect();
         let goals: Vec<String> = row.hits.iter().map(|hits| hits.goal.to_string()).collect();
-        let (subgoals, goals) = (subgoals.join(", "), goals.join(", "));
-        table += &format!("| {} | {} | {subgoals} | **{goals}** |\n", row.task, row.exploration);
+        table += &markdown::row([&row.task, &row.exploration, &subgoals.join(", "), &goals.join(", ")]);
     }
     table
 }

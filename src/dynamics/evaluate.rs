@@ -18,7 +18,7 @@ use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
 use crate::env::{Action, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
-use crate::task::Task;
+use crate::task::{STANDARD_RADIUS, Task};
 use crate::validation::{Setting, check_settings};
 
 /// Settings of an evaluation.
@@ -321,8 +321,6 @@ impl<'a> Compared<&'a dyn Predictor> {
     }
 }
 
-/// Radius of a launch's subgoal in units, as in the tasks.
-const SUBGOAL_RADIUS: f32 = 4.0;
 /// Largest offset of a launch's subgoal from the ball's last position, along each axis, in units.
 const SUBGOAL_OFFSET: f32 = 16.0;
 
@@ -337,7 +335,7 @@ fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
 
 /// Whether a ball that moves straight from one state to the next touches a launch's subgoal.
 fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
-    distance_to_segment(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
+    distance_to_segment(subgoal, from.position, to.position) <= STANDARD_RADIUS + Ball::default().radius
 }
 
 fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool> {

@@ -14,7 +14,7 @@ use super::normaliser::Normaliser;
 use super::object::ObjectType;
 use super::tool_set::{canonical_tool_set, model_name};
 use crate::bounded;
-use crate::nn::{TensorFile, TensorFileError};
+use crate::nn::TensorFile;
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::{GoalShape, Task, ToolSpec};
 
@@ -196,10 +196,10 @@ impl Model {
         if found != VERSION.to_string() {
             return Err(DynamicsError::Version { origin: origin.to_owned(), found, wanted: VERSION });
         }
-        let config: ModelConfig = entry(file, "config").map_err(wrong)?;
+        let config: ModelConfig = file.json("config").map_err(wrong)?;
         config.validate().map_err(|error| content(&error.to_string()))?;
-        let tools: Vec<ToolKind> = entry(file, "tools").map_err(wrong)?;
-        let provenance: Provenance = entry(file, "provenance").map_err(wrong)?;
+        let tools: Vec<ToolKind> = file.json("tools").map_err(wrong)?;
+        let provenance: Provenance = file.json("provenance").map_err(wrong)?;
         provenance.training.validate().map_err(|error| content(&error.to_string()))?;
         if canonical_tool_set(&tools).map_err(|error| content(&error.to_string()))? != tools {
             return Err(content("its tool set is not in canonical order"));
@@ -247,10 +247,3 @@ impl Model {
 const RADII: std::ops::RangeInclusive<f32> = 2.0..=6.0;
 
 const FORMAT: &str = "mge dynamics model";
-
-/// A metadata entry, parsed from JSON.
-fn entry<T: serde::de::DeserializeOwned>(file: &TensorFile, key: &str) -> Result<T, TensorFileError> {
-    let invalid = |reason: String| TensorFileError::Metadata { key: key.to_owned(), reason };
-    let text = file.metadata.get(key).ok_or_else(|| invalid("it is missing".to_owned()))?;
-    serde_json::from_str(text).map_err(|error| invalid(error.to_string()))
-}

@@ -90,10 +90,7 @@ pub fn train_to_file(
     command: &str,
     mut on_progress: impl FnMut(&Progress) -> bool,
 ) -> Result<TrainedModel> {
-    if path.exists() && !matches!(Model::load(path), Ok(_) | Err(DynamicsError::Io { .. })) {
-        let reason = "it exists and is not a dynamics model: choose another name, or remove it".to_owned();
-        return Err(DynamicsError::Content { origin: path.display().to_string(), reason });
-    }
+    check_target(path)?;
     let checkpoint = checkpoint_of(path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
     let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, MAX_CHECKPOINT_BYTES));
@@ -118,6 +115,22 @@ pub fn train_to_file(
         training.model().save(path)?;
     }
     Ok(TrainedModel { training, ended, train_loss, checkpoint })
+}
+
+/// Refuses a path at which no model can be saved, before the training; creates its folder.
+fn check_target(path: &Path) -> Result<()> {
+    let origin = || path.display().to_string();
+    match Model::load(path) {
+        Ok(_) => Ok(()),
+        Err(DynamicsError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            crate::atomic::create_parent(path).map_err(|source| DynamicsError::Io { origin: origin(), source })
+        }
+        Err(error @ DynamicsError::Io { .. }) => Err(error),
+        Err(_) => {
+            let reason = "it exists and is not a dynamics model: choose another name, or remove it".to_owned();
+            Err(DynamicsError::Content { origin: origin(), reason })
+        }
+    }
 }
 
 fn resume(
@@ -161,6 +174,18 @@ mod tests {
         let outcome = train_to_file(&path, ModelConfig::default(), settings, &[ToolKind::Box], "", |_| true);
         assert!(outcome.unwrap_err().to_string().contains("is not a dynamics model"));
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "{}");
+    }
+
+    #[test]
+    fn a_path_for_no_file_is_refused_before_the_training() {
+        let folder = tempfile::tempdir().unwrap();
+        let train = |path: &Path| {
+            let (config, settings) = (ModelConfig::default(), TrainConfig::default());
+            train_to_file(path, config, settings, &[ToolKind::Box], "test", |_| panic!("it trains"))
+        };
+        assert!(matches!(train(folder.path()), Err(DynamicsError::Io { .. })));
+        std::fs::write(folder.path().join("file"), "").unwrap();
+        assert!(matches!(train(&folder.path().join("file/model")), Err(DynamicsError::Io { .. })));
     }
 
     #[test]

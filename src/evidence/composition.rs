@@ -10,7 +10,7 @@ use super::estimates::CurveEstimates;
 use super::figures::{Success, learning_curves, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
 use super::row::TrainedRun;
-use crate::figures::{LearningCurves, PlotStyle};
+use crate::figures::{Against, LearningCurves, PlotStyle};
 use crate::run::{RunState, config_hash};
 use crate::spelling::did_you_mean;
 use crate::sync::lock;
@@ -30,16 +30,6 @@ pub struct Composition {
     pub against: Against,
     /// Width, font size and x axis.
     pub style: PlotStyle,
-}
-
-/// The quantity on the x axis.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Against {
-    /// Episodes of training.
-    #[default]
-    Episodes,
-    /// All actions in the real environment.
-    Steps,
 }
 
 /// A composed figure with its provenance.

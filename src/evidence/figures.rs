@@ -6,7 +6,7 @@ use super::estimates::{CurveEstimates, points};
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use crate::figures::{
-    Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, PerformanceProfile, Progress, ScorePanel, Statistics,
+    Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, PerformanceProfile, ScorePanel, Statistics,
     SuccessMeasure,
 };
 use crate::stats::aggregate::iqm;
@@ -92,7 +92,7 @@ pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Resu
     let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, Success::Training)?;
     // The number of points with a partial window is unknown.
     curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
-    Ok(LearningCurves { progress: Progress::EnvironmentSteps, ..curves })
+    Ok(LearningCurves { against: Against::Steps, ..curves })
 }
 
 /// Number of points of a curve against steps.
@@ -244,6 +244,6 @@ mod tests {
         assert!((at(plain, 200.0) - (1.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
         assert_eq!((charged.x.last(), at(charged, 1200.0)), (Some(&1200.0), 1.0));
         assert_eq!(at(charged, 996.0), 0.0, "nothing is reached before training begins");
-        assert_eq!(figure.progress, Progress::EnvironmentSteps);
+        assert_eq!(figure.against, Against::Steps);
     }
 }

@@ -22,7 +22,7 @@ mod settings;
 mod table;
 
 pub use comparison::Comparison;
-pub use composition::{Against, Composed, Composition, OPTIONS};
+pub use composition::{Composed, Composition, OPTIONS};
 pub use estimates::{CurveEstimates, KnownEstimates};
 pub use found::{FoundRun, RunReader, find_runs, read_runs};
 pub use groups::{FINAL, Groups};

@@ -211,7 +211,7 @@ fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
     let mut paths: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings.iter()) {
         if config.prior == PriorSource::Learned {
-            // ComparedEpisode the shipped models, the full model of a study keeps its path.
+            // If shipped models are compared too, the full model of a study keeps its path.
             let full = paths.entry((&config.task.name, WHOLE_MODEL.to_owned())).or_default();
             full.insert(String::from(PriorSource::Learned));
         }

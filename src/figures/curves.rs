@@ -16,7 +16,7 @@ pub struct LearningCurves {
     /// What the curves are shares of.
     pub measure: SuccessMeasure,
     /// The quantity on the x axis.
-    pub progress: Progress,
+    pub against: Against,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
     pub window: usize,
     /// How runs were summarised.
@@ -57,21 +57,21 @@ impl SuccessMeasure {
 
 /// The quantity against which success is plotted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Progress {
+pub enum Against {
     /// Episodes of training.
     #[default]
     Episodes,
     /// All actions in the real environment: of training, of the rollouts from which the action clusters were built,
     /// and of the launches on which the dynamics model was trained.
-    EnvironmentSteps,
+    Steps,
 }
 
-impl Progress {
+impl Against {
     /// The axis label, the CSV column, and a sentence for the caption.
     fn words(self) -> [&'static str; 3] {
         match self {
             Self::Episodes => ["episode", "episode", ""],
-            Self::EnvironmentSteps => [
+            Self::Steps => [
                 "environment steps",
                 "environment_steps",
                 " Steps are all actions in the real environment: training, the rollouts behind the clusters, and the \
@@ -81,7 +81,7 @@ impl Progress {
     }
 }
 
-/// The curves of one task: x as in [`Progress`], y the success rate, 0 to 1.
+/// The curves of one task: x as in [`Against`], y the success rate, 0 to 1.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurvePanel {
     /// Name of the task.
@@ -275,14 +275,14 @@ impl LearningCurves {
                 100.0 * least
             ),
         };
-        let what = what + self.progress.words()[2];
+        let what = what + self.against.words()[2];
         let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
         let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
         format!("{what}{faint} {}.", self.statistics.caption(band_mark(legend.entries.len())))
     }
 
     fn x_axis(&self, curves: &[Curve]) -> Axis {
-        let label = self.progress.words()[0];
+        let label = self.against.words()[0];
         let values = || curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite());
         let last = values().fold(1.0, f64::max);
         match self.style.logarithmic {
@@ -326,8 +326,7 @@ impl Figure for LearningCurves {
     }
 
     fn table(&self) -> Table {
-        let mut table =
-            Table::new(["task", "method", self.progress.words()[1], self.measure.words()[1], "low", "high"]);
+        let mut table = Table::new(["task", "method", self.against.words()[1], self.measure.words()[1], "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
                 let named = self.legend.iter().find(|(label, _)| *label == curve.label).map(|(_, name)| name);

@@ -45,7 +45,7 @@ pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
 pub(crate) use axes::round_ticks;
 pub use canvas::{Canvas, Pen, TextFormat, svg};
-pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress, SuccessMeasure};
+pub use curves::{Against, CurvePanel, LearningCurves, PerformanceProfile, SuccessMeasure};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Statistics};
 pub use error::FigureError;

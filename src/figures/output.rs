@@ -62,9 +62,11 @@ pub trait Figure {
     /// # Errors
     /// As [`Self::write`].
     fn write_all(&self, folder: &Path, name: &str, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
+        let (page, table) = (self.to_svg(provenance), self.table());
         EXTENSIONS.iter().try_for_each(|extension| {
             // Not `with_extension`: a name may contain a dot.
-            self.write(&folder.join(format!("{name}.{extension}")), provenance, dpi)
+            let path = folder.join(format!("{name}.{extension}"));
+            write_with_table(&path, &encode(&path, &page, provenance, dpi)?, &table)
         })
     }
 }

@@ -2,11 +2,9 @@
 
 use rand::{Rng, distributions::Uniform};
 use rand_distr::StandardNormal;
-use serde::{Deserialize, Serialize};
 
 /// Distribution of initial weights. Biases start at 0 unless noted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InitScheme {
     /// Random orthonormal rows or columns (Saxe et al., 2014): preserves the scale of signals
     /// through deep stacks.
@@ -17,7 +15,7 @@ pub enum InitScheme {
 }
 
 /// How a network is initialised.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Init {
     /// Distribution of every layer.
     pub scheme: InitScheme,

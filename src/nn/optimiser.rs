@@ -111,10 +111,7 @@ impl Optimiser {
     /// # Errors
     /// When the metadata or a moment is missing or invalid.
     pub fn load(file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
-        let key = format!("{prefix}.state");
-        let invalid = |reason: String| TensorFileError::Metadata { key: key.clone(), reason };
-        let text = file.metadata.get(&key).ok_or_else(|| invalid("not there".into()))?;
-        let State { kind, steps, parameters } = serde_json::from_str(text).map_err(|e| invalid(e.to_string()))?;
+        let State { kind, steps, parameters } = file.json(&format!("{prefix}.state"))?;
         let moment = |name: &str| Ok(file.get(&format!("{prefix}.{name}"), &[parameters])?.to_vec());
         let (mean, square) = match kind {
             OptimiserKind::Adam => (moment("mean")?, moment("square")?),

@@ -33,7 +33,7 @@ impl Activation {
 }
 
 /// Sizes and activations of a stack of dense layers.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MlpShape {
     /// Inputs, hidden sizes in order, outputs; the stack has `sizes.len() - 1` layers.
     pub sizes: Vec<usize>,

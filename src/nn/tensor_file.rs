@@ -6,6 +6,7 @@ use std::{
 };
 
 use safetensors::{Dtype, SafeTensorError, SafeTensors, View, serialize};
+use serde::de::DeserializeOwned;
 
 use super::TensorFileError;
 
@@ -50,6 +51,16 @@ impl TensorFile {
             return wrong("holds a value that is not finite: the file cannot be used".to_owned());
         }
         Ok(&entry.values)
+    }
+
+    /// The metadata `key`, parsed from JSON.
+    ///
+    /// # Errors
+    /// When it is missing or is not a `T`.
+    pub fn json<T: DeserializeOwned>(&self, key: &str) -> Result<T, TensorFileError> {
+        let invalid = |reason: String| TensorFileError::Metadata { key: key.to_owned(), reason };
+        let text = self.metadata.get(key).ok_or_else(|| invalid("it is missing".to_owned()))?;
+        serde_json::from_str(text).map_err(|error| invalid(error.to_string()))
     }
 
     /// The safetensors bytes; equal content gives equal bytes.

@@ -40,8 +40,8 @@ pub enum PuzzleError {
     /// The agent was trained on a puzzle of the transfer.
     #[error("the agent was trained on the puzzle {name}: a transfer needs other puzzles")]
     TrainedOn { name: String },
-    /// The proposals in the folder come from another search.
-    #[error("{}: its puzzles have subgoals of another model or number: choose another folder with --out", path.display())]
+    /// The proposals in the folder are for other puzzles or from another search.
+    #[error("{}: it holds other puzzles, or subgoals of another model or number: choose another folder with --out", path.display())]
     OtherSearch { path: PathBuf },
     /// A transfer was interrupted.
     #[error("interrupted after {done} of {jobs} puzzles: their subgoals are kept, the trainings begin again")]
@@ -81,11 +81,7 @@ impl PuzzleError {
     }
 }
 
-impl JobError for PuzzleError {
-    fn is_in_use(&self) -> bool {
-        false
-    }
-}
+impl JobError for PuzzleError {}
 
 /// The outputs of the finished jobs, and the number of interrupted ones.
 ///

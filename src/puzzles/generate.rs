@@ -15,7 +15,7 @@ use crate::guidance::{self, GuidanceConfig, InterruptibleModel, TruePhysics, pro
 use crate::physics::ToolKind;
 use crate::stop::Stop;
 use crate::streams::Stream;
-use crate::study::hits::{Explorer, Guided, Uniform, play};
+use crate::study::hits::{FixedPolicy, Guided, Uniform, play};
 use crate::task::{self, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION};
 
 /// The tool sets of the shipped dynamics models, each with the types that the agent may place. Buckets are
@@ -241,13 +241,13 @@ fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
 /// The number of episodes that reached the goal, and the minimum number of actions of one that did.
 fn successes(
     task: &Arc<Task>,
-    explorer: &mut impl Explorer,
+    policy: &mut impl FixedPolicy,
     episodes: u32,
     seed: u64,
     stop: &Stop,
 ) -> Result<(u32, Option<u32>), DynamicsError> {
     let (mut played, mut goals, mut fewest) = (0, 0, None);
-    let is_whole = play(task, explorer, seed, stop, |env| {
+    let is_whole = play(task, policy, seed, stop, |env| {
         played += 1;
         if env.snapshot().goal_reached() {
             goals += 1;

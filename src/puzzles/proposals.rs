@@ -38,7 +38,7 @@ impl SubgoalSearch {
     ) -> Result<Vec<PathBuf>, PuzzleError> {
         let tasks = out.join("tasks");
         std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
-        self.claim(&tasks)?;
+        self.claim(index, &tasks)?;
         let proposal = |puzzle: &Puzzle| Proposal {
             search: self,
             name: puzzle.name.clone(),
@@ -54,13 +54,15 @@ impl SubgoalSearch {
         Ok(index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect())
     }
 
-    /// Notes in the folder of the proposals how they are searched for.
+    /// Records in the folder of the proposals which puzzles and which search they are from.
     ///
     /// # Errors
-    /// [`PuzzleError::OtherSearch`] when it holds proposals of another search.
-    fn claim(&self, tasks: &Path) -> Result<(), PuzzleError> {
+    /// [`PuzzleError::OtherSearch`] when it holds others.
+    fn claim(&self, index: &Index, tasks: &Path) -> Result<(), PuzzleError> {
         let path = tasks.join("search.txt");
-        let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
+        let Index { split, seed, start_noise, .. } = index;
+        let (model, subgoals) = (String::from(self.model.clone()), self.subgoals);
+        let text = format!("{model} --subgoals {subgoals}, {split:?} {seed}, start noise {start_noise}\n");
         match std::fs::read_to_string(&path) {
             Ok(known) if known == text => Ok(()),
             Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),

@@ -110,6 +110,9 @@ fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
     let mut fewer = plan(config.clone());
     fewer.search.subgoals = 1;
     assert!(matches!(play(&fewer), Err(PuzzleError::OtherSearch { .. })));
+    let noisier = Index { start_noise: 0.02, ..index.clone() };
+    let outcome = transfer(&plan(config.clone()), &noisier, &out, &batch, &mut |_| {});
+    assert!(matches!(outcome, Err(PuzzleError::OtherSearch { .. })), "they may be puzzles of the same names");
     interrupt.store(true, Ordering::Relaxed);
     let outcome = play(&plan(config));
     assert!(matches!(outcome, Err(PuzzleError::TransferInterrupted { done: 0, jobs: 1 })), "{outcome:?}");

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::{Result, RunError, file, folder};
+use crate::atomic::parent_of;
 
 /// An append-only file. Each piece is passed to the operating system at once, so that other processes
 /// see it; a partially written piece is removed again.
@@ -23,7 +24,7 @@ impl AppendFile {
         let file = file::open_append(path).map_err(RunError::io("write", path))?;
         if is_new {
             // Later syncs of the content are useless unless the name is durable as well.
-            folder::sync(&folder::parent_of(path))?;
+            folder::sync(parent_of(path))?;
         }
         Ok(Self { path: path.to_path_buf(), file })
     }

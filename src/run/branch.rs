@@ -11,6 +11,7 @@ use super::checkpoint::Checkpoint;
 use super::log::EventLog;
 use super::retention::{CheckpointAction, CheckpointName};
 use super::{Result, RunDirectory, RunError, episodes, file, folder, metrics};
+use crate::atomic::parent_of;
 
 /// The folder of a run that is being created from another. It is moved to its place when it is complete, and
 /// removed if dropped before.
@@ -76,7 +77,7 @@ impl Branch {
         fs::rename(filled.path(), &place).map_err(RunError::io("create", &place))?;
         // It has been renamed, so there is no temporary folder to remove.
         let _ = filled.keep();
-        folder::sync(&folder::parent_of(&place))?;
+        folder::sync(parent_of(&place))?;
         Ok(RunDirectory::at(&place))
     }
 }

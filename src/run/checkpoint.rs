@@ -17,11 +17,11 @@ use std::thread;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
+use super::file::{check_format, parse_json, sha256};
 use super::folder::{self, write_new};
 use super::{Result, RunError, file, number};
-use crate::json;
+use crate::atomic::parent_of;
 
 /// The checkpoint format that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
@@ -234,7 +234,7 @@ fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
     }
     // The temporary folder now has its final name and must not be removed.
     let _ = new.keep();
-    folder::sync(&folder::parent_of(path))?;
+    folder::sync(parent_of(path))?;
     remove(&previous)
 }
 
@@ -245,10 +245,10 @@ pub(super) fn remove_whole(path: &Path) -> Result<()> {
     match fs::rename(path, leaving.path()) {
         Ok(()) => {
             // After a power failure it has its new name, or is complete under the old one.
-            let folder = folder::parent_of(path);
-            folder::sync(&folder)?;
+            let folder = parent_of(path);
+            folder::sync(folder)?;
             leaving.close().map_err(RunError::io("remove", path))?;
-            folder::sync(&folder)
+            folder::sync(folder)
         }
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         Err(error) => Err(RunError::io("remove", path)(error)),
@@ -277,34 +277,6 @@ fn existing(path: &Path) -> PathBuf {
 fn is_section_name(name: &str) -> bool {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-.".contains(c);
     (1..=64).contains(&name.len()) && name.chars().all(allowed) && !name.starts_with('.') && name != MANIFEST
-}
-
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Rejects a JSON file whose `format` is not in 1 to `supported`. Call this before parsing the rest
-/// of it.
-pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<()> {
-    #[derive(Deserialize)]
-    struct Format {
-        format: u64,
-    }
-    let Format { format: found } = parse_json(path, bytes)?;
-    if (1..=supported).contains(&found) {
-        Ok(())
-    } else {
-        Err(RunError::UnknownFormat { path: path.to_path_buf(), found, supported })
-    }
-}
-
-/// Parses a JSON file; the error names the position in it.
-pub(super) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T> {
-    json::parse(bytes, "").map_err(|error| {
-        let at = if error.path == "." { String::new() } else { format!("{}: ", error.path) };
-        let line = (error.line > 0).then_some(error.line as u64);
-        RunError::Malformed { path: path.to_path_buf(), line, reason: at + &error.message }
-    })
 }
 
 #[cfg(test)]

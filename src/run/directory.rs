@@ -10,12 +10,12 @@ use std::time::Duration;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::checkpoint::{check_format, parse_json, sha256};
+use super::file::{check_format, parse_json, sha256};
 use super::log::{EventReader, read_tail};
 use super::status::RunStatus;
 use super::store::CheckpointStore;
 use super::{Result, RunError, file, folder, metrics};
-use crate::atomic;
+use crate::atomic::{self, parent_of};
 
 /// The format of a run folder that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
@@ -62,7 +62,7 @@ impl RunDirectory {
         directory.refuse_existing()?;
         directory.write_config(config)?;
         // The folder's own name should survive a power failure as well.
-        folder::sync(&folder::parent_of(path))?;
+        folder::sync(parent_of(path))?;
         Ok(directory)
     }
 

@@ -8,10 +8,12 @@ use std::path::Path;
 
 use rustix::fs::OFlags;
 use rustix::io::Errno;
-use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::{Result, RunError};
-use crate::atomic;
+use crate::{atomic, json};
 
 /// Opens a file for reading.
 pub(super) fn open(path: &Path) -> io::Result<File> {
@@ -74,6 +76,35 @@ pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Res
         serde_json::to_vec_pretty(value).map_err(|source| RunError::Encode { what: what.to_owned(), source })?;
     text.push(b'\n');
     atomic::write(path, &text).map_err(RunError::io("write", path))
+}
+
+/// SHA-256 of some bytes, in hexadecimal.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Rejects a JSON file whose `format` is not in 1 to `supported`. Call this before parsing the rest
+/// of it.
+pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Format {
+        format: u64,
+    }
+    let Format { format: found } = parse_json(path, bytes)?;
+    if (1..=supported).contains(&found) {
+        Ok(())
+    } else {
+        Err(RunError::UnknownFormat { path: path.to_path_buf(), found, supported })
+    }
+}
+
+/// Parses a JSON file; the error names the position in it.
+pub(super) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T> {
+    json::parse(bytes, "").map_err(|error| {
+        let at = if error.path == "." { String::new() } else { format!("{}: ", error.path) };
+        let line = (error.line > 0).then_some(error.line as u64);
+        RunError::Malformed { path: path.to_path_buf(), line, reason: at + &error.message }
+    })
 }
 
 fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {

@@ -2,11 +2,12 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use tempfile::{Builder, TempDir};
 
 use super::{Result, RunError};
+use crate::atomic::parent_of;
 
 /// A new folder beside `path`, to fill and then rename to it; removed if dropped before.
 pub(super) fn new_beside(path: &Path) -> Result<TempDir> {
@@ -20,7 +21,7 @@ pub(super) const TEMPORARY: &str = ".writing-";
 /// a deleted run.
 pub(super) fn create(path: &Path) -> Result<()> {
     match std::fs::create_dir(path) {
-        Ok(()) => sync(&parent_of(path)),
+        Ok(()) => sync(parent_of(path)),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => check(path),
         Err(error) => Err(RunError::io("create", path)(error)),
     }
@@ -50,14 +51,6 @@ pub(super) fn sync(folder: &Path) -> Result<()> {
     file.sync_all().map_err(RunError::io("sync", folder))
 }
 
-/// The folder that holds `path`; "." for a bare name.
-pub(super) fn parent_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,12 +63,6 @@ mod tests {
         assert!(write_new(&folder.path().join("file"), b"y").is_err());
         drop(folder);
         assert_eq!(std::fs::read_dir(parent.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn bare_names_are_in_the_current_folder() {
-        assert_eq!(parent_of(Path::new("last")), PathBuf::from("."));
-        assert_eq!(parent_of(Path::new("checkpoint/last")), PathBuf::from("checkpoint"));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::checkpoint::{check_format, parse_json};
+use super::file::{check_format, parse_json};
 use super::{Result, RunDirectory, RunError, file};
 
 /// The format of `notes.json` that this program writes, and the newest that it reads.

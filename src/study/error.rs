@@ -65,14 +65,6 @@ impl StudyError {
     pub fn is_interruption(&self) -> bool {
         matches!(self, Self::Interrupted)
     }
-
-    /// The result of a piece of work; `Ok(None)` if it was interrupted.
-    pub(super) fn unless_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
-        match result {
-            Err(Self::Interrupted) => Ok(None),
-            result => result.map(Some),
-        }
-    }
 }
 
 impl JobError for StudyError {

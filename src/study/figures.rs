@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::hits::{Explorer, Guided};
+use super::hits::{FixedPolicy, Guided};
 use super::plan::StudyPlan;
 use super::report::Report;
 use crate::dynamics::{
@@ -61,11 +61,11 @@ pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, see
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(Arc::new(task.clone()));
     env.reset(&mut rng);
-    let mut explorer = Guided(prior);
+    let mut policy = Guided(prior);
     let mut path = Vec::new();
     let mut instants = Vec::new();
     for _ in 0..6 {
-        let action = explorer.act(&env, &mut rng);
+        let action = policy.act(&env, &mut rng);
         let start = path.len();
         if env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))).is_err() {
             break;

@@ -36,17 +36,20 @@ impl Folder<'_> {
         self.0.join(name)
     }
 
-    /// The value in a file of the study; if there is none, makes it and saves it there.
+    /// The value in a file of the study; if there is no such file, makes it and saves it there. None if `make` was
+    /// stopped.
     pub fn cached<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
-        make: impl FnOnce() -> Result<T, StudyError>,
-    ) -> Result<T, StudyError> {
+        make: impl FnOnce() -> Result<Option<T>, StudyError>,
+    ) -> Result<Option<T>, StudyError> {
         if let Some(value) = self.read(name)? {
-            return Ok(value);
+            return Ok(Some(value));
         }
         let value = make()?;
-        self.write_json(name, &value)?;
+        if let Some(value) = &value {
+            self.write_json(name, value)?;
+        }
         Ok(value)
     }
 

@@ -25,7 +25,7 @@ pub struct HitCounts {
 }
 
 /// A policy that does not learn.
-pub trait Explorer {
+pub trait FixedPolicy {
     /// Called before each episode.
     fn start_episode(&mut self) {}
     /// The next action.
@@ -36,7 +36,7 @@ pub trait Explorer {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Uniform;
 
-impl Explorer for Uniform {
+impl FixedPolicy for Uniform {
     fn act(&mut self, _: &Environment, rng: &mut ChaCha8Rng) -> Action {
         uniform_action(rng)
     }
@@ -46,7 +46,7 @@ impl Explorer for Uniform {
 #[derive(Debug, Clone, Copy)]
 pub struct Guided<'a>(pub &'a ActionPrior);
 
-impl Explorer for Guided<'_> {
+impl FixedPolicy for Guided<'_> {
     fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action {
         self.0.sample(env.snapshot().stage(), rng)
     }
@@ -71,7 +71,7 @@ impl ActorNoise {
     }
 }
 
-impl Explorer for ActorNoise {
+impl FixedPolicy for ActorNoise {
     fn start_episode(&mut self) {
         self.noise.reset();
     }
@@ -87,7 +87,7 @@ impl Explorer for ActorNoise {
 /// `stop` was requested first.
 pub fn play(
     task: &Arc<Task>,
-    explorer: &mut impl Explorer,
+    policy: &mut impl FixedPolicy,
     seed: u64,
     stop: &Stop,
     mut keep_going: impl FnMut(&Environment) -> bool,
@@ -96,12 +96,12 @@ pub fn play(
     let mut env = Environment::new(task.clone());
     loop {
         env.reset(&mut rng);
-        explorer.start_episode();
+        policy.start_episode();
         loop {
             if stop.is_requested() {
                 return false;
             }
-            let action = explorer.act(&env, &mut rng);
+            let action = policy.act(&env, &mut rng);
             if env.step(action).map_or(true, |step| step.end.is_some()) {
                 break;
             }
@@ -116,13 +116,13 @@ pub fn play(
 /// before the last one ends.
 pub fn count_hits(
     task: &Arc<Task>,
-    explorer: &mut impl Explorer,
+    policy: &mut impl FixedPolicy,
     episodes: u32,
     seed: u64,
     stop: &Stop,
 ) -> Option<HitCounts> {
     let mut hits = HitCounts { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
-    let is_whole = play(task, explorer, seed, stop, |env| {
+    let is_whole = play(task, policy, seed, stop, |env| {
         hits.episodes += 1;
         hits.goal += u32::from(env.snapshot().goal_reached());
         for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {

@@ -13,7 +13,7 @@ use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError};
 
 /// Start noise of [`Part::NoisyStarts`], in normalised units.
-const START_NOISE: f32 = 0.01;
+pub(super) const START_NOISE: f32 = 0.01;
 
 /// The parameters of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,7 +56,8 @@ pub enum Part {
     Paper,
     /// Further questions about them, under the same conditions.
     Questions,
-    /// The paper's and the adaptive methods from [noisy starts](START_NOISE), with the shipped dynamics models.
+    /// The paper's and the adaptive methods and open-loop replay from [noisy starts](START_NOISE), with the shipped
+    /// dynamics models.
     NoisyStarts,
 }
 

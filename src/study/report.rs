@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use super::hits::HitCounts;
-use super::plan::StudyPlan;
+use super::plan::{START_NOISE, StudyPlan};
 use crate::evidence::{Comparison, LearningRow};
 use crate::markdown;
 use crate::stats::{Bootstrap, Estimate, StatsError};
@@ -77,18 +77,19 @@ impl Report {
         self.write_models(&mut text);
         self.write_hits(&mut text, plan, &bootstrap)?;
         let trainings = format!("{} episodes, {} seeds", plan.learning_episodes, plan.learning_seeds);
-        for (rows, title, conditions) in [
-            (
-                &self.learning,
-                "Learning",
-                "every episode begins in the same state, and the dynamics models are the study's own",
-            ),
-            (
-                &self.noisy_starts,
-                "Learning from noisy starts",
-                "the ball's start is moved by up to 0.01 in each direction in every episode, and the dynamics models are the shipped ones",
-            ),
-        ] {
+        let planning = match plan.planning_episodes {
+            0 => String::new(),
+            episodes => format!(" ({episodes} episodes for planning, which does not learn)"),
+        };
+        let fixed = format!(
+            "every episode begins in the same state, and the dynamics models are the study's own unless the method says otherwise{planning}"
+        );
+        let noisy = format!(
+            "the ball's start is moved by up to {START_NOISE} in each direction in every episode, and the dynamics models are the shipped ones"
+        );
+        for (rows, title, conditions) in
+            [(&self.learning, "Learning", fixed), (&self.noisy_starts, "Learning from noisy starts", noisy)]
+        {
             let _ = write!(text, "## {title}\n\n{trainings}; {conditions}. ");
             Comparison::new(rows.clone(), Vec::new(), &bootstrap, command)?.write_tables(&mut text)?;
         }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::StudyError;
 use super::figures::{hits as hits_figure, launches, relative_frames};
@@ -43,7 +44,7 @@ pub fn reproduce(
 ) -> Result<Report, StudyError> {
     let folder = Folder(folder);
     folder.claim(&plan.foundation(), &["models", "priors", "hits", "subgoals", "runs", "figures"])?;
-    let study = Study { plan, folder, command, dpi };
+    let study = Study { plan, folder, command, dpi, interrupt: batch.interrupt };
     let jobs = study.jobs()?;
     let mut progress = StudyProgress { total: jobs.work(), done: 0, on_progress };
     let models = progress.run(batch, &jobs.models)?;
@@ -91,6 +92,7 @@ struct Study<'a> {
     folder: Folder<'a>,
     command: &'a str,
     dpi: u32,
+    interrupt: &'a AtomicBool,
 }
 
 /// The jobs of a study that can be created from its plan alone. Each kind needs the files written by the
@@ -159,34 +161,38 @@ impl<'a> Study<'a> {
 
     fn figures(self, report: &Report, priors: &[TaskPrior], trained: &Trained) -> Result<(), StudyError> {
         let plan = self.plan;
-        let bootstrap = plan.bootstrap();
+        let (bootstrap, trainings) = (plan.bootstrap(), plan.learning_seeds);
         let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
-        self.figure("figure1", &launches(plan))?;
+        self.figure("figure1", 1, &launches(plan))?;
         if let Some(task) = plan.tasks.first()
             && let Some(prior) = first_prior(task)
         {
-            self.figure("figure2", &relative_frames(task, &prior, plan.model.cutoff, plan.seed))?;
+            self.figure("figure2", 1, &relative_frames(task, &prior, plan.model.cutoff, plan.seed))?;
         }
-        self.figure("figure3", &TaskGrid { tasks: plan.tasks.clone() })?;
+        self.figure("figure3", 1, &TaskGrid { tasks: plan.tasks.clone() })?;
         let sampled =
             plan.tasks.iter().filter_map(|task| Some(TaskActions::sample(task, &*first_prior(task)?, plan.seed)));
-        self.figure("figure4", &ActionSamples { tasks: sampled.collect() })?;
-        self.figure("figure5", &hits_figure(report, plan, &bootstrap)?)?;
+        self.figure("figure4", 1, &ActionSamples { tasks: sampled.collect() })?;
+        self.figure("figure5", plan.hit_seeds, &hits_figure(report, plan, &bootstrap)?)?;
         let of_paper = trained.of(|part| part == Part::Paper);
-        self.figure("figure6", &learning_curves(&of_paper, &bootstrap, Success::Training)?)?;
-        self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, Success::Greedy)?)?;
+        self.figure("figure6", trainings, &learning_curves(&of_paper, &bootstrap, Success::Training)?)?;
+        self.figure("figure6-greedy", trainings, &learning_curves(&of_paper, &bootstrap, Success::Greedy)?)?;
         let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
         let finals = Groups::new(&of_paper).common_scores(FINAL)?;
-        self.figure("performance-profile", &performance_profile(&finals, &bootstrap)?)?;
-        self.figure("methods", &method_scores(&report.learning, &bootstrap)?)?;
+        self.figure("performance-profile", trainings, &performance_profile(&finals, &bootstrap)?)?;
+        self.figure("methods", trainings, &method_scores(&report.learning, &bootstrap)?)?;
         let noisy = trained.of(|part| part == Part::NoisyStarts);
-        self.figure("noisy-starts", &learning_curves(&noisy, &bootstrap, Success::Training)?)?;
-        self.figure("noisy-starts-steps", &step_curves(&noisy, &bootstrap)?)?;
-        self.figure("noisy-starts-methods", &method_scores(&report.noisy_starts, &bootstrap)?)
+        self.figure("noisy-starts", trainings, &learning_curves(&noisy, &bootstrap, Success::Training)?)?;
+        self.figure("noisy-starts-steps", trainings, &step_curves(&noisy, &bootstrap)?)?;
+        self.figure("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, &bootstrap)?)
     }
 
-    fn figure(self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
-        let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
+    /// Writes a figure of the results of the first `seeds` seeds.
+    fn figure(self, name: &str, seeds: u64, figure: &impl Figure) -> Result<(), StudyError> {
+        if self.interrupt.load(Ordering::Relaxed) {
+            return Err(StudyError::Interrupted);
+        }
+        let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
         Ok(figure.write_all(&self.folder.path("figures"), name, &provenance, self.dpi)?)
     }
@@ -210,16 +216,13 @@ impl<'a> Study<'a> {
                 }
             };
             let file = format!("models/{}.json", model_name(&tools, variant));
-            if let Some(evaluation) = self.folder.read(&file)? {
-                return Ok(Some(model_row(&evaluation, variant)));
-            }
-            let evaluation = evaluate(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
-                handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
-                !handle.is_stopped()
+            let evaluation = self.folder.cached(&file, || {
+                Ok(evaluate(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
+                    handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
+                    !handle.is_stopped()
+                })?)
             })?;
-            let Some(evaluation) = evaluation else { return Ok(None) };
-            self.folder.write_json(&file, &evaluation)?;
-            Ok(Some(model_row(&evaluation, variant)))
+            Ok(evaluation.map(|evaluation| model_row(&evaluation, variant)))
         })
     }
 
@@ -253,9 +256,8 @@ impl<'a> Study<'a> {
             let prior = PriorSource::ModelFile(model.display().to_string());
             let config = RunConfig { prior, seed, ..RunConfig::new(task.clone()) };
             let prior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
-                build_prior(&config, |_| (), handle.stop())?.ok_or(StudyError::Interrupted)
-            });
-            let prior: Option<ActionPrior> = StudyError::unless_interrupted(prior)?;
+                Ok(build_prior(&config, |_| (), handle.stop())?)
+            })?;
             Ok(prior.map(|prior| (task.clone(), Arc::new(prior))))
         })
     }
@@ -268,16 +270,14 @@ impl<'a> Study<'a> {
             handle.report(format!("hits of {name}"));
             let episodes = self.plan.hit_episodes;
             let hits = self.folder.cached(&format!("hits/{name}.json"), || {
-                let hits = match &prior {
+                Ok(match &prior {
                     Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed, handle.stop()),
                     None => {
                         let mut actor = ActorNoise::untrained(&task, &DdpgConfig::default(), seed)?;
                         count_hits(&task, &mut actor, episodes, seed, handle.stop())
                     }
-                };
-                hits.ok_or(StudyError::Interrupted)
-            });
-            let hits = StudyError::unless_interrupted(hits)?;
+                })
+            })?;
             Ok(hits.map(|hits| HitRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
         })
     }
@@ -292,16 +292,14 @@ impl<'a> Study<'a> {
                 config.prior = PriorSource::ModelFile(model.display().to_string());
             }
             if arm.proposed_subgoals {
-                let task = StudyError::unless_interrupted(self.with_proposed_subgoals(&config, handle))?;
-                let Some(task) = task else { return Ok(None) };
+                let Some(task) = self.with_proposed_subgoals(&config, handle)? else { return Ok(None) };
                 config.task = task;
             }
             handle.report(name.clone());
             let path = self.run_path(&name);
             check_run(&path, &config)?;
-            let finished = train_to_end(&path, &config, handle)
-                .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
-            Ok(finished.map(|_| ()))
+            train_to_end(&path, &config, handle)
+                .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })
         })
     }
 
@@ -320,20 +318,21 @@ impl<'a> Study<'a> {
         Ok(Trained(read_runs(&paths)?.into_iter().zip(planned).map(of_arm).collect()))
     }
 
-    /// The task of a run with its subgoals replaced by the same number, proposed with the run's dynamics model.
-    fn with_proposed_subgoals(self, config: &RunConfig, handle: &JobHandle) -> Result<Arc<Task>, StudyError> {
+    /// The task of a run with its subgoals replaced by the same number, proposed with the run's dynamics model. None
+    /// if it was stopped.
+    fn with_proposed_subgoals(self, config: &RunConfig, handle: &JobHandle) -> Result<Option<Arc<Task>>, StudyError> {
         let RunConfig { task, seed, .. } = config;
         let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only the uniform source has no model.
-            let Some(model) = found else { return Ok(Vec::new()) };
+            let Some(model) = found else { return Ok(Some(Vec::new())) };
             let model = InterruptibleModel::new(&*model, handle.stop());
             match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed) {
-                Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),
-                found => Ok(found?),
+                Err(DynamicsError::Stopped) => Ok(None),
+                found => Ok(Some(found?)),
             }
         })?;
-        Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
+        Ok(subgoals.map(|subgoals| Arc::new(Task { subgoals, ..(**task).clone() })))
     }
 }
 

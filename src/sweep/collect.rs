@@ -27,8 +27,11 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
         }
         all.extend(find_runs(std::slice::from_ref(folder))?);
     }
-    if out.join("runs").is_dir() && !matches!(find_runs(&[out.to_owned()]), Err(RunError::NoRuns(_))) {
-        all.extend(find_runs(&[out.to_owned()])?);
+    if out.join("runs").is_dir() {
+        match find_runs(&[out.to_owned()]) {
+            Err(RunError::NoRuns(_)) => {}
+            found => all.extend(found?),
+        }
     }
     if !all.is_empty() {
         common_kind(&all)?;

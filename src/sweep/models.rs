@@ -66,23 +66,23 @@ impl ModelJob {
             evaluation: EvaluationConfig::default(),
         };
         let chosen = || grid.axes.iter().zip(combination).map(|(axis, &value)| (axis, &axis.values[value], value));
-        // `literal` selects the defaults that the other settings change, whatever its position.
-        if let Some((axis, literal, value)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
-            let wrong = || ValidationError::new(axis.path(value), "must be true or false");
+        // `literal` and `tools` select the defaults that the other settings change, whatever their positions.
+        if let Some((axis, literal, number)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
+            let wrong = || ValidationError::new(axis.path(number), "must be true or false");
             if literal.as_bool().ok_or_else(wrong)? {
                 (job.model, job.training) = (ModelConfig::literal(), TrainConfig::literal());
             }
         }
-        for (axis, value, number) in chosen().filter(|(axis, _, _)| axis.key != "literal") {
+        if let Some((axis, tools, number)) = chosen().find(|(axis, _, _)| axis.key == "tools") {
             let wrong = |message: String| ValidationError::new(axis.path(number), message);
-            match axis.key.replace('-', "_").as_str() {
-                "tools" => {
-                    let set: ToolSet = json::text(value).parse().map_err(wrong)?;
-                    job.tools = canonical_tool_set(set.kinds()).map_err(|error| wrong(error.to_string()))?;
-                    job.model = set.apply(job.model);
-                }
-                key => job = job.with_setting(key, value).map_err(wrong)?,
-            }
+            let set: ToolSet = json::text(tools).parse().map_err(wrong)?;
+            job.tools = canonical_tool_set(set.kinds()).map_err(|error| wrong(error.to_string()))?;
+            job.model = set.apply(job.model);
+        }
+        let is_default = |key: &str| ["literal", "tools"].contains(&key);
+        for (axis, value, number) in chosen().filter(|(axis, _, _)| !is_default(&axis.key)) {
+            let wrong = |message: String| ValidationError::new(axis.path(number), message);
+            job = job.with_setting(&axis.key, value).map_err(wrong)?;
         }
         if job.tools.is_empty() {
             return Err(ValidationError::new("tools", "is missing: name a tool set, such as \"box,bucket\""));

@@ -82,5 +82,5 @@ pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result
 
 /// The command that reproduces a job's model, for the provenance in the model file.
 pub(super) fn provenance(job: &Job) -> String {
-    shell_words::join(["mge", "sweep", "--one", &job.alone.to_string()])
+    shell_words::join(["mge", "sweep", "--one", &job.alone.to_string(), "--out", "sweep"])
 }

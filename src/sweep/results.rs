@@ -115,9 +115,9 @@ fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
     columns.extend(MEASURES.map(str::to_owned));
     columns.extend((1..=actions.unwrap_or(0)).map(|n| format!("rollout_error_{n}")));
     let row = |(path, settings, result): &(&PathBuf, Value, Value)| {
-        let setting = |column: &str| {
-            json::leaves(settings).into_iter().find(|(path, _)| short(path) == column).map(|(_, value)| value.clone())
-        };
+        let leaves = json::leaves(settings);
+        let setting =
+            |column: &str| leaves.iter().find(|(path, _)| short(path) == column).map(|(_, value)| (*value).clone());
         let value = |column: &str| match column {
             "run" => Some(path.file_name()?.to_string_lossy().into_owned().into()),
             "state" => Some(model_state(result).into()),

@@ -67,9 +67,9 @@ fn a_file_expands_to_all_combinations_with_the_baseline_once() {
 
 #[test]
 fn models_are_swept_by_the_names_of_their_settings() {
-    let file = json!({"kind": "dynamics", "tools": "box,bucket", "learning-rate": [1e-3, 1e-4], "layers": [5, 17], "optimiser": "sgd"});
+    let file = json!({"kind": "dynamics", "tools": "box,bucket", "learning_rate": [1e-3, 1e-4], "layers": [5, 17], "optimiser": "sgd"});
     let sweep = sweep(&file);
-    assert_eq!(names(&sweep)[0], "bucket-box-learning-rate_0.001-layers_5-seed0");
+    assert_eq!(names(&sweep)[0], "bucket-box-learning_rate_0.001-layers_5-seed0");
     let Work::Dynamics(job) = &sweep.jobs[3].work else { panic!("a model") };
     assert_eq!((job.training.learning_rate, job.model.layers), (1e-4, 17));
     assert_eq!(job.training.optimiser, crate::nn::OptimiserKind::Sgd);
@@ -246,6 +246,18 @@ fn literal_models_have_the_settings_of_the_literal_training() {
     let seed = |training: TrainConfig| TrainConfig { seed: 3, ..training };
     assert_eq!(literal(true), (ModelConfig::literal(), seed(TrainConfig::literal())));
     assert_eq!(literal(false), (ModelConfig::default(), seed(TrainConfig::default())));
+}
+
+#[test]
+fn settings_of_a_model_do_not_depend_on_their_order() {
+    let model = |text: &str| {
+        let sweep = Sweep::parse(text.as_bytes(), "test").unwrap();
+        let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
+        job.model.clone()
+    };
+    let last = model(r#"{"kind": "dynamics", "tools": "create", "properties": false}"#);
+    assert!(!last.properties);
+    assert_eq!(model(r#"{"kind": "dynamics", "properties": false, "tools": "create"}"#), last);
 }
 
 /// Trains a job's run up to an episode, and stops it there.

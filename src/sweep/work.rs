@@ -54,7 +54,7 @@ pub fn run(
         let (path, command) = (job.folder(folder), plan::provenance(job));
         match job.work.clone() {
             Work::Train(config) => batch::Job::new(&job.name, u64::from(config.episodes), move |handle| {
-                Ok(train_to_end(&path, &config, handle)?.map(drop))
+                Ok(train_to_end(&path, &config, handle)?)
             }),
             Work::Dynamics(model) => {
                 batch::Job::new(&job.name, model.epochs(), move |handle| model.run(&path, &command, handle))

@@ -235,8 +235,11 @@ impl Editor {
         self.now.task != self.saved
     }
 
-    /// Records that the task was saved under this name.
+    /// Records that the task was saved under this name, which undone and redone versions keep.
     pub fn mark_saved(&mut self, name: String) {
+        for version in self.past.iter_mut().chain(&mut self.future) {
+            version.task.name.clone_from(&name);
+        }
         self.now.task.name = name;
         self.saved = self.now.task.clone();
     }

@@ -106,6 +106,12 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
+/// The file that [`load`] reads for this name; None for a shipped task or level.
+pub fn file_of(name: &str) -> Option<&Path> {
+    let path = Path::new(name);
+    (path.is_file() && !SHIPPED.iter().any(|(shipped, _)| *shipped == name)).then_some(path)
+}
+
 /// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles;
 /// for anything else as [`load`]. Pipes and devices are refused.
 ///

@@ -13,7 +13,52 @@ impl Task {
     /// # Errors
     /// The first reason why it is not.
     pub fn validate(&self) -> Result<(), ValidationError> {
-        validate(self)
+        if self.version != VERSION {
+            let message = format!("is {}, but this program reads version {VERSION}", self.version);
+            return problem("version", message);
+        }
+        check_name(&self.name)?;
+        let marker_subgoals = self.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
+        for (list, count) in [
+            ("tools", self.tools.len()),
+            ("balls", self.balls.len()),
+            ("boxes", self.boxes.len()),
+            ("shifts", self.shifts.len()),
+            ("subgoals", self.subgoals.len()),
+            ("marker.subgoals", marker_subgoals),
+        ] {
+            if count > MAX_OBJECTS {
+                return problem(list, format!("has {count} entries; at most {MAX_OBJECTS} are allowed"));
+            }
+        }
+        ball(&self.ball, "ball")?;
+        if let Some(marker) = &self.marker {
+            ball(&marker.ball, "marker.ball")?;
+            in_range(marker.move_threshold, "marker.move_threshold", 0.0, 1.0)?;
+            regions(&marker.subgoals, "marker.subgoals")?;
+        }
+        for (i, other) in self.balls.iter().enumerate() {
+            ball(other, &format!("balls[{i}]"))?;
+        }
+        for (i, moving) in self.boxes.iter().enumerate() {
+            position(moving.position, &format!("boxes[{i}].position"))?;
+            velocity(moving.velocity, &format!("boxes[{i}].velocity"))?;
+            moving.material().check().map_err(|problem| problem.within(format_args!("boxes[{i}]")))?;
+        }
+        for (i, tool) in self.tools.iter().enumerate() {
+            position(tool.position, &format!("tools[{i}].position"))?;
+            form(&tool.form, tool.kind, &format!("tools[{i}]"))?;
+        }
+        form(&self.placeable.form, self.placeable.kind, "placeable")?;
+        regions(&self.subgoals, "subgoals")?;
+        position(self.goal.position, "goal.position")?;
+        in_range(self.goal.radius, "goal.radius", 0.1, 42.0)?;
+        check_settings(&self.rules, &RULES).map_err(|error| error.within("rules"))?;
+        order(self)?;
+        for (i, shift) in self.shifts.iter().enumerate() {
+            shifted(self, shift, &format!("shifts[{i}]"))?;
+        }
+        clear_start(self)
     }
 }
 
@@ -27,55 +72,6 @@ pub fn check_name(name: &str) -> Result<(), ValidationError> {
         return problem("name", "must be up to 100 letters, digits, `-`, `_` or `.`, and not begin with `.`");
     }
     Ok(())
-}
-
-fn validate(task: &Task) -> Result<(), ValidationError> {
-    if task.version != VERSION {
-        let message = format!("is {}, but this program reads version {VERSION}", task.version);
-        return problem("version", message);
-    }
-    check_name(&task.name)?;
-    let marker_subgoals = task.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
-    for (list, count) in [
-        ("tools", task.tools.len()),
-        ("balls", task.balls.len()),
-        ("boxes", task.boxes.len()),
-        ("shifts", task.shifts.len()),
-        ("subgoals", task.subgoals.len()),
-        ("marker.subgoals", marker_subgoals),
-    ] {
-        if count > MAX_OBJECTS {
-            return problem(list, format!("has {count} entries; at most {MAX_OBJECTS} are allowed"));
-        }
-    }
-    ball(&task.ball, "ball")?;
-    if let Some(marker) = &task.marker {
-        ball(&marker.ball, "marker.ball")?;
-        in_range(marker.move_threshold, "marker.move_threshold", 0.0, 1.0)?;
-        regions(&marker.subgoals, "marker.subgoals")?;
-    }
-    for (i, other) in task.balls.iter().enumerate() {
-        ball(other, &format!("balls[{i}]"))?;
-    }
-    for (i, moving) in task.boxes.iter().enumerate() {
-        position(moving.position, &format!("boxes[{i}].position"))?;
-        velocity(moving.velocity, &format!("boxes[{i}].velocity"))?;
-        moving.material().check().map_err(|problem| problem.within(format_args!("boxes[{i}]")))?;
-    }
-    for (i, tool) in task.tools.iter().enumerate() {
-        position(tool.position, &format!("tools[{i}].position"))?;
-        form(&tool.form, tool.kind, &format!("tools[{i}]"))?;
-    }
-    form(&task.placeable.form, task.placeable.kind, "placeable")?;
-    regions(&task.subgoals, "subgoals")?;
-    position(task.goal.position, "goal.position")?;
-    in_range(task.goal.radius, "goal.radius", 0.1, 42.0)?;
-    check_settings(&task.rules, &RULES).map_err(|error| error.within("rules"))?;
-    order(task)?;
-    for (i, shift) in task.shifts.iter().enumerate() {
-        shifted(task, shift, &format!("shifts[{i}]"))?;
-    }
-    clear_start(task)
 }
 
 /// Checks that the order names existing parts, each once, and tools in the order of their list.

@@ -110,9 +110,10 @@ pub fn build_prior(
     progress: impl FnMut(usize),
     stop: &Stop,
 ) -> Result<Option<ActionPrior>, PriorError> {
+    let uniform = || ActionPrior::uniform(&config.task, &config.guidance, config.seed);
     if let Some(tools) = config.tools {
         let Some(model) = tool_model(&config.rollout_source(), &config.task, tools)? else {
-            return Ok(Some(ActionPrior::uniform(&config.task, &config.guidance, config.seed)));
+            return Ok(Some(uniform()));
         };
         return Ok(guidance::build_with_tools(
             &config.task,
@@ -124,9 +125,7 @@ pub fn build_prior(
             stop,
         )?);
     }
-    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else {
-        return Ok(Some(ActionPrior::uniform(&config.task, &config.guidance, config.seed)));
-    };
+    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else { return Ok(Some(uniform())) };
     let model = InterruptibleModel::new(&*model, stop);
     Ok(guidance::build(&config.task, &model, &config.guidance, config.seed, progress)?)
 }

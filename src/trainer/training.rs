@@ -120,10 +120,9 @@ impl Training {
     /// Assembles a training between two episodes.
     fn assembled(config: RunConfig, mut learner: Learner, progress: TrainingState) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
-        let mut envs =
-            config.tasks().map(|task| tools::environment(config.played(task), config.observation, config.tools));
-        let env = envs.next().expect("a run has a task");
-        let further = envs.collect();
+        let env_of = |task| tools::environment(config.played(task), config.observation, config.tools);
+        let env = env_of(&config.task);
+        let further = config.further_tasks.iter().map(env_of).collect();
         learner.ddpg_mut().set_candidates(config.tool_candidates);
         let (stop, phase) = (Stop::default(), SharedPhase::default());
         Ok(Self { config, model, env, further, learner, progress, stop, phase })

@@ -5,9 +5,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{self, Command, FigureKind};
 use super::setup::Setup;
-use crate::figures::EXTENSIONS;
 use crate::trainer::{PriorSource, check_model};
 
 /// The state that is known before anything is computed, trained or written.
@@ -28,20 +26,17 @@ impl DryRun {
         Self { setup, written: BTreeSet::new(), task_unknown: false, proposed: false }
     }
 
-    /// Checks a command as far as possible beforehand.
-    ///
-    /// # Errors
-    /// When it would fail whatever the results of the work before it.
-    pub fn check(&mut self, command: &Command) -> Result<(), SessionError> {
-        if self.task_unknown { Ok(()) } else { command.behaviour().check(self) }
+    /// Whether the task is not known: nothing can be checked from here on.
+    pub fn is_task_unknown(&self) -> bool {
+        self.task_unknown
     }
 
     /// Opens a task.
-    pub fn open_task(&mut self, task: &command::Task) -> Result<(), SessionError> {
-        if self.written.contains(Path::new(&task.0)) {
+    pub fn open_task(&mut self, name: &str) -> Result<(), SessionError> {
+        if self.written.contains(Path::new(name)) {
             self.open_unknown_task();
         } else {
-            self.setup.open_task(&task.0)?;
+            self.setup.open_task(name)?;
             self.proposed = false;
         }
         Ok(())
@@ -53,16 +48,16 @@ impl DryRun {
     }
 
     /// Changes a setting.
-    pub fn set(&mut self, setting: &command::Set) -> Result<(), SessionError> {
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), SessionError> {
         let is_written = |place: &str| {
             let place = Path::new(place.trim());
             self.written.iter().any(|written| written == place || written.parent() == Some(place))
         };
-        if setting.key == "more_tasks" && setting.value.split(',').any(is_written) {
+        if key == "more_tasks" && value.split(',').any(is_written) {
             self.task_unknown = true;
             return Ok(());
         }
-        self.setup.set(&setting.key, &setting.value).map(drop)
+        self.setup.set(key, value).map(drop)
     }
 
     /// Edits the task or the proposals.
@@ -89,23 +84,6 @@ impl DryRun {
             _ => check_model(config).map_err(|error| SessionError::Failed(error.to_string())),
         }
     }
-}
-
-/// Checks that a figure of this kind has these options and can be written to a file with this extension.
-pub(super) fn check_figure(figure: &command::Figure) -> Result<(), SessionError> {
-    let command::Figure { kind, ref path, ref composition, .. } = *figure;
-    if let Some((key, _)) = composition.options().first().filter(|_| kind != FigureKind::Learning) {
-        let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
-        return Err(SessionError::Failed(reason));
-    }
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("");
-    let (known, expected): (&[&str], _) =
-        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&EXTENSIONS, "`.png`, `.svg` or `.pdf`") };
-    if known.contains(&extension) {
-        return Ok(());
-    }
-    let figure = format!("{}: a figure of this kind is written as {expected}", path.display());
-    Err(SessionError::Failed(figure + ": use that extension"))
 }
 
 #[cfg(test)]

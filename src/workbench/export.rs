@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::command::{self, Command, FigureKind};
-use super::dry_run::check_figure;
 use super::job::Reporter;
 use super::run::RunView;
-use super::{Session, SessionError, create_parent};
+use super::{Session, SessionError};
+use crate::atomic;
 use crate::env::Placement;
 use crate::evidence::{Composed, Composition, LearningRow, find_runs};
 use crate::figures::{
     ActionSamples, Animation, DEFAULT_DPI, Dashboard, Figure, Moment, Provenance, TaskActions, TaskGrid,
 };
 use crate::physics::PHYSICS_DT;
-use crate::run::{EpisodeRecord, config_hash};
+use crate::run::{EpisodeRecord, RunError, config_hash};
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
 use crate::trainer::{RunConfig, Trace};
@@ -38,7 +38,7 @@ pub struct DrawnFigure {
 impl Session {
     /// Starts writing a figure, with its data as CSV beside it.
     pub(super) fn export(&mut self, command: &command::Figure) -> Result<String, SessionError> {
-        check_figure(command)?;
+        command.check_output()?;
         let mut made_by = command.clone();
         if command.kind == FigureKind::Learning {
             made_by.composition.runs = self.evidence(&command.composition);
@@ -48,12 +48,12 @@ impl Session {
             FigureKind::Episode => Err(self.episode_to_show()?),
             kind => Ok(self.figure(kind, &command.composition)?),
         };
-        let by_hand = self.settings_of(command.kind);
-        let (seed, config_hash) = (by_hand.seed, config_hash(by_hand)?);
+        let settings = self.settings_of(command.kind);
+        let (seed, config_hash) = (settings.seed, config_hash(settings)?);
         let report = format!("drawing {}", command.path.display());
         let (path, dpi) = (command.path.clone(), command.dpi);
         let work = move |reporter: &Reporter| -> Result<PathBuf, String> {
-            create_parent(&path).map_err(|error| error.to_string())?;
+            atomic::create_parent(&path).map_err(|error| RunError::io("write", &path)(error).to_string())?;
             let written = match drawing {
                 Ok(drawing) => {
                     let DrawnFigure { figure, seeds, config_hash } =

@@ -28,17 +28,13 @@ impl Session {
             // Removes the reserved folder only if it is still empty.
             let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
             let directory = fork.map_err(|error| error.to_string())?;
-            let run = RunView::new(directory).map_err(|error| error.to_string())?.with_past_unread();
-            let past = Past::read(run.directory(), &run.config().task, reporter.stop())?;
-            Ok((run, past))
+            let mut run = RunView::new(directory).map_err(|error| error.to_string())?;
+            run.take_past(Past::read(run.directory(), &run.config().task, reporter.stop()))?;
+            Ok(run)
         };
         let asked = command.clone();
         self.start_job(command.clone(), work, move |session, made| {
-            let (run, past) = made?;
-            let added = session.add(run);
-            if let Some(run) = session.run_numbered_mut(added) {
-                run.take_past(Ok(past))?;
-            }
+            let added = session.add(made?);
             session.journal.note_fork(asked.clone().into(), number, added);
             session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())
         });
@@ -182,7 +178,7 @@ mod tests {
         let config = session.run().unwrap().config().clone();
         assert_eq!((config.task_of(5), config.task_of(6)), (&session.runs()[0].config().task, &task));
         let [first, last] = [&session.runs()[0], session.run().unwrap()];
-        assert_eq!(last.past_episode(4).unwrap(), first.past_episode(4).unwrap());
+        assert_eq!(last.saved().past_episode(4).unwrap(), first.saved().past_episode(4).unwrap());
     }
 
     #[test]

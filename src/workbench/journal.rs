@@ -104,8 +104,8 @@ impl Journal {
 
     /// The episode of the next intervention in a run, searching from an entry on.
     fn next_stop(&self, from: usize, run: Option<usize>) -> Option<u32> {
-        let mut own = self.entries[from..].iter().filter(|entry| entry.trained() == run);
-        own.by_ref().take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
+        let own = self.entries[from..].iter().filter(|entry| entry.trained() == run);
+        own.take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
     }
 }
 

@@ -42,16 +42,10 @@ pub use session::{FIRST_TASK, Notice, Session};
 
 use std::path::Path;
 
+use crate::atomic;
 use crate::run::RunError;
-
-/// Creates the parent folder of a file.
-fn create_parent(path: &Path) -> Result<(), RunError> {
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.map_or(Ok(()), std::fs::create_dir_all).map_err(RunError::io("write", path))
-}
 
 /// Writes a file, creating its parent folder if needed.
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
-    create_parent(path)?;
-    crate::atomic::write(path, bytes).map_err(RunError::io("write", path))
+    atomic::create_parent(path).and_then(|()| atomic::write(path, bytes)).map_err(RunError::io("write", path))
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
-use super::{Session, SessionError, create_parent, write_file};
+use super::{Session, SessionError, write_file};
 use crate::dynamics::{
     self, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, TrainingOutcome,
     train_to_file,
@@ -94,7 +94,6 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let file = shell_words::quote(&file);
     let command = format!("mge dynamics train --tools {tools} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    create_parent(path).map_err(|error| error.to_string())?;
     let on_progress = |now: &dynamics::Progress| {
         reporter.note(now.loss);
         reporter.progress(now.epoch as usize, now.epochs as usize)

@@ -34,7 +34,8 @@ impl Session {
     }
 
     fn open_puzzle(&mut self, command: Puzzle, puzzle: Task) -> Result<String, String> {
-        self.setup.take_task(puzzle, None).map_err(|error| error.to_string())?;
+        let opened = self.change(|setup| setup.take_task(puzzle, None).map(|()| String::new()));
+        opened.map_err(|error| error.to_string())?;
         self.forget_results_of_task();
         let report = format!("puzzle {}, {}: `propose` looks for subgoals", command.0, self.task().name);
         // Recorded when it is opened: only later commands can refer to it.
@@ -63,8 +64,9 @@ mod tests {
     fn a_random_puzzle_is_opened_and_a_recorded_session_opens_the_same() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = Session::new(task::load("task2").unwrap(), "runs".into());
-        run(&mut first, "puzzle 13\ngoal size 3").unwrap();
-        assert_eq!(first.task().name, "train-13-0000");
+        run(&mut first, "puzzle 13").unwrap();
+        assert_eq!((&*first.task().name, &*first.hand_play().task().name), ("train-13-0000", "train-13-0000"));
+        run(&mut first, "goal size 3").unwrap();
         assert!(first.task().subgoals.is_empty());
         let error = run(&mut first, "save").unwrap_err();
         assert!(error.contains("train-13-0000 has no file"), "{error}");

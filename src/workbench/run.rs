@@ -475,14 +475,6 @@ impl RunView {
         }
     }
 
-    /// Replays a past episode.
-    ///
-    /// # Errors
-    /// When it was not recorded or cannot be read.
-    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
-        self.saved().past_episode(episode)
-    }
-
     /// Access to its recorded episodes and checkpoints.
     pub fn saved(&self) -> SavedRun {
         SavedRun::new(self.directory.clone(), self.config.clone())

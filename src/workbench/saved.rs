@@ -128,7 +128,7 @@ impl SavedRun {
     }
 
     /// The agent of the latest checkpoint, to play greedy episodes: on another task than the first of the run, if
-    /// given, and with action sets drawn from these tools; None for those of the training.
+    /// given (with its own start noise), and with action sets drawn from these tools; None for those of the training.
     ///
     /// # Errors
     /// As [`SavedRun::agent`], when the agent's observations do not fit the task, and when tools are given but the agent
@@ -139,7 +139,7 @@ impl SavedRun {
             let reason = "the agent of this run has the task's own tool: it does not choose among others";
             return Err(SessionError::Failed(reason.to_owned()));
         }
-        let task = task.unwrap_or_else(|| self.config.task.clone());
+        let task = task.unwrap_or_else(|| self.config.played(&self.config.task));
         let observation = self.config.observation;
         if !can_play(&agent, observation, &task) {
             let hint =

@@ -75,14 +75,17 @@ impl Script {
         Ok(())
     }
 
-    /// Checks all commands without doing their work.
+    /// Checks all commands as far as possible without doing their work.
     ///
     /// # Errors
-    /// With the line of the first command that would fail.
+    /// With the line of the first command that would fail whatever the results of the work before it.
     pub fn dry_run(&self, session: &Session) -> Result<(), ScriptError> {
         let mut dry_run = DryRun::new(session.setup.clone());
         for (line, command) in &self.commands {
-            dry_run.check(command).map_err(|error| self.failed(*line, error))?;
+            if dry_run.is_task_unknown() {
+                break;
+            }
+            command.behaviour().check(&mut dry_run).map_err(|error| self.failed(*line, error))?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::SessionError;
-use crate::task::{Edit, Editor, Region, Task, load_regular, save};
+use crate::task::{Edit, Editor, Region, Task, file_of, load_regular, save};
 use crate::trainer::{Method, RunConfig};
 
 /// Task and settings of the next run.
@@ -26,7 +26,7 @@ impl Setup {
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
-        let file = Path::new(name).is_file().then(|| PathBuf::from(name));
+        let file = file_of(name).map(Path::to_owned);
         self.take_task(load_regular(name)?, file)?;
         Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
     }
@@ -97,9 +97,9 @@ impl Setup {
         Ok(match edit {
             Edit::AcceptProposal { index: Some(_) } => format!("subgoal {} was proposed", own + 1),
             Edit::AcceptProposal { index: None } => {
-                format!("{proposed} proposed in place of {own} before: `undo` takes it back")
+                format!("{proposed} proposed in place of {own} before: `undo` reverts it")
             }
-            Edit::DeleteProposal { .. } => "rejected: `undo` takes it back".to_owned(),
+            Edit::DeleteProposal { .. } => "rejected: `undo` reverts it".to_owned(),
             _ => "task edited".to_owned(),
         })
     }
@@ -113,7 +113,10 @@ impl Setup {
         Ok(format!("{key} = {value}"))
     }
 
+    /// Takes over the edited task, unless it is unchanged: a new `Arc` restarts hand play.
     fn task_changed(&mut self) {
-        self.config.task = Arc::new(self.editor.task().clone());
+        if *self.config.task != *self.editor.task() {
+            self.config.task = Arc::new(self.editor.task().clone());
+        }
     }
 }

@@ -229,6 +229,9 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
     assert!(session.hand_play().trace().steps.is_empty());
     run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");
     assert!(session.hand_play().trace().steps.is_empty(), "the task has changed");
+    let path = folder.path().join("task1.json");
+    run(&mut session, &format!("place -0.9 0.9\nsave {}\ngoal move 0.5 0.5", quoted(&path)));
+    assert_eq!(session.hand_play().trace().steps.len(), 1, "the task is the same");
 }
 
 #[test]
@@ -244,6 +247,8 @@ fn a_task_is_saved_under_the_name_of_its_file() {
     assert_eq!((session.file(), session.is_dirty(), session.task().name.as_str()), (Some(&*path), false, "mine"));
     run(&mut session, "goal move 0.4 0.4\nsave");
     assert_eq!(&crate::task::load(&path.display().to_string()).unwrap(), session.task());
+    run(&mut session, "undo");
+    assert_eq!((session.task().goal.position, session.task().name.as_str()), ([0.5, 0.5], "mine"));
 }
 
 #[test]
@@ -251,9 +256,9 @@ fn an_undone_edit_is_made_again() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "goal size 7");
-    assert_eq!(apply(&mut session, "undo").unwrap(), "the edit is taken back");
+    assert_eq!(apply(&mut session, "undo").unwrap(), "the edit is undone");
     assert_ne!(session.task().goal.radius, 7.0);
-    assert_eq!(apply(&mut session, "redo").unwrap(), "the edit is made again");
+    assert_eq!(apply(&mut session, "redo").unwrap(), "the edit is redone");
     assert_eq!((session.task().goal.radius, session.config().task.goal.radius), (7.0, 7.0));
     assert_eq!(apply(&mut session, "redo").unwrap_err(), "there is nothing to redo");
 }
@@ -277,9 +282,9 @@ fn answers_to_proposals_are_reported() {
     session.setup.propose(regions.to_vec());
     assert_eq!(session.proposed(), regions);
     assert_eq!(apply(&mut session, "proposal accept 1").unwrap(), "subgoal 2 was proposed");
-    assert_eq!(apply(&mut session, "proposal delete 1").unwrap(), "rejected: `undo` takes it back");
+    assert_eq!(apply(&mut session, "proposal delete 1").unwrap(), "rejected: `undo` reverts it");
     let report = apply(&mut session, "proposal accept").unwrap();
-    assert_eq!(report, "1 proposed in place of 2 before: `undo` takes it back");
+    assert_eq!(report, "1 proposed in place of 2 before: `undo` reverts it");
     assert_eq!(session.task().subgoals, regions[2..]);
 }
 
@@ -297,10 +302,21 @@ fn a_run_has_a_phase_evaluations_and_past_episodes() {
     let finished = session.run().unwrap();
     assert_eq!((finished.phase(), finished.state()), (None, RunState::Finished));
     assert_eq!(finished.live().unwrap().trace.episode, 2);
-    let first = finished.past_episode(1).unwrap();
+    let first = finished.saved().past_episode(1).unwrap();
     assert_eq!((first.episode, first.steps.len() as u64), (1, finished.records()[0].steps));
     assert_eq!(session.run_numbered(0).map(RunView::name), Some(finished.name()));
     assert!(session.run_numbered(1).is_none());
+}
+
+#[test]
+fn the_policy_of_a_run_starts_with_the_noise_of_its_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "set start_noise 0.01\ntrain\nwait");
+    let saved = session.run().unwrap().saved();
+    let [first, second] = [1, 2].map(|seed| saved.greedy_episode(seed).unwrap().start.shift);
+    assert_ne!(first, second);
+    assert!(first.iter().chain(&second).all(|shift| shift.abs() <= 0.01), "{first:?}, {second:?}");
 }
 
 #[test]

@@ -89,7 +89,7 @@ pub struct Reproduce {
     #[arg(long)]
     pub quick: bool,
     /// Also run further comparisons: uniform exploration, clusters from the true physics and from models without
-    /// each assumption, refined clusters, model-generated transitions, planning
+    /// each assumption, refined clusters, proposed subgoals, model-generated transitions, planning
     #[arg(long)]
     pub questions: bool,
     /// The study's folder; finished parts there are not repeated

@@ -143,6 +143,21 @@ impl UiAction {
             _ => return None,
         })
     }
+
+    /// The step of a moving action, in two sizes; None for any other action.
+    pub fn direction(self, near: f32, far: f32) -> Option<[f32; 2]> {
+        Some(match self {
+            Self::Left => [-near, 0.0],
+            Self::Right => [near, 0.0],
+            Self::Up => [0.0, near],
+            Self::Down => [0.0, -near],
+            Self::FarLeft => [-far, 0.0],
+            Self::FarRight => [far, 0.0],
+            Self::FarUp => [0.0, far],
+            Self::FarDown => [0.0, -far],
+            _ => return None,
+        })
+    }
 }
 
 /// Where an action applies.

@@ -23,8 +23,9 @@ use ratatui::buffer::Buffer;
 
 use super::actions::{Context, Tab, UiAction};
 use super::effect::Effect;
+use super::effect::{Layer, Response};
 use super::input::{Key, Keymap};
-use super::layers::{Layer, Response, Tour};
+use super::layers::Tour;
 use super::screens::{Chrome, HitRegion, HitRegions, Message, Screens, Ui, draw_frame, draw_scene};
 use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;

@@ -5,7 +5,7 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 use super::{App, Drag};
 use crate::task::Property;
 use crate::tui::actions::{Tab, UiAction};
-use crate::tui::screens::{HitRegion, edit, scene, schedule, tools, training};
+use crate::tui::screens::{HitRegion, edit, scene, scene_actions, schedule, tools, training};
 
 impl App {
     /// Applies a mouse event; true if anything changed.
@@ -40,7 +40,7 @@ impl App {
                 // Cells are coarse: an object within half a cell is hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
                 let (screens, ui) = self.screens_and_ui();
-                let effects = scene::press(&mut screens.scene, &ui, position, reach);
+                let effects = scene_actions::press(&mut screens.scene, &ui, position, reach);
                 self.drag = self.screens.scene.selected().map(|_| Drag::Object);
                 self.carry_out(effects);
             }

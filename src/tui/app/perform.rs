@@ -13,7 +13,7 @@ use crate::trainer::non_default_settings;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette, Help};
-use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
+use crate::tui::screens::{figures, lists, log, models, runs, scene_actions, schedule, training};
 use crate::tui::view::{Choice, ComparedEpisode, Level};
 use crate::workbench::{Command, FigureKind, command};
 
@@ -108,11 +108,11 @@ impl App {
         let tab = self.tab;
         let (screens, ui) = self.screens_and_ui();
         let effects = match tab {
-            Tab::Scene | Tab::Edit => scene::perform(&mut screens.scene, &ui, action),
+            Tab::Scene | Tab::Edit => scene_actions::perform(&mut screens.scene, &ui, action),
             Tab::Schedule => schedule::perform(&mut screens.schedule, &ui, action),
             Tab::Training => match training::without_effect(&screens.curves, &ui, action) {
                 Some(why) => vec![Effect::info(ui.text(why))],
-                None if scene::is_playback(action) => scene::perform(&mut screens.scene, &ui, action),
+                None if scene_actions::is_playback(action) => scene_actions::perform(&mut screens.scene, &ui, action),
                 None => training::perform(&mut screens.curves, &screens.runs, &ui, action),
             },
             Tab::Runs => runs::perform(&mut screens.runs, &ui, action),

@@ -6,7 +6,8 @@ use super::App;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Layer, Prompt, Question};
+use crate::tui::effect::Layer;
+use crate::tui::layers::{Prompt, Question};
 use crate::workbench::{Command, command};
 
 impl App {

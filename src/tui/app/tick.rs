@@ -46,7 +46,7 @@ impl App {
         if self.are_curves_due(elapsed) {
             self.request_curves();
         }
-        if self.tab == Tab::Runs && self.screens.runs.is_scan_due(elapsed) {
+        if self.tab == Tab::Runs && self.screens.runs.is_scan_due(elapsed, self.workspace.view()) {
             self.workspace.look_for_runs();
         }
         if self.tab == Tab::Figures {

@@ -6,8 +6,8 @@ use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::text::Span;
 use ratatui::widgets::{Row, Table, Widget};
 
-use super::{Layer, Response};
 use crate::tui::actions::{Context, Entry, entries};
+use crate::tui::effect::{Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;

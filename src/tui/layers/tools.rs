@@ -10,10 +10,10 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::prompt::line;
-use super::{Layer, Response};
 use crate::physics::{NO_OP, Tool, ToolKind, catalogue_tool};
 use crate::task::Property;
 use crate::tui::effect::Effect;
+use crate::tui::effect::{Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::scene::picture;
 use crate::tui::widgets::columns::{self, shortened};

@@ -6,9 +6,9 @@ use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
-use super::{Layer, Response};
+use crate::tui::effect::{Layer, Response};
 use crate::tui::input::Keymap;
-use crate::tui::screens::beside_scene;
+use crate::tui::widgets::layout::beside_scene;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;
 
@@ -30,7 +30,7 @@ const PAGES: [(&str, &str); 4] = [
     ),
     (
         "touching things",
-        "`{next-object}` selects an object, arrows or the mouse move it, `{undo}` takes it back. Once computed, the clusters follow a moment later.\n\n`{hand-play}` lets you place tools yourself and see what the model predicts.",
+        "`{next-object}` selects an object, arrows or the mouse move it, `{undo}` reverts it. Once computed, the clusters follow a moment later.\n\n`{hand-play}` lets you place tools yourself and see what the model predicts.",
     ),
     (
         "finding things",

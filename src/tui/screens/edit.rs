@@ -1,38 +1,17 @@
 //! Edits of the task on the Scene and Edit screens: changes to the selected object by keys and mouse, and
 //! proposed subgoals.
 
-use super::scene::Scene;
+use super::scene::{Scene, moved};
 use super::{Ui, tools};
-use crate::task::Edit;
+use crate::task::{Edit, STANDARD_RADIUS};
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
-use crate::workbench::command;
-
-/// The direction and distance of a moving action.
-pub fn direction(action: UiAction, near: f32, far: f32) -> Option<[f32; 2]> {
-    Some(match action {
-        UiAction::Left => [-near, 0.0],
-        UiAction::Right => [near, 0.0],
-        UiAction::Up => [0.0, near],
-        UiAction::Down => [0.0, -near],
-        UiAction::FarLeft => [-far, 0.0],
-        UiAction::FarRight => [far, 0.0],
-        UiAction::FarUp => [0.0, far],
-        UiAction::FarDown => [0.0, -far],
-        _ => return None,
-    })
-}
-
-/// A position moved, clamped to the scene and rounded to three decimals.
-pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
-    std::array::from_fn(|axis| ((position[axis] + by[axis]).clamp(-1.0, 1.0) * 1000.0).round() / 1000.0)
-}
 
 /// The effects of an editing action; None for any other action.
 pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
-    let step = direction(action, 0.01, 0.1);
+    let step = action.direction(0.01, 0.1);
     match action {
         UiAction::AddSubgoal => Some(add_subgoal(ui)),
         UiAction::AddTool => Some(vec![tools::choose_tool(ui)]),
@@ -100,7 +79,7 @@ fn add_subgoal(ui: &Ui) -> Vec<Effect> {
     let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
     let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
     let added = Object::Subgoal(task.subgoals.len());
-    let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: command::SUBGOAL_RADIUS };
+    let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: STANDARD_RADIUS };
     vec![Effect::apply(edit), Effect::Select(Some(added))]
 }
 

@@ -14,9 +14,8 @@ use crate::run::Metric;
 use crate::tui::actions::{Context, Tab, UiAction};
 use crate::tui::view::{Level, span};
 use crate::tui::widgets::columns;
+use crate::tui::widgets::layout::{MIN_SIZE, body, split};
 
-/// The smallest terminal that shows the workbench.
-const MIN_SIZE: (u16, u16) = (60, 20);
 /// The smallest terminal that shows a curve and the status.
 const SMALL: (u16, u16) = (30, 8);
 
@@ -96,7 +95,7 @@ fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &
 /// Draws the scene into an empty buffer, and copies everything else from the picture `before`.
 pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Message>, before: &Buffer, buffer: &mut Buffer) {
     let area = buffer.area;
-    let [moving, _] = workbench::split(body(area));
+    let [moving, _] = split(body(area));
     let width = usize::from(area.width);
     let rows = buffer.content.chunks_mut(width).zip(before.content.chunks(width));
     for (y, (row, old)) in (area.y..).zip(rows) {
@@ -118,16 +117,6 @@ fn message(ui: &Ui, message: Option<&Message>, area: Rect, buffer: &mut Buffer) 
     let place = Rect { y: area.bottom() - 2 - height, height, ..area };
     Clear.render(place, buffer);
     text.render(place, buffer);
-}
-
-/// The area beside the scene, on the screens that have one.
-pub fn beside_scene(area: Rect) -> Rect {
-    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 { area } else { workbench::split(body(area))[1] }
-}
-
-/// The area between tabs and footer.
-fn body(area: Rect) -> Rect {
-    Rect { y: area.y + 1, height: area.height - 2, ..area }
 }
 
 fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {

@@ -13,6 +13,7 @@ mod pane;
 mod regions;
 pub mod runs;
 pub mod scene;
+pub mod scene_actions;
 mod scene_pane;
 pub mod schedule;
 mod schedule_points;
@@ -22,7 +23,7 @@ pub mod training;
 mod ui;
 mod workbench;
 
-pub use frame::{Chrome, Message, beside_scene, draw_frame, draw_scene};
+pub use frame::{Chrome, Message, draw_frame, draw_scene};
 pub use regions::{HitRegion, HitRegions};
 pub use ui::Ui;
 

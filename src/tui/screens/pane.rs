@@ -11,9 +11,6 @@ use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::popup;
 use crate::tui::widgets::theme::Theme;
 
-/// Width from which the wide layouts are used.
-pub const WIDE: u16 = 100;
-
 /// Mark and colour of a message by its level; the mark shows the level without colour, too.
 pub fn level_style(level: Level, theme: &Theme) -> (&'static str, Style) {
     match level {

@@ -1,11 +1,8 @@
-//! State and actions of the Scene and Edit screens.
+//! State of the Scene and Edit screens.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::Ui;
-use super::edit::{direction, edit, moved};
-use super::tools;
 use crate::agent::Ddpg;
 use crate::env::Action;
 use crate::guidance::RolloutModel;
@@ -16,9 +13,8 @@ use crate::tui::actions::{Tab, UiAction};
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
-use crate::tui::view::playback::{Episode, Player};
+use crate::tui::view::playback::Player;
 use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
-use crate::workbench::command;
 
 /// Greatest distance, in units, at which the mouse hits an object.
 pub const REACH: f32 = 2.0;
@@ -30,8 +26,9 @@ pub struct Scene {
     pub player: Player,
     /// The held tool, during hand play.
     pub hand: Option<Hand>,
-    overlays: Overlays,
-    /// Whether agent and prediction are shown regardless of `overlays`, as beside the curves.
+    /// The chosen overlays.
+    pub(super) chosen: Overlays,
+    /// Whether agent and prediction are shown regardless of `chosen`, as beside the curves.
     all: bool,
     selected: Option<Object>,
     /// The property that keys change, if the selected tool has it.
@@ -57,6 +54,11 @@ impl Hand {
     pub fn hold(&mut self, position: [f32; 2]) {
         self.cursor = moved(position, [0.0; 2]);
     }
+}
+
+/// A position moved, clamped to the scene and rounded to three decimals.
+pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
+    std::array::from_fn(|axis| ((position[axis] + by[axis]).clamp(-1.0, 1.0) * 1000.0).round() / 1000.0)
 }
 
 /// A value that `P`, the networks or a model, gives for an action of an episode, cached until its key changes.
@@ -105,8 +107,8 @@ impl Scene {
     /// The overlays shown over the scene.
     pub(super) fn overlays(&self) -> Overlays {
         let all = self.all;
-        let Overlays { critic, actor, model, .. } = self.overlays;
-        Overlays { critic: critic || all, actor: actor || all, model: model || all, ..self.overlays }
+        let Overlays { critic, actor, model, .. } = self.chosen;
+        Overlays { critic: critic || all, actor: actor || all, model: model || all, ..self.chosen }
     }
 
     /// Sets whether agent and prediction are shown regardless of the chosen overlays.
@@ -235,7 +237,7 @@ impl Scene {
     }
 
     /// Begins hand play, with the tool below the ball.
-    fn take_tool(&mut self, view: &ViewModel) -> Effect {
+    pub(super) fn take_tool(&mut self, view: &ViewModel) -> Effect {
         let [x, y] = view.task.ball.position;
         self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], tool: None, ghost: None });
         self.select(None);
@@ -259,173 +261,4 @@ impl Scene {
         }
         Vec::new()
     }
-}
-
-/// What an action does on the Scene and the Edit screen.
-pub fn perform(scene: &mut Scene, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    if let Some(effects) = play_by_hand(scene, action, ui) {
-        return effects;
-    }
-    if let Some(effects) = watch(scene, ui, action).or_else(|| edit(scene, ui, action)) {
-        return effects;
-    }
-    match action {
-        UiAction::HandPlay => {
-            let text = ui.text("hand play: move the tool, {hand-place} or a click places it, esc ends");
-            vec![scene.take_tool(ui.view), Effect::info(text)]
-        }
-        UiAction::NextObject | UiAction::PreviousObject => {
-            select_neighbour(scene, ui.view, action == UiAction::NextObject);
-            leave_past(ui.subject)
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Leaves a past episode, to show the task that is edited.
-fn leave_past(subject: &Subject) -> Vec<Effect> {
-    let is_past = matches!(subject.choice(), Choice::Past(_));
-    is_past.then_some(Effect::Show(Choice::Latest)).into_iter().collect()
-}
-
-/// Handles playback and overlays; None for any other action.
-fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
-    let steps = ui.subject.episode().steps();
-    match action {
-        UiAction::PlayPause => scene.player.toggle(),
-        UiAction::StepForward => scene.player.nudge(1, steps),
-        UiAction::StepBack => scene.player.nudge(-1, steps),
-        UiAction::Faster => scene.player.change_speed(true),
-        UiAction::Slower => scene.player.change_speed(false),
-        UiAction::Restart => scene.player.restart(),
-        UiAction::PreviousEpisode | UiAction::NextEpisode | UiAction::First | UiAction::Last => {
-            return Some(vec![replay(scene, ui, action)]);
-        }
-        UiAction::Source => {
-            let effect = match ui.subject.choice() {
-                // The scene is untouched already, and the next training's episodes are to appear in it.
-                Choice::Latest if !ui.subject.is_of_run() => Effect::info(no_episode(ui)),
-                Choice::Latest => Effect::Show(Choice::Untouched),
-                _ => Effect::Show(Choice::Latest),
-            };
-            return Some(vec![effect]);
-        }
-        UiAction::ShowClusters => scene.overlays.clusters = !scene.overlays.clusters,
-        UiAction::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
-        UiAction::ShowCritic => scene.overlays.critic = !scene.overlays.critic,
-        UiAction::ShowActor => scene.overlays.actor = !scene.overlays.actor,
-        UiAction::ShowModel => scene.overlays.model = !scene.overlays.model,
-        UiAction::ShowLegend => scene.overlays.legend = !scene.overlays.legend,
-        UiAction::ShowStage => {
-            let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
-            scene.overlays.stage = Some(next).filter(|stage| *stage < ui.subject.task().stage_count());
-        }
-        _ => return None,
-    }
-    Some(explain(scene, ui, action).into_iter().collect())
-}
-
-/// Whether an action controls playback; these also work where the scene is beside the curves.
-pub fn is_playback(action: UiAction) -> bool {
-    use UiAction::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepForward};
-    matches!(action, PlayPause | StepForward | StepBack | PreviousEpisode | NextEpisode)
-}
-
-/// Replays another past episode of the watched run.
-fn replay(scene: &mut Scene, ui: &Ui, action: UiAction) -> Effect {
-    let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
-        return Effect::info("no run with episodes is being watched: the Runs screen has them");
-    };
-    scene.select(None);
-    let last = run.done;
-    let now = match ui.subject.choice() {
-        Choice::Past(episode) => Some(episode.trace.episode),
-        _ => None,
-    };
-    let episode = match action {
-        UiAction::First => 1,
-        UiAction::Last => last,
-        UiAction::PreviousEpisode => now.map_or(last, |now| now.saturating_sub(1)),
-        _ => now.map_or(1, |now| now + 1),
-    };
-    Effect::Replay(episode.clamp(1, last))
-}
-
-/// Why no training episode is shown.
-fn no_episode(ui: &Ui) -> String {
-    match ui.subject.note() {
-        Some(note) => note.to_owned(),
-        None => ui.text("there is no training episode yet: {train} trains one"),
-    }
-}
-
-/// Says what an action changed that the scene does not show.
-fn explain(scene: &Scene, ui: &Ui, action: UiAction) -> Option<Effect> {
-    let subject = ui.subject;
-    let text = match action {
-        UiAction::ShowClusters | UiAction::ShowSamples if subject.clusters().is_none() => {
-            ui.text("no action clusters yet: {clusters} computes them")
-        }
-        UiAction::ShowCritic | UiAction::ShowActor | UiAction::ShowModel if !subject.is_of_run() => no_episode(ui),
-        UiAction::Faster | UiAction::Slower if !scene.player.is_moving() => format!("speed x{}", scene.player.speed),
-        UiAction::ShowStage => match scene.overlays.stage {
-            None => "clusters of all stages".to_owned(),
-            Some(stage) if stage == subject.task().subgoals.len() => "clusters of the goal".to_owned(),
-            Some(stage) => format!("clusters of subgoal {}", stage + 1),
-        },
-        _ => return None,
-    };
-    Some(Effect::info(text))
-}
-
-fn select_neighbour(scene: &mut Scene, view: &ViewModel, next: bool) {
-    let objects = view.objects().all();
-    let now = scene.selected.and_then(|selected| objects.iter().position(|object| *object == selected));
-    let index = match (now, next) {
-        (None, true) => 0,
-        (None, false) => objects.len() - 1,
-        (Some(now), true) => (now + 1) % objects.len(),
-        (Some(now), false) => (now + objects.len() - 1) % objects.len(),
-    };
-    scene.select(Some(objects[index]));
-}
-
-/// Handles actions of hand play; None outside hand play and for any other action.
-fn play_by_hand(scene: &mut Scene, action: UiAction, ui: &Ui) -> Option<Vec<Effect>> {
-    let hand = scene.hand.as_mut()?;
-    if let Some(by) = direction(action, 0.02, 0.1) {
-        hand.cursor = moved(hand.cursor, by);
-        return Some(Vec::new());
-    }
-    Some(match action {
-        UiAction::Confirm => vec![Effect::apply(command::Place(hand.cursor, hand.tool))],
-        UiAction::HandTool => vec![tools::choose_in_hand(ui.subject.task())],
-        UiAction::Restart => vec![Effect::apply(command::Reset)],
-        UiAction::HandPlay => scene.back(ui.subject),
-        _ => return None,
-    })
-}
-
-/// Handles a mouse press in the scene: places the held tool, or selects an object.
-pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<Effect> {
-    if let Some(hand) = &mut scene.hand {
-        hand.hold(position);
-        return vec![Effect::apply(command::Place(hand.cursor, hand.tool))];
-    }
-    let objects = ui.view.objects();
-    let object = objects.at(position, reach);
-    scene.select(object);
-    let text = match object {
-        Some(object) => format!("{}: drag it, or move it with the arrow keys", objects.name(object)),
-        None => format!("{:.2} {:.2}", position[0], position[1]),
-    };
-    let mut effects = leave_past(ui.subject);
-    effects.push(Effect::info(text));
-    effects
-}
-
-/// Title of the scene: its task and episode.
-pub(super) fn title(ui: &Ui) -> String {
-    let episode: &Episode = ui.subject.episode();
-    format!("{} · {}", ui.subject.task().name, episode.title)
 }

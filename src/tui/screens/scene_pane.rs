@@ -9,7 +9,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::pane::{hint, lines, pane};
-use super::scene::{self, Scene};
+use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
 use crate::physics::catalogue_tool;
 use crate::task::{Region, Task};
@@ -22,7 +22,7 @@ use crate::tui::widgets::columns::{fitting, shortened};
 /// Draws the scene.
 pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let subject = ui.subject;
-    let inside = pane(&scene::title(ui), area, ui.theme, buffer);
+    let inside = pane(&title(ui), area, ui.theme, buffer);
     // A past episode has its own task; edits apply to the session's.
     let (task, proposed) = match subject.choice() {
         Choice::Past(_) => (subject.task().clone(), Vec::new()),
@@ -129,4 +129,9 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
         }
     }
     buffer.set_stringn(area.x + 2, area.bottom() - 1, shortened(&text, room, false), room, style);
+}
+
+/// Title of the scene: its task and episode.
+fn title(ui: &Ui) -> String {
+    format!("{} · {}", ui.subject.task().name, ui.subject.episode().title)
 }

@@ -6,7 +6,6 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::edit::direction;
 use super::pane::{lines, pane};
 use super::schedule_points;
 use super::{HitRegion, HitRegions, Ui};
@@ -210,7 +209,7 @@ pub fn perform(state: &mut Schedule, ui: &Ui, action: UiAction) -> Vec<Effect> {
     let points = schedule_points::points(&shown);
     let index = state.point.min(points.len() - 1);
     state.remember();
-    if let Some([right, up]) = direction(action, 0.01, 0.1) {
+    if let Some([right, up]) = action.direction(0.01, 0.1) {
         let (episode, value) = points[index];
         let episode = episode as f32 + right * span(state, ui.view) as f32;
         let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value + up);

@@ -58,10 +58,12 @@ pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (Ep
     let after = after.min(points.len() - 1);
     let (from, next) = (points[after].0, points.get(after + 1).map(|point| point.0));
     let episode = match next {
-        Some(next) if next > from + 1 => from + (next - from) / 2,
-        Some(_) => return (EpsilonSchedule::Points(points), after),
-        None => from + (episodes / 4).max(1),
+        Some(next) => from + next.saturating_sub(from) / 2,
+        None => from.saturating_add((episodes / 4).max(1)),
     };
+    if episode == from {
+        return (EpsilonSchedule::Points(points), after);
+    }
     points.insert(after + 1, (episode, rounded(schedule.threshold(episode))));
     (EpsilonSchedule::Points(points), after + 1)
 }
@@ -195,6 +197,8 @@ mod tests {
         assert_eq!((after_last.to_string().as_str(), index), ("points:0=0.8,1000=0.2,1500=0.2", 2));
         let (full, index) = add_point(&schedule("points:0=0.8,1=0.2"), 2000, 0);
         assert_eq!((full.to_string().as_str(), index), ("points:0=0.8,1=0.2", 0), "there is no room between them");
+        let last = schedule(&format!("points:0=0.8,{}=0.2", u32::MAX));
+        assert_eq!(add_point(&last, 2000, 1), (last.clone(), 1), "there is no room after it");
         assert_eq!(delete_point(&added, 1).to_string(), "points:0=0.8,1000=0");
         assert_eq!(delete_point(&schedule("points:0=0.8"), 0).to_string(), "points:0=0.8");
         assert_eq!(delete_point(&full, 2), full, "there is no such point");

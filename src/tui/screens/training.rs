@@ -11,7 +11,7 @@ use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
 use super::curves::{CurvesState, SMOOTHINGS};
-use super::pane::{WIDE, hint, pane, system_line};
+use super::pane::{hint, pane, system_line};
 use super::runs::Runs;
 use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
@@ -22,6 +22,7 @@ use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
+use crate::tui::widgets::layout::WIDE;
 
 /// Width from which the scene fits beside the curves.
 const BESIDE: u16 = 80;

@@ -6,7 +6,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Row, Widget};
 
-use super::pane::{WIDE, lines, pane};
+use super::pane::{lines, pane};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, status, tools, training};
@@ -17,6 +17,7 @@ use crate::tui::layers::tool_in_words;
 use crate::tui::scene::Object;
 use crate::tui::view::RunSummary;
 use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 
 /// Rows of the status pane, without those of practice and need.
@@ -48,13 +49,6 @@ pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, region
     let [left, right] = split(area);
     scene_pane(ui, scene, left, buffer, regions);
     objects(ui, scene, right, buffer, regions);
-}
-
-/// A square for the scene at the left, the rest at the right.
-pub(super) fn split(area: Rect) -> [Rect; 2] {
-    let rest = if area.width >= WIDE { 40 } else { 28 };
-    let width = (2 * (area.height - 2) + 2).min(area.width.saturating_sub(rest));
-    Layout::horizontal([Constraint::Length(width), Constraint::Fill(1)]).areas(area)
 }
 
 fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {

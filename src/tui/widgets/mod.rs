@@ -1,6 +1,7 @@
 //! General drawing components: colours, dots, text, popups.
 
 pub mod columns;
+pub mod layout;
 pub mod list;
 pub mod popup;
 pub mod preview;

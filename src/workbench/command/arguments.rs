@@ -169,7 +169,7 @@ impl<T: FromStr<Err: Display> + Display> Argument<Vec<T>> for List {
     }
 
     fn write(&self, value: &Vec<T>) -> String {
-        format!(" {}", value.iter().map(T::to_string).collect::<Vec<_>>().join(","))
+        quoted(&value.iter().map(T::to_string).collect::<Vec<_>>().join(","))
     }
 }
 

@@ -13,7 +13,7 @@ pub struct Clusters(pub Option<PathBuf>);
 
 impl Execute for Clusters {
     syntax! {
-        "clusters" "[FILE]" "compute the action clusters of the task anew, and save them to a file"
+        "clusters" "[FILE]" "recompute the action clusters of the task, and save them to a file"
             => Clusters { 0: Optional(Place("a file")) };
     }
 

@@ -12,7 +12,7 @@ pub struct Place(pub Action, pub Option<usize>);
 
 impl Execute for Place {
     syntax! {
-        "place" "X Y [N]" "place the tool, or number N of CREATE's, and let the world run for one action"
+        "place" "X Y [N]" "place the tool, or number N of CREATE's, and simulate one action"
             => Place { 0: Position, 1: Optional(Within("number of CREATE's catalogue", 0..=NO_OP - 1)) };
     }
 
@@ -32,7 +32,7 @@ impl Execute for Place {
 pub struct Reset;
 
 impl Execute for Reset {
-    syntax! { "reset" "" "start the episode of hand play again" => Reset {}; }
+    syntax! { "reset" "" "restart the episode played by hand" => Reset {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.restart_hand_play();

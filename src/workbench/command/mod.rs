@@ -30,7 +30,7 @@ pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
-pub use task::{Propose, Puzzle, Redo, SUBGOAL_RADIUS, Save, Task, Undo};
+pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
 
 /// A verb of the command language.
 #[derive(Debug, Clone, Copy)]
@@ -348,6 +348,12 @@ mod tests {
         let command = Command::parse("note runs/a holds, but  late").unwrap().unwrap();
         assert_eq!(command.to_string(), "note runs/a 'holds, but late'");
         assert!(Command::parse("note runs/a").unwrap_err().to_string().contains("a text is missing"));
+    }
+
+    #[test]
+    fn a_list_with_spaces_is_written_in_quotes() {
+        let command = Command::parse("tag runs/a 'two words,b'").unwrap().unwrap();
+        assert_eq!(Command::parse(&command.to_string()).unwrap(), Some(command));
     }
 
     #[test]

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Place, is_option};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::evidence::Composition;
-use crate::workbench::dry_run::{DryRun, check_figure};
+use crate::figures::EXTENSIONS;
+use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError, write_file};
 
 /// Exports a figure.
@@ -37,7 +38,7 @@ impl Execute for Figure {
     }
 
     fn check(&self, _dry_run: &mut DryRun) -> Result<(), SessionError> {
-        check_figure(self)
+        self.check_output()
     }
 
     fn in_scripts(&self) -> InScripts {
@@ -50,6 +51,23 @@ impl Figure {
     /// A figure with default options.
     pub fn with_defaults(kind: FigureKind, path: PathBuf) -> Self {
         Self { kind, path, dpi: None, composition: Composition::default() }
+    }
+
+    /// Checks that a figure of this kind has these options and can be written to a file with this extension.
+    pub(in crate::workbench) fn check_output(&self) -> Result<(), SessionError> {
+        let Self { kind, ref path, ref composition, .. } = *self;
+        if let Some((key, _)) = composition.options().first().filter(|_| kind != FigureKind::Learning) {
+            let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
+            return Err(SessionError::Failed(reason));
+        }
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("");
+        let (known, expected): (&[&str], _) =
+            if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&EXTENSIONS, "`.png`, `.svg` or `.pdf`") };
+        if known.contains(&extension) {
+            return Ok(());
+        }
+        let figure = format!("{}: a figure of this kind is written as {expected}", path.display());
+        Err(SessionError::Failed(figure + ": use that extension"))
     }
 }
 
@@ -64,7 +82,7 @@ pub enum FigureKind {
     Learning,
     /// All logged metrics of the current run.
     Dashboard,
-    /// The latest episode, animated.
+    /// An animation of the episode played by hand, or else of a greedy episode of the current run.
     Episode,
 }
 

@@ -238,7 +238,7 @@ pub struct Note {
 
 impl Execute for Note {
     syntax! {
-        "note" "FOLDER TEXT" "write a note on a run, kept in its folder; an empty one takes it away"
+        "note" "FOLDER TEXT" "write a note on a run, kept in its folder; an empty text removes it"
             => Note { folder: Place("a run's folder"), text: Rest("a text") };
     }
 

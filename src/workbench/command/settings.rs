@@ -105,7 +105,7 @@ impl Execute for Set {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.set(self)
+        dry_run.set(&self.key, &self.value)
     }
 }
 

@@ -7,15 +7,13 @@ use super::arguments::{
 };
 use super::{Awaits, Edit, Execute, InScripts, Recording, Verb, syntax};
 use crate::task::Edit::*;
-use crate::task::Editor;
+use crate::task::{Editor, STANDARD_RADIUS};
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
 
 /// Maximum number of subgoals in one proposal.
 const MAX_PROPOSALS: usize = 9;
-/// Default radius of a new subgoal, in units.
-pub const SUBGOAL_RADIUS: f32 = 4.0;
 
 /// Opens a shipped task or a task file.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +33,7 @@ impl Execute for Task {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.open_task(self)
+        dry_run.open_task(&self.0)
     }
 }
 
@@ -90,10 +88,10 @@ impl Execute for Save {
 pub struct Undo;
 
 impl Execute for Undo {
-    syntax! { "undo" "" "take the latest edit back" => Undo {}; }
+    syntax! { "undo" "" "undo the latest edit" => Undo {}; }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-        setup.step_history(Editor::undo, "undo", "the edit is taken back")
+        setup.step_history(Editor::undo, "undo", "the edit is undone")
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
@@ -106,10 +104,10 @@ impl Execute for Undo {
 pub struct Redo;
 
 impl Execute for Redo {
-    syntax! { "redo" "" "make the undone edit again" => Redo {}; }
+    syntax! { "redo" "" "redo the undone edit" => Redo {}; }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-        setup.step_history(Editor::redo, "redo", "the edit is made again")
+        setup.step_history(Editor::redo, "redo", "the edit is redone")
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
@@ -120,7 +118,7 @@ impl Execute for Redo {
 impl Execute for Edit {
     syntax! {
         "subgoal add" "X Y [RADIUS]" "add a subgoal after the others"
-            => AddSubgoal { position: Position, radius: Or(Number("radius"), SUBGOAL_RADIUS) };
+            => AddSubgoal { position: Position, radius: Or(Number("radius"), STANDARD_RADIUS) };
         "subgoal move" "N X Y" "move subgoal N (from 1) to normalised X Y"
             => MoveSubgoal { index: Index, position: Position };
         "subgoal size" "N RADIUS" "resize a subgoal, in units"

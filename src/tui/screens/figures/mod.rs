@@ -12,7 +12,7 @@ use ratatui::text::Text;
 use ratatui::widgets::{Row, Widget};
 
 use super::lists::Lists;
-use super::pane::{WIDE, hint, lines, pane};
+use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
 use crate::evidence::Composition;
@@ -20,6 +20,7 @@ use crate::tui::actions::UiAction;
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::view::ViewModel;
+use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Depth;

@@ -69,12 +69,15 @@ fn is_setting(name: &str) -> bool {
 }
 
 impl Runs {
-    /// Advances time; true when the folder should be scanned again.
-    pub fn is_scan_due(&mut self, elapsed: Duration) -> bool {
+    /// Advances time; true when the folder should be scanned again. Then also removes the marks of runs that no longer
+    /// exist.
+    pub fn is_scan_due(&mut self, elapsed: Duration, view: &ViewModel) -> bool {
         self.since_look += elapsed;
         let due = self.since_look >= SCAN_INTERVAL;
         if due {
             self.since_look = Duration::ZERO;
+            let known: HashSet<&PathBuf> = view.runs.iter().map(|run| &run.path).collect();
+            self.marked.retain(|path| known.contains(path));
         }
         due
     }
@@ -449,6 +452,15 @@ mod tests {
         view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
         let runs: Vec<&RunSummary> = view.runs[first..first + 3].iter().map(|run| &**run).collect();
         about_group(view.groups.of(&runs[0].path).unwrap(), &runs)
+    }
+
+    #[test]
+    fn marks_of_vanished_runs_are_removed() {
+        let mut view = grouped();
+        let mut state = Runs { marked: view.runs[..2].iter().map(|run| run.path.clone()).collect(), ..Runs::default() };
+        let vanished = view.runs.remove(0);
+        assert!(state.is_scan_due(SCAN_INTERVAL, &view));
+        assert!(!state.is_marked(&vanished) && state.is_marked(&view.runs[0]));
     }
 
     #[test]

@@ -1,0 +1,25 @@
+//! The division of the terminal.
+
+use ratatui::layout::{Constraint, Layout, Rect};
+
+/// The smallest terminal that shows the workbench.
+pub const MIN_SIZE: (u16, u16) = (60, 20);
+/// Width from which panes have room for more columns.
+pub const WIDE: u16 = 100;
+
+/// The area between tabs and footer.
+pub fn body(area: Rect) -> Rect {
+    Rect { y: area.y + 1, height: area.height - 2, ..area }
+}
+
+/// A square for the scene at the left, the rest at the right.
+pub fn split(area: Rect) -> [Rect; 2] {
+    let rest = if area.width >= WIDE { 40 } else { 28 };
+    let width = (2 * (area.height - 2) + 2).min(area.width.saturating_sub(rest));
+    Layout::horizontal([Constraint::Length(width), Constraint::Fill(1)]).areas(area)
+}
+
+/// The area beside the scene, on the screens that have one.
+pub fn beside_scene(area: Rect) -> Rect {
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 { area } else { split(body(area))[1] }
+}
