@@ -556,6 +556,37 @@ fn the_report_of_a_bench_is_about_its_own_trainings() {
 }
 
 #[test]
+fn results_do_not_replace_files_of_other_kinds() {
+    let folder = tempfile::tempdir().unwrap();
+    let train = ["train", "task1", "--method", "ddpg", "--episodes", "1", "--set", "ddpg.hidden=8", "--quiet"];
+    succeed(mge(&folder, train.into_iter().chain(["--out", "run"])));
+    let config = std::fs::read(folder.path().join("run/config.json")).unwrap();
+    fail(mge(&folder, ["export", "run", "--out", "run/config.json"]), "exists and is not an exported actor");
+    fail(
+        mge(&folder, ["clusters", "task1", "--out", "run/config.json"]),
+        "exists and is not a file of action clusters",
+    );
+    fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run/config.json"]), "exists and is not a task");
+    fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run"]), "is a folder");
+    let figure = ["dynamics", "evaluate", "bucket-box", "--figure", "nowhere/a.png"];
+    fail(mge(&folder, figure), "the folder nowhere does not exist");
+    assert_eq!(std::fs::read(folder.path().join("run/config.json")).unwrap(), config);
+    for _ in 0..2 {
+        succeed(mge(&folder, ["export", "run", "--out", "actor.safetensors"]));
+    }
+}
+
+#[test]
+fn a_run_in_a_folder_whose_name_is_not_text_prints_its_result() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["train", "task1", "--method", "ddpg", "--episodes", "1", "--set", "ddpg.hidden=8", "--out"];
+    let arguments =
+        arguments.map(std::ffi::OsStr::new).into_iter().chain([std::ffi::OsStr::from_bytes(b"bad\xffname")]);
+    succeed(mge(&folder, arguments));
+}
+
+#[test]
 fn a_script_finishes_what_it_has_started() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.mge"), "method ddpg\nset ddpg.hidden 4\nepisodes 3\ntrain run").unwrap();

@@ -129,6 +129,11 @@ impl Ddpg {
         file.to_bytes()
     }
 
+    /// Whether these are the bytes of [`export_actor`](Self::export_actor).
+    pub fn is_exported_actor(bytes: &[u8]) -> bool {
+        TensorFile::from_bytes(bytes).is_ok_and(|file| file.metadata.contains_key("layers"))
+    }
+
     fn to_file(&self) -> TensorFile {
         let mut file = TensorFile::default();
         self.actor.save(&mut file, "actor");

@@ -5,12 +5,17 @@ use std::sync::Arc;
 use super::arguments::Clusters;
 use super::output::{self, Outcome};
 use super::progress::Progress;
+use crate::guidance::ActionPrior;
 use crate::run::RunError;
 use crate::stop::Stop;
 use crate::task;
 use crate::trainer::{Method, RunConfig, build_prior};
 
 pub fn run(arguments: &Clusters) -> Outcome {
+    if let Some(path) = &arguments.out {
+        let is_prior = |bytes: &[u8]| serde_json::from_slice::<ActionPrior>(bytes).is_ok();
+        output::check_target(path, "a file of action clusters", is_prior)?;
+    }
     let task = Arc::new(task::load(&arguments.task)?);
     let mut config = RunConfig::default_with(task, Method::DdpgMge, arguments.tools);
     config.prior = arguments.model.clone().unwrap_or(config.prior);

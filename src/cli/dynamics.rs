@@ -93,6 +93,9 @@ fn file_name(path: &Path) -> String {
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
+    if let Some(path) = &arguments.figure {
+        output::check_target(path, "a figure", |_| true)?;
+    }
     let model = dynamics::named(&arguments.model)?;
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };

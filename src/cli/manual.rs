@@ -100,7 +100,10 @@ fn closing_sections() -> [Section; 7] {
     let settings = Section::new("Settings of a run", ["setting", "default"], default_settings());
     [
         Section::new("Commands of scripts and of the palette", ["command", "effect"], verbs().map(verb).collect()),
-        Section { about: "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one.", ..settings },
+        Section {
+            about: "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. `guidance.clusters={\"silhouette\":5}` chooses the number of clusters by silhouette.",
+            ..settings
+        },
         ranges("Numbers of a run", trainer::settings()),
         ranges("Numbers of a task", RULES.into_iter().map(|row| (format!("rules.{}", row.path), row))),
         ranges(

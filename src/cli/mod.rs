@@ -32,9 +32,8 @@ use interrupt::brief;
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 130 or 143:
 /// ended by a signal (one line on stderr tells how to continue).
 pub fn run() -> ExitCode {
-    let parsed = without_empty_variables(Arguments::command())
-        .try_get_matches()
-        .and_then(|matches| Arguments::from_arg_matches(&matches));
+    let parsed =
+        adjusted(Arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
     let outcome = match parsed {
         Ok(arguments) => dispatch(arguments),
         Err(error) => print_usage(&error),
@@ -51,15 +50,16 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// The command line, in which an empty environment variable is the same as none.
-fn without_empty_variables(command: clap::Command) -> clap::Command {
+/// The command line, in which an empty environment variable is the same as none, and a negative number is a value.
+fn adjusted(command: clap::Command) -> clap::Command {
     let is_empty = |name: &OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
     command
         .mut_args(|argument| match argument.get_env().is_some_and(is_empty) {
             true => argument.env(None::<&str>),
+            false if argument.get_action().takes_values() => argument.allow_negative_numbers(true),
             false => argument,
         })
-        .mut_subcommands(without_empty_variables)
+        .mut_subcommands(adjusted)
 }
 
 /// Prints the requested help, or the error in the arguments.

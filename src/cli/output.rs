@@ -2,8 +2,10 @@
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::Path;
 
 use crate::text::{excerpt, printable, printable_lines};
+use crate::{atomic, bounded};
 
 /// Maximum length of a message, in characters.
 const MAX_MESSAGE_LENGTH: usize = 2000;
@@ -40,6 +42,25 @@ pub fn lines(text: impl Display) -> Result<(), OutputError> {
 /// Standard output for streams of JSON Lines.
 pub fn stream() -> impl Write {
     BufWriter::new(io::stdout().lock())
+}
+
+/// Checks before the work on it that a result can be written to `path`. An existing file is only replaced by a file
+/// of the same kind, named `kind`, which `is_of_kind` recognises.
+///
+/// # Errors
+/// When the folder does not exist, or `path` is a folder or a file of another kind.
+pub fn check_target(path: &Path, kind: &str, is_of_kind: impl FnOnce(&[u8]) -> bool) -> Outcome {
+    let (name, folder) = (path.display(), atomic::parent_of(path));
+    if !folder.is_dir() {
+        return Err(format!("{name}: the folder {} does not exist", folder.display()).into());
+    }
+    if path.is_dir() {
+        return Err(format!("{name}: is a folder: name a file in it").into());
+    }
+    if path.is_file() && !bounded::read(path, bounded::MODEL).is_ok_and(|bytes| is_of_kind(&bytes)) {
+        return Err(format!("{name}: exists and is not {kind}: choose another name, or remove it").into());
+    }
+    Ok(())
 }
 
 /// Writes a message of one line to standard error.

@@ -14,6 +14,7 @@ use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
 use super::progress::Progress;
+use crate::agent::Ddpg;
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunError, RunState};
@@ -237,7 +238,7 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     }
     let last = run.records().last();
     let result = json!({
-        "run": run.directory().path(),
+        "run": run.directory().path().display().to_string(),
         "episodes": run.episodes(),
         "rolling_success": last.map(|record| record.rolling_success),
         "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
@@ -311,6 +312,7 @@ pub fn export_actor(arguments: &Export) -> Outcome {
     if agent.options().is_some() {
         return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
     }
+    output::check_target(&arguments.out, "an exported actor", Ddpg::is_exported_actor)?;
     let actor = agent.export_actor();
     crate::atomic::write(&arguments.out, &actor).map_err(RunError::io("write", &arguments.out))?;
     Ok(output::line(arguments.out.display())?)

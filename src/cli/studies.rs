@@ -8,6 +8,7 @@ use crate::bench::WORKS;
 use crate::evidence;
 use crate::stats::Bootstrap;
 use crate::study::{self, StudyError, StudyPlan};
+use crate::text::counted;
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
@@ -39,11 +40,16 @@ pub fn report(arguments: &Report) -> Outcome {
     }
     command += &arguments.print.option();
     let mut progress = Progress::new(1, false);
-    evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi, &mut |read, all| {
+    let on_progress = &mut |read: usize, all: usize| {
         let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
         progress.set(read as u64, all as u64, message);
-    })?;
+    };
+    let report =
+        evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi, on_progress)?;
     drop(progress);
+    if !report.left_out.is_empty() {
+        output::message(format_args!("{} left out: the report has the reasons", counted(report.left_out.len(), "run")));
+    }
     Ok(output::line(arguments.out.join("report.md").display())?)
 }
 

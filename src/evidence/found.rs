@@ -61,8 +61,9 @@ pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
     Ok(found)
 }
 
+/// Whether a folder is a run, also a damaged one without its configuration, which reading it reports.
 fn is_run(folder: &Path) -> bool {
-    folder.join("config.json").is_file()
+    ["config.json", "events.jsonl"].iter().any(|file| folder.join(file).is_file())
 }
 
 fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
@@ -179,6 +180,18 @@ mod tests {
         RunDirectory::create(folder.path().join("b"), &serde_json::json!({ "tools": ["box"] })).unwrap();
         let error = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap_err();
         assert!(matches!(error, RunError::OfModel(_)), "{error}");
+    }
+
+    #[test]
+    fn a_run_without_its_configuration_is_damaged() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let directory = RunDirectory::create(folder.path().join("a"), &config).unwrap();
+        drop(RunWriter::open(&directory, 0).unwrap());
+        std::fs::remove_file(directory.config_path()).unwrap();
+        let found = find_runs(&[folder.path().to_owned()]).unwrap();
+        let read = RunReader::default().read(&found, &mut |_| {});
+        assert_eq!(read.unreadable.iter().map(|(path, _)| path).collect::<Vec<_>>(), [directory.path()]);
     }
 
     #[test]

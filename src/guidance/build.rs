@@ -58,9 +58,8 @@ pub(super) fn build_stages(
         let mut built = imagine(task, model, config, &starts, &mut rng)?;
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
-            let keep_going = || !model.is_stopped();
             let horizon = built.longer_horizon.unwrap_or(config.horizon);
-            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, &keep_going, &mut rng);
+            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, model, &mut rng);
             built.environment_hits = reached.len();
             let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
             if !wanted.is_empty() {
@@ -145,19 +144,20 @@ fn cluster_unless_stopped(
 }
 
 /// Step 3: plays actions from the clusters in the real environment. Returns the states in which the
-/// stage was reached and the last states of all rollouts, in both cases only of unfinished episodes.
+/// stage was reached and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once the
+/// `model` is stopped.
 fn explore(
     env: &mut Environment,
     prior: &StagePrior,
     stage: usize,
     horizon: usize,
     starts: &[Snapshot],
-    keep_going: &dyn Fn() -> bool,
+    model: &dyn RolloutModel,
     rng: &mut ChaCha8Rng,
 ) -> (Vec<Snapshot>, Vec<Snapshot>) {
     let (mut reached, mut last) = (Vec::new(), Vec::new());
     for _ in 0..prior.environment_rollouts {
-        if !keep_going() {
+        if model.is_stopped() {
             break;
         }
         env.restore(&starts[rng.gen_range(0..starts.len())]);

@@ -40,8 +40,11 @@ pub enum PuzzleError {
     /// The agent was trained on a puzzle of the transfer.
     #[error("the agent was trained on the puzzle {name}: a transfer needs other puzzles")]
     TrainedOn { name: String },
-    /// The proposals in the folder are for other puzzles or from another search.
-    #[error("{}: it holds other puzzles, or subgoals of another model or number: choose another folder with --out", path.display())]
+    /// A file of the folder was made from another puzzle of the same name.
+    #[error("{}: it was made from another puzzle of this name: remove it, or choose another folder with --out", path.display())]
+    OtherPuzzle { path: PathBuf },
+    /// The proposals in the folder come from another search.
+    #[error("{}: its puzzles have subgoals of another model or number: choose another folder with --out", path.display())]
     OtherSearch { path: PathBuf },
     /// A transfer was interrupted.
     #[error("interrupted after {done} of {jobs} puzzles: their subgoals are kept, the trainings begin again")]

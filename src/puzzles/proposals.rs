@@ -38,15 +38,20 @@ impl SubgoalSearch {
     ) -> Result<Vec<PathBuf>, PuzzleError> {
         let tasks = out.join("tasks");
         std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
-        self.claim(index, &tasks)?;
+        self.claim(&tasks)?;
         let proposal = |puzzle: &Puzzle| Proposal {
             search: self,
             name: puzzle.name.clone(),
             from: puzzle.path(&self.puzzles),
             to: puzzle.path(&tasks),
         };
-        let missing = index.puzzles.iter().map(proposal).filter(|proposal| !proposal.to.exists());
-        let jobs: Vec<_> = missing.map(Proposal::job).collect();
+        let mut missing = Vec::new();
+        for proposal in index.puzzles.iter().map(proposal) {
+            if !proposal.is_known()? {
+                missing.push(proposal);
+            }
+        }
+        let jobs: Vec<_> = missing.into_iter().map(Proposal::job).collect();
         let (_, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
         if interrupted > 0 {
             return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
@@ -54,15 +59,13 @@ impl SubgoalSearch {
         Ok(index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect())
     }
 
-    /// Records in the folder of the proposals which puzzles and which search they are from.
+    /// Records in the folder of the proposals how they are searched for.
     ///
     /// # Errors
-    /// [`PuzzleError::OtherSearch`] when it holds others.
-    fn claim(&self, index: &Index, tasks: &Path) -> Result<(), PuzzleError> {
+    /// [`PuzzleError::OtherSearch`] when it holds proposals of another search.
+    fn claim(&self, tasks: &Path) -> Result<(), PuzzleError> {
         let path = tasks.join("search.txt");
-        let Index { split, seed, start_noise, .. } = index;
-        let (model, subgoals) = (String::from(self.model.clone()), self.subgoals);
-        let text = format!("{model} --subgoals {subgoals}, {split:?} {seed}, start noise {start_noise}\n");
+        let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
         match std::fs::read_to_string(&path) {
             Ok(known) if known == text => Ok(()),
             Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),
@@ -85,6 +88,20 @@ struct Proposal<'a> {
 impl<'a> Proposal<'a> {
     fn job(self) -> Job<'a, (), PuzzleError> {
         Job::new(self.name.clone(), 1, move |handle| self.propose(handle))
+    }
+
+    /// Whether the puzzle has its proposed subgoals already.
+    ///
+    /// # Errors
+    /// [`PuzzleError::OtherPuzzle`] when they are of another puzzle, as after a change of its file.
+    fn is_known(&self) -> Result<bool, PuzzleError> {
+        if !self.to.exists() {
+            return Ok(false);
+        }
+        let [puzzle, proposed] = [&self.from, &self.to].map(|path| task::load(&path.display().to_string()));
+        let (mut puzzle, proposed) = (puzzle?, proposed?);
+        puzzle.subgoals.clone_from(&proposed.subgoals);
+        if puzzle == proposed { Ok(true) } else { Err(PuzzleError::OtherPuzzle { path: self.to.clone() }) }
     }
 
     fn propose(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {

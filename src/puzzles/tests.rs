@@ -110,9 +110,13 @@ fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
     let mut fewer = plan(config.clone());
     fewer.search.subgoals = 1;
     assert!(matches!(play(&fewer), Err(PuzzleError::OtherSearch { .. })));
-    let noisier = Index { start_noise: 0.02, ..index.clone() };
-    let outcome = transfer(&plan(config.clone()), &noisier, &out, &batch, &mut |_| {});
-    assert!(matches!(outcome, Err(PuzzleError::OtherSearch { .. })), "they may be puzzles of the same names");
+    let file = index.puzzles[0].path(folder.path());
+    let mut changed = task::load(&file.display().to_string()).unwrap();
+    changed.rules.start_noise = 0.02;
+    task::save(&changed, &file).unwrap();
+    assert!(matches!(play(&plan(config.clone())), Err(PuzzleError::OtherPuzzle { path }) if path == staged));
+    changed.rules.start_noise = 0.01;
+    task::save(&changed, &file).unwrap();
     interrupt.store(true, Ordering::Relaxed);
     let outcome = play(&plan(config));
     assert!(matches!(outcome, Err(PuzzleError::TransferInterrupted { done: 0, jobs: 1 })), "{outcome:?}");

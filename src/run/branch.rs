@@ -45,8 +45,17 @@ impl Branch {
             let copy = || io::copy(&mut file::open(&from)?, &mut File::create_new(&to)?);
             copy().map_err(RunError::io("copy", &from))?;
         }
-        EventLog::open(&directory.events_path(), episode)?.sync()?;
-        metrics::open(&directory.metrics_path(), episode)?.sync()?;
+        let of_source = |path: PathBuf| {
+            move |error| match error {
+                RunError::LogTooShort { found, wanted, .. } => RunError::LogTooShort { path, found, wanted },
+                RunError::Malformed { line, reason, .. } => RunError::Malformed { path, line, reason },
+                error => error,
+            }
+        };
+        let events = EventLog::open(&directory.events_path(), episode);
+        events.map_err(of_source(source.events_path()))?.sync()?;
+        let metrics = metrics::open(&directory.metrics_path(), episode);
+        metrics.map_err(of_source(source.metrics_path()))?.sync()?;
         episodes::open(&directory.episodes_path(), episode)?.0.sync()?;
         let best = source.checkpoints();
         if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
@@ -97,7 +106,11 @@ mod tests {
             writer.record_actions(&PlayedEpisode { episode, ..Default::default() }).unwrap();
         }
         let place = folder.path().join("b");
-        assert!(matches!(Branch::new(&source, &place, 10), Err(RunError::LogTooShort { .. })));
+        let short = Branch::new(&source, &place, 10);
+        assert!(
+            matches!(&short, Err(RunError::LogTooShort { path, .. }) if *path == source.events_path()),
+            "{short:?}"
+        );
         assert!(matches!(Branch::new(&source, source.path(), 4), Err(RunError::NotEmpty(_))));
         drop(Branch::new(&source, &place, 4).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");

@@ -72,8 +72,8 @@ pub enum RunError {
     },
     /// A log ends before the checkpoint from which to resume.
     #[error(
-        "{} ends at episode {found}, before the checkpoint's episode {wanted}: \
-         the file was changed; `mge fork` can continue from an earlier checkpoint",
+        "{} ends at episode {found}, before the checkpoint of episode {wanted}: the file was changed; \
+         `mge fork --at N` can only continue from a checkpoint of episode {found} or before",
         path.display()
     )]
     LogTooShort {

@@ -247,7 +247,8 @@ mod tests {
             Symbols: observation s, action a, reward r, next observation s', terminated d, actor μ, critic Q,\n\
             targets μ' and Q', batch size N, discount γ. Losses, Q and saturation are means over the updates of\n\
             the episode (the greatest Q: their maximum), each over the minibatch before the networks change, and\n\
-            empty until the first update.\n\n\
+            empty until the first update. The columns `episode` and `end` are the number of the episode, from 1, and why it \
+            ended.\n\n\
             | name | title | unit | better | formula | meaning | TensorBoard |\n|---|---|---|---|---|---|---|\n"
             .to_owned();
         for metric in Metric::ALL {

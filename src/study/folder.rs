@@ -26,7 +26,10 @@ impl Folder<'_> {
         let path = self.path("plan.json");
         match read_optional(&path)? {
             Some(found) if found == json::pretty(plan).as_bytes() => Ok(()),
-            Some(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
+            Some(_) => {
+                let _: serde::de::IgnoredAny = self.read("plan.json")?.unwrap_or_default();
+                Err(StudyError::OtherStudy { path: self.0.to_owned() })
+            }
             None => self.write("plan.json", json::pretty(plan).as_bytes()),
         }
     }

@@ -88,18 +88,17 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
         }
     }
     let path = Path::new(name);
+    let is_level = name.starts_with("create/");
+    // A path is not a misspelt name.
+    let is_path = !is_level && name.contains(['/', '.']);
     match bounded::read_text(path) {
         Ok(text) => parse(&text, name),
-        Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
-            let is_level = name.starts_with("create/");
+        Err(source) if source.kind() == std::io::ErrorKind::NotFound && !is_path => {
             let known: Vec<String> = match is_level {
                 true => level_names().map(|level| format!("create/{level}")).collect(),
                 false => shipped_names().map(str::to_owned).collect(),
             };
-            // A path is not a misspelt name.
-            let is_path = !is_level && name.contains(['/', '.']);
-            let names = known.iter().map(String::as_str);
-            let hint = if is_path { String::new() } else { did_you_mean(names, name) };
+            let hint = did_you_mean(known.iter().map(String::as_str), name);
             Err(TaskError::Unknown { name: name.to_owned(), known: known.join(", "), hint })
         }
         Err(source) => Err(TaskError::Io { path: path.to_owned(), source }),
@@ -254,6 +253,8 @@ mod tests {
         let found = load(&folder.path().display().to_string());
         assert!(matches!(found, Err(TaskError::Io { .. })), "{found:?}");
         let missing = load(&folder.path().join("none").display().to_string());
-        assert!(matches!(missing, Err(TaskError::Unknown { .. })), "{missing:?}");
+        assert!(matches!(missing, Err(TaskError::Io { .. })), "{missing:?}");
+        let misspelt = load("tsak1");
+        assert!(matches!(misspelt, Err(TaskError::Unknown { .. })), "{misspelt:?}");
     }
 }

@@ -147,7 +147,7 @@ pub struct PuzzlesBench {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub seeds: u64,
     /// Episodes of a training
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub episodes: u32,
     /// Any other setting of the trainings by its JSON path, such as refinement.every=50
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -31,6 +31,11 @@ pub enum KeymapError {
     /// Two actions that can apply at the same time share a key.
     #[error("{origin}:{line}: key `{key}` of `{name}` already belongs to `{other}`: give one of them another key")]
     Clash { origin: String, line: usize, key: String, name: &'static str, other: &'static str },
+    /// The workbench could not be left.
+    #[error(
+        "{origin}: neither `quit` nor `palette` has a key, so that the workbench could not be left: give one of them a key"
+    )]
+    NoWayOut { origin: String },
 }
 
 impl Default for Keymap {
@@ -74,6 +79,9 @@ impl Keymap {
                 return Err(KeymapError::Clash { origin: origin.to_owned(), line, key, name, other });
             }
             map.bindings.push((key, entry));
+        }
+        if !map.bindings.iter().any(|(_, entry)| ["quit", "palette"].contains(&entry.name)) {
+            return Err(KeymapError::NoWayOut { origin: origin.to_owned() });
         }
         Ok(map)
     }
@@ -207,6 +215,7 @@ mod tests {
             ("train = q", "keys:1: key `q` of `train` already belongs to `quit`"),
             ("play = t", "keys:1: key `t` of `play` already belongs to `train`"),
             ("play = .", "keys:1: key `.` of `play` already belongs to `step-on`"),
+            ("quit =\npalette =", "keys: neither `quit` nor `palette` has a key"),
         ] {
             let error = Keymap::parse(text, "keys").unwrap_err().to_string();
             assert!(error.starts_with(message), "{error}");
