@@ -1,11 +1,46 @@
 //! The `mge` program.
 
+use std::alloc::{GlobalAlloc, Layout};
 use std::ffi::{c_char, c_void};
 
-/// Returns free memory to the system, whichever thread freed it, with little fragmentation: with other allocators a
-/// long session holds many times the memory it uses.
+use tikv_jemallocator::Jemalloc;
+
 #[global_allocator]
-static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
+static ALLOCATOR: Allocator = Allocator;
+
+/// jemalloc returns free memory to the system, whichever thread freed it, with little fragmentation: with other
+/// allocators a long session holds many times the memory it uses. But it clears blocks of more than a few pages by
+/// giving them back to the system and taking them again, which costs more than overwriting them.
+struct Allocator;
+
+/// Larger zeroed blocks are left to jemalloc.
+const MAX_OVERWRITTEN: usize = 1 << 20;
+
+// SAFETY: every call is passed on to jemalloc; zeroed blocks are cleared over the length asked for.
+unsafe impl GlobalAlloc for Allocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        unsafe { Jemalloc.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        if layout.size() > MAX_OVERWRITTEN {
+            return unsafe { Jemalloc.alloc_zeroed(layout) };
+        }
+        let block = unsafe { Jemalloc.alloc(layout) };
+        if !block.is_null() {
+            unsafe { block.write_bytes(0, layout.size()) };
+        }
+        block
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        unsafe { Jemalloc.dealloc(block, layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        unsafe { Jemalloc.realloc(block, layout, size) }
+    }
+}
 
 /// The C string that jemalloc reads at its first allocation (`malloc_conf` in its manual): unused memory is returned
 /// after one second instead of ten.
