@@ -13,32 +13,33 @@ static ALLOCATOR: Allocator = Allocator;
 /// giving them back to the system and taking them again, which costs more than overwriting them.
 struct Allocator;
 
-/// Larger zeroed blocks are left to jemalloc.
+/// Largest zeroed block that is overwritten, in bytes.
 const MAX_OVERWRITTEN: usize = 1 << 20;
 
-// SAFETY: every call is passed on to jemalloc; zeroed blocks are cleared over the length asked for.
+// SAFETY: calls are passed on as they are; a zeroed block is cleared over its whole size, if there is one.
+#[allow(unsafe_op_in_unsafe_fn)]
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        unsafe { Jemalloc.alloc(layout) }
+        Jemalloc.alloc(layout)
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         if layout.size() > MAX_OVERWRITTEN {
-            return unsafe { Jemalloc.alloc_zeroed(layout) };
+            return Jemalloc.alloc_zeroed(layout);
         }
-        let block = unsafe { Jemalloc.alloc(layout) };
+        let block = Jemalloc.alloc(layout);
         if !block.is_null() {
-            unsafe { block.write_bytes(0, layout.size()) };
+            block.write_bytes(0, layout.size());
         }
         block
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        unsafe { Jemalloc.dealloc(block, layout) }
+        Jemalloc.dealloc(block, layout)
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        unsafe { Jemalloc.realloc(block, layout, size) }
+        Jemalloc.realloc(block, layout, size)
     }
 }
 
@@ -66,6 +67,14 @@ unsafe extern "C" fn ignore(_: *mut c_void, _: *const c_char) {}
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn zeroed_blocks_are_clear_wherever_they_were_used_before() {
+        for size in [100, 100_000, 2 * MAX_OVERWRITTEN] {
+            drop(std::hint::black_box(vec![7_u8; size]));
+            assert!(std::hint::black_box(vec![0_u8; size]).iter().all(|byte| *byte == 0), "{size}");
+        }
+    }
 
     #[test]
     fn free_memory_is_given_back_after_a_second_in_the_background() {
