@@ -567,7 +567,7 @@ fn results_do_not_replace_files_of_other_kinds() {
         "exists and is not a file of action clusters",
     );
     fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run/config.json"]), "exists and is not a task");
-    fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run"]), "is a folder");
+    fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run"]), "a folder");
     let figure = ["dynamics", "evaluate", "bucket-box", "--figure", "nowhere/a.png"];
     fail(mge(&folder, figure), "the folder nowhere does not exist");
     assert_eq!(std::fs::read(folder.path().join("run/config.json")).unwrap(), config);

@@ -89,12 +89,13 @@ fn command_line(arguments: &DynamicsTrain) -> String {
 
 /// The last part of a path, quoted for a shell.
 fn file_name(path: &Path) -> String {
-    shell_words::quote(&path.file_name().unwrap_or_default().to_string_lossy()).into_owned()
+    shell_words::quote(&path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()).into_owned()
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     if let Some(path) = &arguments.figure {
-        output::check_target(path, "a figure", |_| true)?;
+        let is_figure = |bytes: &[u8]| matches!(bytes.get(..4), Some(b"\x89PNG" | b"%PDF" | b"<svg"));
+        output::check_target(path, "a figure", is_figure)?;
     }
     let model = dynamics::named(&arguments.model)?;
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;

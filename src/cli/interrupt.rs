@@ -47,7 +47,7 @@ fn wait_for_the_end() -> io::Result<()> {
         let Some(number) = signals.forever().next() else { return };
         let _writes = atomic::end_writes();
         progress::clear();
-        output::message("interrupted: run the same command again to start over");
+        output::message("interrupted: run the same command again");
         low_level::exit(128 + number);
     };
     let waits = std::thread::Builder::new().name("mge-signals".to_owned()).spawn(end).is_ok();

@@ -48,19 +48,18 @@ pub fn stream() -> impl Write {
 /// of the same kind, named `kind`, which `is_of_kind` recognises.
 ///
 /// # Errors
-/// When the folder does not exist, or `path` is a folder or a file of another kind.
+/// When the folder does not exist, or `path` is not a regular file, cannot be read or is a file of another kind.
 pub fn check_target(path: &Path, kind: &str, is_of_kind: impl FnOnce(&[u8]) -> bool) -> Outcome {
     let (name, folder) = (path.display(), atomic::parent_of(path));
     if !folder.is_dir() {
         return Err(format!("{name}: the folder {} does not exist", folder.display()).into());
     }
-    if path.is_dir() {
-        return Err(format!("{name}: is a folder: name a file in it").into());
+    match bounded::regular(path).and_then(|()| bounded::read(path, bounded::MODEL)) {
+        Ok(bytes) if is_of_kind(&bytes) => Ok(()),
+        Ok(_) => Err(format!("{name}: exists and is not {kind}: choose another name, or remove it").into()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(format!("{name}: {error}").into()),
     }
-    if path.is_file() && !bounded::read(path, bounded::MODEL).is_ok_and(|bytes| is_of_kind(&bytes)) {
-        return Err(format!("{name}: exists and is not {kind}: choose another name, or remove it").into());
-    }
-    Ok(())
 }
 
 /// Writes a message of one line to standard error.

@@ -58,11 +58,11 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     }
     let sweep = Sweep::load(&file)?;
     let failures = sweeps::work(&sweep, &arguments.out, arguments.threads, arguments.quiet)?;
-    let reported = brief(|| report(arguments, index, &sweep));
-    match failures.first() {
-        None => reported,
-        Some((name, reason)) => Err(format!("{} trainings failed, such as {name}: {reason}", failures.len()).into()),
+    let Some((name, reason)) = failures.first() else { return brief(|| report(arguments, index, &sweep)) };
+    if failures.len() < sweep.jobs.len() {
+        brief(|| report(arguments, index, &sweep))?;
     }
+    Err(format!("{} trainings failed, such as {name}: {reason}", failures.len()).into())
 }
 
 fn search(arguments: &SubgoalOptions) -> SubgoalSearch {
@@ -126,8 +126,10 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
         index,
         rows,
     };
-    results.write(out)?;
-    Ok(output::line(out.join("report.md").display())?)
+    brief(|| {
+        results.write(out)?;
+        Ok(output::line(out.join("report.md").display())?)
+    })
 }
 
 /// Writes the report of the finished trainings.

@@ -22,7 +22,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     let mut workbench = OffscreenWorkbench::new(session);
     // A screen depends on the keys of those before it.
     let mut command = vec!["mge".to_owned(), "screenshot".to_owned(), arguments.script.file.display().to_string()];
-    command.extend(["--size".to_owned(), arguments.size.clone()]);
+    command.extend(["--size".to_owned(), arguments.size.clone(), "--dpi".to_owned(), arguments.dpi.to_string()]);
     command.extend(arguments.script.variables.iter().flat_map(|variable| ["--define".to_owned(), variable.clone()]));
     for (path, keys) in screens {
         workbench.press(keys)?;

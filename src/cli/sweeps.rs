@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::arguments::Sweep as Arguments;
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
+use crate::run::RunError;
 use crate::sweep::{self, Sweep, SweepError};
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -30,8 +31,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.file.is_some() {
         brief(|| match sweep::read_results(&folder) {
             Ok(results) => Ok(output::line(results.write(&folder)?.display())?),
-            // Without any run there is no table; the failures are reported below.
-            Err(_) if !failures.is_empty() => Ok(()),
+            // The failures are reported below.
+            Err(SweepError::Run(RunError::NoRuns(_))) if !failures.is_empty() => Ok(()),
             Err(error) => Err(error.into()),
         })?;
     } else {

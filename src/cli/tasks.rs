@@ -98,8 +98,7 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
 
 fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Option<&Path>) -> Outcome {
     if let Some(path) = out {
-        let is_task = |bytes: &[u8]| std::str::from_utf8(bytes).is_ok_and(|text| task::parse(text, "").is_ok());
-        output::check_target(path, "a task", is_task)?;
+        output::check_target(path, "a task", |_| task::load_regular(&path.to_string_lossy()).is_ok())?;
     }
     let mut task = task::load(name)?;
     let model = required_model(model, &task)?;

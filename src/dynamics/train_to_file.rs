@@ -90,6 +90,8 @@ pub fn train_to_file(
     command: &str,
     mut on_progress: impl FnMut(&Progress) -> bool,
 ) -> Result<TrainedModel> {
+    config.validate()?;
+    settings.validate()?;
     check_target(path)?;
     let checkpoint = checkpoint_of(path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };

@@ -143,9 +143,8 @@ fn cluster_unless_stopped(
     run_abandonable(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)
 }
 
-/// Step 3: plays actions from the clusters in the real environment. Returns the states in which the
-/// stage was reached and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once the
-/// `model` is stopped.
+/// Step 3: plays actions from the clusters in the real environment. Returns the states in which the stage was reached
+/// and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once `model` is stopped.
 fn explore(
     env: &mut Environment,
     prior: &StagePrior,

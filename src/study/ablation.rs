@@ -401,7 +401,7 @@ mod tests {
         assert!(matches!(error, StudyError::OtherStudy { .. }), "{error}");
         std::fs::write(folder.path().join("plan.json"), "{").unwrap();
         let error = run_with(1, &longer, folder.path(), &mut |_| {}).unwrap_err();
-        assert!(matches!(&error, StudyError::Content { path, .. } if path.ends_with("plan.json")), "{error}");
+        assert!(matches!(&error, StudyError::Plan { path } if path.ends_with("plan.json")), "{error}");
         let broken = AblationPlan { training: TrainConfig { batch: 0, ..plan().training }, ..plan() };
         let error = run_with(2, &broken, other.path(), &mut |_| {}).unwrap_err();
         assert!(error.to_string().contains("batch"), "{error}");

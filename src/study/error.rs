@@ -16,6 +16,9 @@ pub enum StudyError {
     /// The folder holds another study.
     #[error("{}: this folder holds a study with other parameters: choose another with --out", path.display())]
     OtherStudy { path: PathBuf },
+    /// The plan of the folder cannot be read.
+    #[error("{}: the study's plan is damaged: restore it, or choose another folder with --out", path.display())]
+    Plan { path: PathBuf },
     /// A file has invalid content.
     #[error("{}: {message}: remove it, and the study will make a new one", path.display())]
     Content { path: PathBuf, message: String },

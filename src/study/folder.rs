@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::error::StudyError;
 use crate::json;
@@ -26,10 +26,8 @@ impl Folder<'_> {
         let path = self.path("plan.json");
         match read_optional(&path)? {
             Some(found) if found == json::pretty(plan).as_bytes() => Ok(()),
-            Some(_) => {
-                let _: serde::de::IgnoredAny = self.read("plan.json")?.unwrap_or_default();
-                Err(StudyError::OtherStudy { path: self.0.to_owned() })
-            }
+            Some(found) if serde_json::from_slice::<IgnoredAny>(&found).is_err() => Err(StudyError::Plan { path }),
+            Some(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
             None => self.write("plan.json", json::pretty(plan).as_bytes()),
         }
     }

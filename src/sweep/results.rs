@@ -39,12 +39,13 @@ pub(super) fn kind_of(path: &Path) -> Result<Kind, SweepError> {
     Ok(if RunDirectory::open(path)?.is_of_model()? { Kind::Model } else { Kind::Agent })
 }
 
-/// Reads the results of all runs in a sweep's folder.
+/// Reads the results of all runs in a sweep's folder that have a configuration.
 ///
 /// # Errors
 /// When a run cannot be read, or there are both agents and models.
 pub fn read_results(folder: &Path) -> Result<Results, SweepError> {
-    let paths = find_runs(&[folder.to_owned()])?;
+    let mut paths = find_runs(&[folder.to_owned()])?;
+    paths.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
     match common_kind(&paths)? {
         Kind::Agent => Ok(agents(&read_runs(&paths)?)),
         Kind::Model => models(&paths),

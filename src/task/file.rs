@@ -108,7 +108,9 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
 /// The file that [`load`] reads for this name; None for a shipped task or level.
 pub fn file_of(name: &str) -> Option<&Path> {
     let path = Path::new(name);
-    (path.is_file() && !SHIPPED.iter().any(|(shipped, _)| *shipped == name)).then_some(path)
+    let level = name.strip_prefix("create/").map(|level| level.strip_suffix("-random").unwrap_or(level));
+    let is_built_in = shipped_names().any(|known| known == name) || level_names().any(|known| Some(known) == level);
+    (path.is_file() && !is_built_in).then_some(path)
 }
 
 /// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles;

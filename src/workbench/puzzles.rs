@@ -34,8 +34,7 @@ impl Session {
     }
 
     fn open_puzzle(&mut self, command: Puzzle, puzzle: Task) -> Result<String, String> {
-        let opened = self.change(|setup| setup.take_task(puzzle, None).map(|()| String::new()));
-        opened.map_err(|error| error.to_string())?;
+        self.change(|setup| setup.take_task(puzzle, None)).map_err(|error| error.to_string())?;
         self.forget_results_of_task();
         let report = format!("puzzle {}, {}: `propose` looks for subgoals", command.0, self.task().name);
         // Recorded when it is opened: only later commands can refer to it.

@@ -146,10 +146,10 @@ impl Session {
     }
 
     /// Changes the task or the settings of the next run; a new task restarts hand play.
-    pub(super) fn change(
+    pub(super) fn change<T>(
         &mut self,
-        change: impl FnOnce(&mut Setup) -> Result<String, SessionError>,
-    ) -> Result<String, SessionError> {
+        change: impl FnOnce(&mut Setup) -> Result<T, SessionError>,
+    ) -> Result<T, SessionError> {
         let before = self.setup.config.task.clone();
         let report = change(&mut self.setup)?;
         if !Arc::ptr_eq(&before, &self.setup.config.task) {

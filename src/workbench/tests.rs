@@ -229,7 +229,7 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
     assert!(session.hand_play().trace().steps.is_empty());
     run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");
     assert!(session.hand_play().trace().steps.is_empty(), "the task has changed");
-    let path = folder.path().join("task1.json");
+    let path = folder.path().join("mine.json");
     run(&mut session, &format!("place -0.9 0.9\nsave {}\ngoal move 0.5 0.5", quoted(&path)));
     assert_eq!(session.hand_play().trace().steps.len(), 1, "the task is the same");
 }

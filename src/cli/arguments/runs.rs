@@ -111,7 +111,8 @@ pub struct Evaluate {
     /// Seed of the start noise
     #[arg(long, default_value_t = 0, value_parser = first_seed())]
     pub seed: u64,
-    /// Task to play on: a name or a file; agents that observe by rays play any task [default: the first of the run]
+    /// Task to play on, with its own start noise: a name or a file; agents that observe by rays play any task [default:
+    /// the first of the run, with the start noise of the run]
     #[arg(long)]
     pub task: Option<String>,
     /// For an agent that chooses among tools: draw its action sets from this split, one of all, train, validation,

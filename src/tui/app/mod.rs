@@ -22,8 +22,7 @@ use ratatui::Frame;
 use ratatui::buffer::Buffer;
 
 use super::actions::{Context, Tab, UiAction};
-use super::effect::Effect;
-use super::effect::{Layer, Response};
+use super::effect::{Effect, Layer, Response};
 use super::input::{Key, Keymap};
 use super::layers::Tour;
 use super::screens::{Chrome, HitRegion, HitRegions, Message, Screens, Ui, draw_frame, draw_scene};

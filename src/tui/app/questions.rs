@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use super::App;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
-use crate::tui::effect::Effect;
-use crate::tui::effect::Layer;
+use crate::tui::effect::{Effect, Layer};
 use crate::tui::layers::{Prompt, Question};
 use crate::workbench::{Command, command};
 

@@ -7,8 +7,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Widget;
 
-use crate::tui::effect::Effect;
-use crate::tui::effect::{Layer, Response};
+use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::{frame, wrap};

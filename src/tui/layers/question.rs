@@ -7,8 +7,7 @@ use ratatui::style::Stylize;
 use ratatui::text::{Span, Text};
 use ratatui::widgets::{Row, Widget};
 
-use crate::tui::effect::Effect;
-use crate::tui::effect::{Layer, Response};
+use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;

@@ -227,7 +227,7 @@ impl Reader {
 /// When the run is damaged.
 fn glance(path: &Path) -> Result<Option<RunSummary>, RunError> {
     let directory = match RunDirectory::open(path) {
-        Err(RunError::NotARun(_)) => return Ok(None),
+        Err(RunError::NotARun(_)) if !path.join("events.jsonl").is_file() => return Ok(None),
         opened => opened?,
     };
     if directory.is_of_model()? {

@@ -70,7 +70,7 @@ impl Execute for Save {
     syntax! { "save" "[FILE]" "save the edited task" => Save { 0: Optional(Place("a file")) }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.change(|setup| setup.save_task(self.0.as_deref()))
+        session.setup.save_task(self.0.as_deref())
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {

@@ -13,8 +13,7 @@ use ratatui::widgets::{Row, Widget};
 
 use super::prompt::line;
 use crate::tui::actions::{Context, Entry, entries};
-use crate::tui::effect::Effect;
-use crate::tui::effect::{Layer, Response};
+use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
