@@ -1,0 +1,1 @@
+//! Links, pipes, filesystems without locks, and several writers of one file.

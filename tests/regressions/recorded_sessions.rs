@@ -1,0 +1,1 @@
+//! A recorded session can be replayed and gives the same files.

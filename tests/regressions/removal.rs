@@ -1,0 +1,1 @@
+//! Nothing is removed or replaced except what the program wrote.

@@ -1,0 +1,1 @@
+//! Signals end every command promptly, and stop requests are never lost.

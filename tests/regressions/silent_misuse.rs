@@ -1,0 +1,1 @@
+//! Settings without effect, contradictions and defaults are never silent.

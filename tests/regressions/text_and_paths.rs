@@ -1,0 +1,1 @@
+//! Texts and paths as people write them: byte order marks, `~`, long names, suffixes.
