@@ -34,6 +34,9 @@ pub enum DynamicsError {
     /// An object's state or size is not a finite number.
     #[error("an object of the scene has a position, velocity or size that is not finite")]
     NotFinite,
+    /// A rewarding action to be clustered is not a finite number.
+    #[error("a rewarding action has a coordinate that is not finite: it belongs to no cluster")]
+    ActionNotFinite,
     /// The task's physics differ from those of the launches.
     #[error("task `{task}`: {what} differs from that of the launches the model learned from")]
     OtherPhysics { task: String, what: &'static str },

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use crate::dynamics::{DynamicsError, Result};
 use crate::env::{Action, TOOL_FEATURES};
 
 /// Number of clusters of a stage.
@@ -47,25 +48,11 @@ impl Cluster {
 pub struct ToolCluster {
     /// Mean of each number.
     pub mean: Vec<f32>,
-    /// Standard deviation of each number.
+    /// Standard deviation of each number, not below the floor.
     pub std: Vec<f32>,
 }
 
 impl ToolCluster {
-    /// The tools of the actions with indices `members`, at least one. Actions are positions and embeddings; `None` if
-    /// they have no embeddings.
-    pub(super) fn of<P: AsRef<[f32]>>(actions: &[P], members: &[usize]) -> Option<Self> {
-        let tool = |member: &usize| actions[*member].as_ref().get(2..).filter(|tool| !tool.is_empty());
-        let tools = members.iter().map(tool).collect::<Option<Vec<&[f32]>>>()?;
-        let mean_of = |column: usize, of: &dyn Fn(f32) -> f32| {
-            tools.iter().map(|tool| of(tool[column])).sum::<f32>() / tools.len() as f32
-        };
-        let mean: Vec<f32> = (0..tools.first()?.len()).map(|column| mean_of(column, &|value| value)).collect();
-        let variance = |(column, mean): (usize, &f32)| mean_of(column, &|value| (value - mean).powi(2));
-        let std = mean.iter().enumerate().map(variance).map(f32::sqrt).collect();
-        Some(Self { mean, std })
-    }
-
     /// Whether all values are possible for tools.
     pub(super) fn is_possible(&self) -> bool {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
@@ -80,35 +67,34 @@ pub(super) fn clipped_normal(mean: f32, std: f32, rng: &mut impl Rng) -> f32 {
     (mean + std * normal).clamp(-1.0, 1.0)
 }
 
-/// Clusters of `actions`, the largest first; empty if there are no actions.
-pub(super) fn cluster(actions: &[Action], count: ClusterCount, std_floor: f32, rng: &ChaCha8Rng) -> Vec<Cluster> {
-    let clusters = cluster_points(actions, count, std_floor, rng);
-    clusters.into_iter().map(|(cluster, _)| cluster).collect()
-}
-
-/// Clusters of points, the largest first, each with the indices of its points. Points begin with x
-/// and y and have equal lengths.
-pub(super) fn cluster_points<P: AsRef<[f32]>>(
+/// Clusters of points, the largest first, each with its tools if the points have any; empty if there are no points.
+/// Points have equal lengths: they begin with x and y, and the embedding of a tool may follow.
+///
+/// # Errors
+/// [`DynamicsError::ActionNotFinite`].
+pub(super) fn cluster<P: AsRef<[f32]>>(
     points: &[P],
     count: ClusterCount,
     std_floor: f32,
     rng: &ChaCha8Rng,
-) -> Vec<(Cluster, Vec<usize>)> {
+) -> Result<Vec<(Cluster, Option<ToolCluster>)>> {
     let distinct = count_distinct(points);
     if distinct == 0 {
-        return Vec::new();
+        return Ok(Vec::new());
+    }
+    if points.iter().flat_map(AsRef::as_ref).any(|value| !value.is_finite()) {
+        return Err(DynamicsError::ActionNotFinite);
     }
     let columns = points[0].as_ref().len();
     let points = Array2::from_shape_fn((points.len(), columns), |(row, axis)| f64::from(points[row].as_ref()[axis]));
     let labels = match count {
-        ClusterCount::Fixed(k) => assign(&points, k.clamp(1, distinct), rng),
-        ClusterCount::Silhouette(most) => best_silhouette(&points, most.min(distinct.saturating_sub(1)), rng),
+        ClusterCount::Fixed(k) => assign(&points, k.clamp(1, distinct), rng)?,
+        ClusterCount::Silhouette(most) => best_silhouette(&points, most.min(distinct.saturating_sub(1)), rng)?,
     };
     let clusters = 1 + labels.iter().max().copied().unwrap_or(0);
-    let mut clusters: Vec<(Cluster, Vec<usize>)> =
-        (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
+    let mut clusters: Vec<_> = (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
     clusters.sort_by(|(a, _), (b, _)| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
-    clusters
+    Ok(clusters)
 }
 
 fn count_distinct<P: AsRef<[f32]>>(points: &[P]) -> usize {
@@ -119,45 +105,47 @@ fn count_distinct<P: AsRef<[f32]>>(points: &[P]) -> usize {
     bits.len()
 }
 
-fn assign(points: &Array2<f64>, clusters: usize, rng: &ChaCha8Rng) -> Array1<usize> {
+fn assign(points: &Array2<f64>, clusters: usize, rng: &ChaCha8Rng) -> Result<Array1<usize>> {
     let dataset = DatasetBase::from(points.clone());
     let fitted =
         KMeans::params_with_rng(clusters, rng.clone()).n_runs(10).max_n_iterations(300).tolerance(1e-6).fit(&dataset);
-    match fitted {
-        Ok(model) => model.predict(points),
-        // Points are finite, and at least as many are distinct as there are clusters, so the only
-        // possible error is a failure to converge: fall back to a single cluster.
-        Err(_) => Array1::zeros(points.nrows()),
-    }
+    // The settings are valid, and reaching the limit of iterations is no error: what is left, that the distances of the
+    // points from their centres have no finite sum, does not occur for finite points.
+    let model = fitted.map_err(|_| DynamicsError::ActionNotFinite)?;
+    Ok(model.predict(points))
 }
 
-fn best_silhouette(points: &Array2<f64>, most: usize, rng: &ChaCha8Rng) -> Array1<usize> {
+fn best_silhouette(points: &Array2<f64>, most: usize, rng: &ChaCha8Rng) -> Result<Array1<usize>> {
     let score = |labels: &Array1<usize>| {
         DatasetBase::new(points.clone(), labels.clone()).silhouette_score().unwrap_or(f64::NEG_INFINITY)
     };
-    (2..=most)
-        .map(|k| assign(points, k, rng))
-        .map(|labels| (score(&labels), labels))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or_else(|| Array1::zeros(points.nrows()), |(_, labels)| labels)
+    let mut best = (f64::NEG_INFINITY, Array1::zeros(points.nrows()));
+    for k in 2..=most {
+        let labels = assign(points, k, rng)?;
+        let score = score(&labels);
+        // The larger number of equal ones.
+        if score.total_cmp(&best.0).is_ge() {
+            best = (score, labels);
+        }
+    }
+    Ok(best.1)
 }
 
+/// The cluster of the points with a label, and its tools if the points have any. No standard deviation is below the
+/// floor: exploration would otherwise repeat a cluster of equal actions or tools for ever.
 fn describe(
     points: &Array2<f64>,
     labels: &Array1<usize>,
     label: usize,
     std_floor: f32,
-) -> Option<(Cluster, Vec<usize>)> {
+) -> Option<(Cluster, Option<ToolCluster>)> {
     let rows: Vec<usize> = labels.iter().enumerate().filter(|(_, l)| **l == label).map(|(row, _)| row).collect();
     let members = points.select(Axis(0), &rows);
-    let mean = members.mean_axis(Axis(0))?;
-    let std = members.std_axis(Axis(0), 0.0);
+    let mean: Vec<f32> = members.mean_axis(Axis(0))?.iter().map(|mean| *mean as f32).collect();
+    let std: Vec<f32> = members.std_axis(Axis(0), 0.0).iter().map(|std| (*std as f32).max(std_floor)).collect();
     let count = members.nrows();
-    let cluster = Cluster {
-        mean: [mean[0] as f32, mean[1] as f32],
-        std: [std[0], std[1]].map(|s| (s as f32).max(std_floor)),
-        weight: count as f32 / points.nrows() as f32,
-        count,
-    };
-    Some((cluster, rows))
+    let weight = count as f32 / points.nrows() as f32;
+    let cluster = Cluster { mean: [mean[0], mean[1]], std: [std[0], std[1]], weight, count };
+    let tools = (mean.len() > 2).then(|| ToolCluster { mean: mean[2..].to_vec(), std: std[2..].to_vec() });
+    Some((cluster, tools))
 }

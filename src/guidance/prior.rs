@@ -4,8 +4,9 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::clusters::{Cluster, ToolCluster, cluster_points};
+use super::clusters::{Cluster, ToolCluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
+use crate::dynamics::DynamicsError;
 use crate::env::{Action, uniform_action};
 use crate::json;
 use crate::task::Task;
@@ -112,12 +113,20 @@ impl ActionPrior {
     /// The prior with the clusters of one stage rebuilt from other actions, such as those that
     /// turned out to be rewarding in real play: positions, or positions and
     /// [embeddings](crate::env::tool_embedding) of tools.
-    pub fn with_actions<P: AsRef<[f32]>>(&self, stage: usize, actions: &[P], rng: &ChaCha8Rng) -> Self {
+    ///
+    /// # Errors
+    /// When an action is not finite.
+    pub fn with_actions<P: AsRef<[f32]>>(
+        &self,
+        stage: usize,
+        actions: &[P],
+        rng: &ChaCha8Rng,
+    ) -> Result<Self, DynamicsError> {
         let mut refined = self.clone();
         if let Some(stage) = refined.stages.get_mut(stage) {
-            stage.cluster(actions, &self.config, rng);
+            stage.cluster(actions, &self.config, rng)?;
         }
-        refined
+        Ok(refined)
     }
 
     /// The JSON text of the prior, as it is saved.
@@ -134,11 +143,17 @@ struct Header {
 
 impl StagePrior {
     /// Builds the clusters from rewarding actions: positions, or positions and embeddings of tools.
-    pub(super) fn cluster<P: AsRef<[f32]>>(&mut self, actions: &[P], config: &GuidanceConfig, rng: &ChaCha8Rng) {
-        let clusters = cluster_points(actions, config.clusters, config.std_floor, rng);
-        self.clusters = clusters.iter().map(|(cluster, _)| *cluster).collect();
-        self.tools = clusters.iter().filter_map(|(_, members)| ToolCluster::of(actions, members)).collect();
+    pub(super) fn cluster<P: AsRef<[f32]>>(
+        &mut self,
+        actions: &[P],
+        config: &GuidanceConfig,
+        rng: &ChaCha8Rng,
+    ) -> Result<(), DynamicsError> {
+        let (clusters, tools): (_, Vec<_>) =
+            cluster(actions, config.clusters, config.std_floor, rng)?.into_iter().unzip();
+        (self.clusters, self.tools) = (clusters, tools.into_iter().flatten().collect());
         self.actions = actions.iter().map(|action| [action.as_ref()[0], action.as_ref()[1]]).collect();
+        Ok(())
     }
 
     /// Whether all values are possible for actions.

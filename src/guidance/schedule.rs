@@ -74,6 +74,30 @@ impl EpsilonSchedule {
         }
     }
 
+    /// If the schedule would still change after a run of `episodes` episodes: where it is heading, in words, and its
+    /// value then. An exponential one counts as at its end once a quarter of the distance is left.
+    pub fn unreached(&self, episodes: u32) -> Option<(String, f32)> {
+        let end = self.threshold(episodes);
+        let wanted = match self {
+            Self::Linear { from, to, episodes: over } if *over > episodes && from != to => format!("not {to}"),
+            Self::Exponential { from, to, factor } if from != to && factor.powf(episodes as f32) > 0.25 => {
+                format!("not near {to}")
+            }
+            Self::Step { from, factor, episodes: every } if *every >= episodes && *factor < 1.0 && *from > 0.0 => {
+                "before its first step".to_owned()
+            }
+            Self::Points(points) => {
+                let (at, value) = points.last().filter(|(at, value)| *at > episodes && *value != end)?;
+                format!("not {value} as at episode {at}")
+            }
+            Self::Need { attempts, .. } if *attempts > episodes => {
+                format!("as the need takes {attempts} greedy attempts to fall to 0")
+            }
+            _ => return None,
+        };
+        Some((wanted, end))
+    }
+
     /// Whether guidance is never used.
     pub fn is_zero(&self) -> bool {
         match self {

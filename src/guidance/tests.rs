@@ -49,12 +49,18 @@ fn rollouts_aim_at_the_stages_of_a_shifted_scene() {
     }
 }
 
+fn clustered(actions: &[Action], count: ClusterCount) -> Vec<Cluster> {
+    let found = clusters::cluster(actions, count, 0.02, &rng()).unwrap();
+    assert!(found.iter().all(|(_, tools)| tools.is_none()), "places only");
+    found.into_iter().map(|(cluster, _)| cluster).collect()
+}
+
 #[test]
 fn two_groups_become_two_clusters_with_their_means_and_deviations() {
     let group = |x: f32| [[x - 0.1, 0.0], [x + 0.1, 0.0], [x, 0.2], [x, -0.2]];
     let actions: Vec<Action> = group(-0.5).into_iter().chain(group(0.5)).chain([[0.5, 0.0]; 4]).collect();
     for count in [ClusterCount::Fixed(2), ClusterCount::Silhouette(4)] {
-        let found = clusters::cluster(&actions, count, 0.02, &rng());
+        let found = clustered(&actions, count);
         assert_eq!(found.iter().map(|cluster| cluster.count).collect::<Vec<_>>(), [8, 4], "{count:?}");
         assert_eq!(found.iter().map(|cluster| cluster.mean[0]).collect::<Vec<_>>(), [0.5, -0.5]);
         let expected = [0.02f32 / 4.0, 0.08 / 4.0].map(f32::sqrt);
@@ -64,9 +70,27 @@ fn two_groups_become_two_clusters_with_their_means_and_deviations() {
 
 #[test]
 fn there_are_no_more_clusters_than_distinct_actions() {
-    let same = clusters::cluster(&[[0.3, 0.3]; 5], ClusterCount::Fixed(3), 0.02, &rng());
+    let same = clustered(&[[0.3, 0.3]; 5], ClusterCount::Fixed(3));
     assert_eq!((same.len(), same[0].std, same[0].weight), (1, [0.02, 0.02], 1.0));
-    assert!(clusters::cluster(&[], ClusterCount::Fixed(3), 0.02, &rng()).is_empty());
+    assert!(clustered(&[], ClusterCount::Fixed(3)).is_empty());
+}
+
+#[test]
+fn an_action_that_is_not_finite_is_an_error_and_not_one_cluster() {
+    for wrong in [f32::NAN, f32::INFINITY] {
+        for count in [ClusterCount::Fixed(2), ClusterCount::Silhouette(3)] {
+            let found = clusters::cluster(&[[0.1, 0.2], [0.3, -0.5], [wrong, 0.0], [0.5, 0.5]], count, 0.02, &rng());
+            assert!(matches!(found, Err(DynamicsError::ActionNotFinite)), "{wrong} {count:?}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn the_spread_of_places_and_of_tools_has_the_same_floor() {
+    let points = [[0.3, 0.3, 0.5, -1.0], [0.3, 0.3, 0.5, 1.0]];
+    let found = clusters::cluster(&points, ClusterCount::Fixed(1), 0.02, &rng()).unwrap();
+    let (places, tools) = (&found[0].0, found[0].1.as_ref().unwrap());
+    assert_eq!((places.std, &tools.mean[..], &tools.std[..]), ([0.02, 0.02], &[0.5, 0.0][..], &[0.02, 1.0][..]));
 }
 
 #[test]
@@ -231,7 +255,7 @@ fn a_model_without_the_task_s_tools_is_an_error() {
 fn a_prior_round_trips_and_is_accepted_only_for_its_task() {
     let task = task::load("task1").unwrap();
     let mut prior = ActionPrior::uniform(&task, &GuidanceConfig::default(), 7);
-    prior = prior.with_actions(0, &[[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng());
+    prior = prior.with_actions(0, &[[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng()).unwrap();
     let text = prior.to_json();
     assert_eq!(ActionPrior::parse(&text, "prior.json", &task).unwrap(), prior);
     let refused = |text: &str, task: &Task| ActionPrior::parse(text, "prior.json", task).unwrap_err().to_string();

@@ -55,7 +55,7 @@ pub fn build_with_tools(
         let mut rng = Stream::PriorStage(stage).of(seed);
         let drawn = draw(config, starts.len(), numbers.len(), &mut rng);
         let Some(rolled) = roll_out(&env, model, &starts, &drawn, stop)? else { return Ok(None) };
-        let mut built = stage_prior(&drawn, &rolled, &numbers, config, &rng);
+        let mut built = stage_prior(&drawn, &rolled, &numbers, config, &rng)?;
         let hits: Vec<bool> = rolled.iter().map(|rollout| rollout.hit).collect();
         let real: Option<Vec<Snapshot>> = rolled.into_iter().map(|rollout| rollout.end).collect();
         let ends = match real {
@@ -127,7 +127,7 @@ fn stage_prior(
     numbers: &[usize],
     config: &GuidanceConfig,
     rng: &ChaCha8Rng,
-) -> StagePrior {
+) -> Result<StagePrior> {
     let hits = || drawn.iter().zip(rolled).filter(|(_, rollout)| rollout.hit);
     let points: Vec<Vec<f32>> = hits()
         .flat_map(|((_, choices), rollout)| {
@@ -139,8 +139,8 @@ fn stage_prior(
         })
         .collect();
     let mut stage = StagePrior { model_rollouts: rolled.len(), model_hits: hits().count(), ..StagePrior::default() };
-    stage.cluster(&points, config, rng);
-    stage
+    stage.cluster(&points, config, rng)?;
+    Ok(stage)
 }
 
 impl ActionPrior {

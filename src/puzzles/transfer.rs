@@ -142,7 +142,7 @@ impl TransferPlan {
                 return Ok(None);
             }
             training.run_episode()?;
-            training.refine();
+            training.refine()?;
         }
         Ok(Some(training.ddpg().clone()))
     }

@@ -186,6 +186,10 @@ pub enum Event {
         episode: u64,
         /// Number of clusters of each stage, the goal last.
         clusters: Vec<u32>,
+        /// Whether a user gave them; otherwise the training built or refined them itself. Earlier versions did not
+        /// write it.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        given: bool,
     },
     /// The needs for exploration have changed; only with an epsilon schedule by need.
     NeedsChanged {
@@ -292,7 +296,7 @@ impl fmt::Display for Event {
             Event::ScheduleChanged { episode, schedule } => {
                 write!(f, "episode {episode}: epsilon is now {schedule}")
             }
-            Event::ClustersChanged { episode, clusters } => {
+            Event::ClustersChanged { episode, clusters, .. } => {
                 write!(f, "episode {episode}: new action clusters, {clusters:?} by stage")
             }
             Event::NeedsChanged { episode, needs } if needs.is_empty() => {

@@ -148,9 +148,11 @@ fn repeat(
     events.iter().for_each(|event| history.note(event));
     for event in &history.interventions {
         // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
-        let is_recomputed = training.config().is_refined_after(event.episode());
-        if matches!(event, Event::ClustersChanged { .. }) && event.episode() > first && !is_recomputed {
-            return Err(ForkError::Clusters { at: event.episode() });
+        if let Event::ClustersChanged { episode, given, .. } = *event
+            && episode > first
+            && (given || !training.config().is_refined_after(episode))
+        {
+            return Err(ForkError::Clusters { at: episode });
         }
     }
     loop {

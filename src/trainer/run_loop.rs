@@ -148,7 +148,7 @@ pub(super) struct EpisodeOutcome {
 pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingError> {
     let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
-    let refined = training.refine();
+    let refined = training.refine()?;
     let evaluation = training.config().evaluation;
     let is_due = training.config().method.learns()
         && evaluation.every > 0
@@ -223,7 +223,7 @@ impl RunLoop<'_> {
         self.watch.set_prior(training.prior().cloned());
         self.watch.set_episode(training.episode());
         match training.prior().cloned() {
-            Some(prior) if training.episode() == 0 => self.record_prior(prior, 0)?,
+            Some(prior) if training.episode() == 0 => self.record_prior(prior, 0, false)?,
             prior => self.restore_prior(prior.as_deref())?,
         }
         if training.episode() == 0 {
@@ -254,7 +254,7 @@ impl RunLoop<'_> {
         (self.is_saved, self.score) = (false, None);
         if let Some((practised, prior)) = practised {
             self.writer.record(&Event::Practised(practised))?;
-            self.record_prior(prior, 0)?;
+            self.record_prior(prior, 0, false)?;
         }
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
@@ -266,7 +266,7 @@ impl RunLoop<'_> {
             prior: training.prior().cloned(),
         });
         if let Some(prior) = refined {
-            self.record_prior(prior, training.episode())?;
+            self.record_prior(prior, training.episode(), false)?;
         }
         if let Some(event) = evaluated {
             if let Event::Evaluated { mean_return, .. } = event {
@@ -337,12 +337,12 @@ impl RunLoop<'_> {
         Ok(())
     }
 
-    /// Saves and shows the prior, and records that it is used from now on.
-    fn record_prior(&mut self, prior: Arc<ActionPrior>, episode: u64) -> Result<(), TrainerError> {
+    /// Saves and shows the prior, and records that it is used from now on; `given` says whether it is a user's.
+    fn record_prior(&mut self, prior: Arc<ActionPrior>, episode: u64, given: bool) -> Result<(), TrainerError> {
         self.write_prior(&prior.to_json())?;
         let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
         self.watch.set_prior(Some(prior));
-        Ok(self.writer.record(&Event::ClustersChanged { episode, clusters })?)
+        Ok(self.writer.record(&Event::ClustersChanged { episode, clusters, given })?)
     }
 
     /// Records the needs for exploration if they have changed.

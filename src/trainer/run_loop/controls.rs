@@ -96,7 +96,7 @@ impl RunLoop<'_> {
                     self.changed(training, paused)?;
                 }
                 Control::SetPrior(prior) => {
-                    self.record_prior(prior.clone(), training.episode())?;
+                    self.record_prior(prior.clone(), training.episode(), true)?;
                     training.set_prior(prior);
                     self.changed(training, paused)?;
                 }

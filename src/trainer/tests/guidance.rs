@@ -32,7 +32,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
     for _ in 0..40 {
         let (record, _) = training.run_episode().unwrap();
         reached[0] += record.subgoals;
-        if let Some(refined) = training.refine() {
+        if let Some(refined) = training.refine().unwrap() {
             assert_eq!(training.episode() % 10, 0);
             assert_eq!(training.prior(), Some(&refined));
         }
@@ -59,7 +59,7 @@ fn clusters_are_refined_only_from_enough_actions() {
         let mut refined = 0;
         for _ in 0..20 {
             training.run_episode().unwrap();
-            if let Some(now) = training.refine() {
+            if let Some(now) = training.refine().unwrap() {
                 refined += 1;
                 let changed = now.stages.iter().zip(&prior.stages).filter(|(now, built)| now.actions != built.actions);
                 changed.for_each(|(stage, _)| assert_eq!(stage.actions.len(), least));

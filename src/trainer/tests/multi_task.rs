@@ -90,7 +90,7 @@ fn clusters_of_a_further_task_follow_its_own_actions() {
     let mut training = Training::with_priors(config.clone(), config.tasks().map(prior).collect()).unwrap();
     for _ in 0..12 {
         training.run_episode().unwrap();
-        let refined = training.refine();
+        let refined = training.refine().unwrap();
         // Only the clusters of the first task are shown.
         assert!(refined.is_none_or(|prior| prior.task == "task1"));
     }

@@ -62,16 +62,16 @@ fn clusters_over_tools_follow_the_agent_s_own_rewarding_actions() {
     for _ in 0..20 {
         let (_, trace) = training.run_episode().unwrap();
         placed.extend(trace.steps.iter().map(|step| step.action));
-        training.refine();
+        training.refine().unwrap();
     }
     let refined = &training.prior().unwrap().stages[0];
     assert_ne!(refined.clusters, prior.stages[0].clusters);
     assert_eq!(refined.tools.len(), refined.clusters.len());
     assert!((2..=6).contains(&refined.actions.len()) && refined.actions.iter().all(|action| placed.contains(action)));
-    // A cluster of a single action always draws its tool.
+    // A cluster of a single action draws tools like its own.
     let alone = refined.clusters.iter().position(|cluster| cluster.count == 1).expect("few actions, ten clusters");
     let tool = &refined.tools[alone];
-    assert!(tool.std.iter().all(|std| *std == 0.0));
+    assert!(tool.std.iter().all(|std| *std == prior.config.std_floor));
     assert!(
         (0..NO_OP).any(|number| tool_embedding(number).unwrap()[..] == tool.mean[..]),
         "it is one of the catalogue"
@@ -108,7 +108,7 @@ fn settings_that_conflict_with_tools_are_refused_in_one_line() {
         let error = check_model(&guided).unwrap_err().to_string();
         assert!(error.contains(expected) && !error.contains('\n'), "{error}");
     }
-    assert!(Method::RECOMMENDED_WITH_TOOLS.learns_from_play());
+    assert!(Method::usual(Some(ToolSplit::Train)).learns_from_play());
 }
 
 #[test]

@@ -79,26 +79,33 @@ impl Training {
 
     /// If it is due, rebuilds clusters from the agent's own rewarding actions for stages that have
     /// enough of them. Returns the prior if it changed; with several tasks, if that of the first changed.
-    pub fn refine(&mut self) -> Option<Arc<ActionPrior>> {
-        let (every, (round, played)) = (u64::from(self.config.refinement.every), self.latest_turn()?);
-        let is_due = every > 0 && round.is_multiple_of(every);
-        let changed = is_due.then(|| self.on_task(played, Self::refine_now)).flatten();
-        changed.filter(|_| played == 0)
+    ///
+    /// # Errors
+    /// When a rewarding action is not finite.
+    pub fn refine(&mut self) -> Result<Option<Arc<ActionPrior>>, TrainingError> {
+        let Some((round, played)) = self.latest_turn() else { return Ok(None) };
+        let every = u64::from(self.config.refinement.every);
+        if every == 0 || !round.is_multiple_of(every) {
+            return Ok(None);
+        }
+        let changed = self.on_task(played, Self::refine_now)?;
+        Ok(changed.filter(|_| played == 0))
     }
 
     /// Like [`refine`](Self::refine), whether or not it is due.
-    pub(super) fn refine_now(&mut self) -> Option<Arc<ActionPrior>> {
-        let prior = self.progress.prior.as_ref()?;
+    pub(super) fn refine_now(&mut self) -> Result<Option<Arc<ActionPrior>>, TrainingError> {
+        let Some(prior) = &self.progress.prior else { return Ok(None) };
         let mut refined = ActionPrior::clone(prior);
         for (stage, actions) in self.progress.rewarding.iter_mut().enumerate() {
             if actions.len() >= self.config.refinement.least.max(1) {
-                refined = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model);
+                let clustered = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model);
+                refined = clustered.map_err(PriorError::from)?;
             }
         }
         if refined == **prior {
-            return None;
+            return Ok(None);
         }
         self.progress.prior = Some(Arc::new(refined));
-        self.progress.prior.clone()
+        Ok(self.progress.prior.clone())
     }
 }

@@ -92,7 +92,7 @@ impl Training {
                     }
                 }
             }
-            self.refine_now();
+            self.refine_now()?;
         }
         practised.rollouts.push(rollouts);
         practised.reached.push(reached);

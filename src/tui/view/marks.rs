@@ -19,10 +19,12 @@ pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
     let of_event = |event: &Event| {
         let text = match event {
             Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
+            Event::ClustersChanged { given: true, .. } => "other clusters".to_owned(),
             // Scheduled refinements are not interventions.
             Event::ClustersChanged { episode, .. } if config.is_refined_after(*episode) => return None,
             // Refinements of a source on several tasks were due at other episodes.
             Event::ClustersChanged { episode, .. } if config.left_tasks_at(*episode) => return None,
+            // In a log of an earlier version, which does not say who gave them.
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),
             Event::Started { episode, .. } if *episode == begins => return None,
@@ -48,7 +50,7 @@ mod tests {
     fn marks_describe_interventions_but_not_scheduled_events() {
         let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
         config.refinement.every = 50;
-        let clusters = |episode| Event::ClustersChanged { episode, clusters: vec![1] };
+        let clusters = |episode| Event::ClustersChanged { episode, clusters: vec![1], given: false };
         let events = [
             Event::ScheduleChanged { episode: 20, schedule: "0.1".into() },
             clusters(50),
