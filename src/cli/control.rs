@@ -1,5 +1,6 @@
 //! Control of runs that other processes train, and trainings that outlive their terminal.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use std::time::Duration;
 use super::output::{self, Outcome};
 use crate::guidance::EpsilonSchedule;
 use crate::run::{Event, Request, RunDirectory, RunState};
-use crate::trainer::RunConfig;
+use crate::trainer::{RunConfig, warnings};
 
 /// Polling interval of the log.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -28,7 +29,8 @@ pub fn stop(run: &Path) -> Outcome {
 pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
     let directory = RunDirectory::open(run)?;
     directory.refuse_model()?;
-    let method = directory.config::<RunConfig>()?.method;
+    let config = directory.config::<RunConfig>()?;
+    let method = config.method;
     let has_clusters = method.learns() && directory.prior_path().exists();
     if !method.is_adaptive() && !has_clusters {
         let remedy = match method.uses("epsilon") {
@@ -36,6 +38,9 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
             false => format!("its method is `{method}`"),
         };
         return Err(format!("{} has no action clusters, so epsilon has no effect: {remedy}", run.display()).into());
+    }
+    for warning in warnings([(&RunConfig { epsilon: schedule.clone(), ..config }, &BTreeSet::new())]) {
+        output::message(format_args!("warning: {warning}"));
     }
     let request = Request::Epsilon { schedule: schedule.to_string() };
     ask(run, &request, |event| matches!(event, Event::ScheduleChanged { .. }))

@@ -101,7 +101,7 @@ fn closing_sections() -> [Section; 7] {
     [
         Section::new("Commands of scripts and of the palette", ["command", "effect"], verbs().map(verb).collect()),
         Section {
-            about: "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. `guidance.clusters={\"silhouette\":5}` chooses the number of clusters by silhouette.",
+            about: "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. The defaults are those of the default method. `guidance.clusters.silhouette=5` chooses the number of clusters by silhouette, in place of `guidance.clusters.fixed`.",
             ..settings
         },
         ranges("Numbers of a run", trainer::settings()),
@@ -225,7 +225,7 @@ fn cell(text: &str) -> String {
 
 /// Every setting of a run with its path and default.
 fn default_settings() -> Vec<(String, String)> {
-    let config = RunConfig::new(Arc::new(task::shipped().swap_remove(0)));
+    let config = RunConfig::usual_for(Arc::new(task::shipped().swap_remove(0)));
     let keys = config_keys(&config);
     let mut values = json::as_written(&config);
     let mut value = |key: &String| json::at_mut(&mut values, key).map(|value| json::text(value)).unwrap_or_default();

@@ -64,6 +64,15 @@ impl Progress {
         }
     }
 
+    /// Prints a warning, even if quiet: it is no progress.
+    pub fn warn(&self, text: &str) {
+        let line = format!("warning: {text}");
+        match &self.bar {
+            Some(bar) => bar.println(output::shown(&line)),
+            None => output::message(line),
+        }
+    }
+
     /// Prints a permanent line.
     pub fn say(&self, line: &str) {
         match &self.bar {

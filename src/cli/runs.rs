@@ -51,8 +51,8 @@ pub fn train(arguments: &Train) -> Outcome {
         .filter(|runs| !runs.is_empty())
         .map_or_else(|| PathBuf::from("runs"), PathBuf::from);
     let mut session = Session::on_task(&arguments.task, runs)?;
-    let usual = if arguments.tools.is_some() { Method::RECOMMENDED_WITH_TOOLS } else { Method::RECOMMENDED };
-    let mut commands: Vec<Command> = vec![command::Method(arguments.method.unwrap_or(usual)).into()];
+    let method = arguments.method.unwrap_or_else(|| Method::usual(arguments.tools));
+    let mut commands: Vec<Command> = vec![command::Method(method).into()];
     let tools = arguments.tools.map(|tools| command::Set { key: "tools".to_owned(), value: tools.to_string() });
     commands.extend(tools.map(Command::from));
     commands.extend([command::Seed(arguments.seed).into(), command::Episodes(arguments.episodes).into()]);
@@ -173,6 +173,7 @@ fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interr
                 Notice::Progress { progress: now, .. } => {
                     progress.set(now.done as u64, now.total as u64, "repeating episodes");
                 }
+                Notice::Warning(text) => progress.warn(&text),
                 Notice::Finished { command, outcome } if command == *fork => {
                     return outcome.map(drop).map_err(SessionError::Failed);
                 }
@@ -190,7 +191,7 @@ fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interr
 fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
     let followed = |run: &&RunView| run.number() >= first;
     let episodes = session.runs().iter().filter(followed).map(|run| u64::from(run.config().episodes)).sum();
-    let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
+    let mut viewer = Viewer::new(episodes, quiet);
     let mut stopping = false;
     loop {
         // Checked before polling, so that the final events are not missed. A run that another process has
@@ -251,9 +252,22 @@ struct Viewer {
     progress: Progress,
     /// Number of episodes of each run.
     episodes: BTreeMap<usize, u64>,
+    /// The warnings shown.
+    warned: BTreeSet<String>,
 }
 
 impl Viewer {
+    fn new(length: u64, quiet: bool) -> Self {
+        Self { progress: Progress::new(length, quiet), episodes: BTreeMap::new(), warned: BTreeSet::new() }
+    }
+
+    /// Shows a warning once, with the line of a script that it is about.
+    fn warn(&mut self, place: Option<&str>, text: &str) {
+        if self.warned.insert(text.to_owned()) {
+            self.progress.warn(&place.map_or_else(|| text.to_owned(), |place| format!("{place}: {text}")));
+        }
+    }
+
     fn show(&mut self, notice: &Notice) {
         match notice {
             Notice::Progress { command: Command::Clusters(_), progress: stages } => {
@@ -266,6 +280,7 @@ impl Viewer {
             }
             Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } => {}
             Notice::Progress { .. } | Notice::Changed => {}
+            Notice::Warning(text) => self.warn(None, text),
             Notice::Run { run, event } => {
                 if let Event::Started { episodes, .. } = event {
                     self.episodes.insert(*run, *episodes);
@@ -384,8 +399,9 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
     session.interrupt_with(interrupt.shared());
-    let mut viewer = Viewer { progress: Progress::new(0, arguments.quiet), episodes: BTreeMap::new() };
+    let mut viewer = Viewer::new(0, arguments.quiet);
     let outcome = script.run(&mut session, |output| match output {
+        Output::Warning { place, warning } => viewer.warn(Some(&place), warning),
         Output::Report(command, report) => viewer.progress.say(&format!("> {command}\n  {report}")),
         Output::Notice(notice) => viewer.show(notice),
     });

@@ -17,6 +17,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         (None, Some(text)) => Sweep::parse(text.as_bytes(), "--one")?,
         (None, None) => return Err("name a sweep file".into()),
     };
+    // A line of a plan is one of its runs, about which the plan has told.
+    if arguments.file.is_some() {
+        warn(&sweep);
+    }
     let folder = folder(arguments);
     if arguments.plan || arguments.slurm {
         let (program, folder) = (std::env::current_exe()?, std::path::absolute(&folder)?);
@@ -46,6 +50,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
             let (failed, all) = (failures.len(), sweep.jobs.len());
             Err(format!("{failed} of {all} failed, such as {name}: {reason}").into())
         }
+    }
+}
+
+/// Shows the warnings about the trainings of a sweep.
+pub fn warn(sweep: &Sweep) {
+    for warning in sweep.warnings() {
+        output::message(format_args!("warning: {warning}"));
     }
 }
 

@@ -1,5 +1,6 @@
 //! Expands a sweep file to its runs: every combination is named and checked before any work.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
@@ -12,7 +13,7 @@ use crate::bounded;
 use crate::json;
 use crate::run::RunError;
 use crate::spelling::did_you_mean;
-use crate::trainer::RunConfig;
+use crate::trainer::{RunConfig, warnings};
 use crate::validation::ValidationError;
 
 /// A sweep, ready to run: every combination has been checked.
@@ -31,6 +32,8 @@ pub struct Job {
     pub alone: Value,
     /// Its work.
     pub work: Work,
+    /// The settings that the file gives it, by path.
+    pub set: BTreeSet<String>,
 }
 
 /// The work of a job.
@@ -43,6 +46,14 @@ pub enum Work {
 }
 
 impl Sweep {
+    /// The [warnings](crate::trainer::warnings) about its trainings.
+    pub fn warnings(&self) -> Vec<String> {
+        warnings(self.jobs.iter().filter_map(|job| match &job.work {
+            Work::Train(config) => Some((&**config, &job.set)),
+            Work::Dynamics(_) => None,
+        }))
+    }
+
     /// Reads a sweep file.
     ///
     /// # Errors
@@ -129,7 +140,8 @@ impl Grid {
                 }
             }
             let name = file_name(&format!("{name}-seed{seed}"));
-            Ok(Job { name, alone: self.alone(combination), work })
+            let set = self.axes.iter().map(|axis| super::training::setting(&axis.key).to_owned()).collect();
+            Ok(Job { name, alone: self.alone(combination), work, set })
         };
         combinations.iter().map(job).collect()
     }

@@ -9,7 +9,7 @@
 //!  "ddpg.gamma": [0.95, 0.99], "seed": [0, 1, 2], "episodes": 1000}
 //! ```
 //!
-//! trains agents (`"kind": "train"`, the default): `task`, `method`, `epsilon` (also called
+//! trains agents (`"kind": "train"`, the default): `task`, `method` (by default that of `mge train`), `epsilon` (also called
 //! `threshold`), `model`, and any other setting of a run by its JSON path;
 //!
 //! ```json

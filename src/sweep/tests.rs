@@ -60,7 +60,8 @@ fn a_file_expands_to_all_combinations_with_the_baseline_once() {
     let Work::Train(config) = &sweep.jobs[1].work else { panic!("an agent") };
     assert_eq!((config.epsilon.to_string().as_str(), config.ddpg.hidden), ("0.2", 8));
     let two = json!([{"task": "task1", "ddpg.gamma": [0.7, 0.8]}, {"task": ["task1", "task2"]}]);
-    let expected = ["task1-ddpg-mge-ddpg.gamma_0.7-seed0", "task1-ddpg-mge-ddpg.gamma_0.8-seed0"];
+    let usual = "task1-ddpg-mge-adaptive-ddpg.gamma";
+    let expected = [format!("{usual}_0.7-seed0"), format!("{usual}_0.8-seed0")];
     assert_eq!(names(&self::sweep(&two))[..2], expected);
     assert_eq!(self::sweep(&two).jobs.len(), 4);
 }
@@ -157,7 +158,7 @@ fn mistakes_are_explained_before_any_work() {
         (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
         (
             "[{\"task\": \"task1\", \"ddpg.gamma\": 0.9},\n {\"task\": \"task1\", \"ddpg.gamma\": 0.8}]",
-            "s.json:2: at [1]: two different runs would be called `task1-ddpg-mge-seed0`",
+            "s.json:2: at [1]: two different runs would be called `task1-ddpg-mge-adaptive-seed0`",
         ),
     ] {
         let error = Sweep::parse(text.as_bytes(), "s.json").unwrap_err().to_string();

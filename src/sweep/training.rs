@@ -17,7 +17,8 @@ use crate::validation::ValidationError;
 /// Aliases of settings, as on the command line.
 const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
 
-fn setting(key: &str) -> &str {
+/// The path of the setting with this name in a sweep file.
+pub(super) fn setting(key: &str) -> &str {
     ALIASES.iter().find(|(alias, _)| *alias == key).map_or(key, |(_, setting)| setting)
 }
 
@@ -77,11 +78,17 @@ pub(super) struct Agents {
 impl Agents {
     /// The configuration of a combination.
     pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<RunConfig, ValidationError> {
-        let mut config = RunConfig::new(self.task(grid, combination)?);
+        let mut config = RunConfig::usual_for(self.task(grid, combination)?);
         let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
         chosen.retain(|(axis, _)| axis.key != "task");
         // The method comes first: it determines which other settings have an effect.
         chosen.sort_by_key(|(axis, _)| axis.key != "method");
+        if chosen.first().is_none_or(|(axis, _)| axis.key != "method")
+            && let Some((tools, value)) = chosen.iter().find(|(axis, _)| axis.key == "tools")
+        {
+            // A wrong value is reported below.
+            config = config.with_method(Method::usual(json::text(&tools.values[*value]).parse().ok()));
+        }
         let mut out_of_range = None;
         for (axis, value) in chosen {
             let changed = config

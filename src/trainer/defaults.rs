@@ -13,7 +13,19 @@ use crate::nn::Activation;
 use crate::physics::ToolSplit;
 use crate::task::{Task, TaskError, load_all};
 
+impl Method {
+    /// The default method wherever none is named, for an agent that chooses among `tools`, if given.
+    pub fn usual(tools: Option<ToolSplit>) -> Self {
+        if tools.is_some() { Self::DdpgUniformAdaptive } else { Self::DdpgMgeAdaptive }
+    }
+}
+
 impl RunConfig {
+    /// The default configuration for a task, of the default method.
+    pub fn usual_for(task: Arc<Task>) -> Self {
+        Self::default_for(task, Method::usual(None))
+    }
+
     /// The default configuration of a method for a task.
     pub fn default_for(task: Arc<Task>, method: Method) -> Self {
         Self::default_with(task, method, None)

@@ -10,7 +10,8 @@ use crate::spelling::by_name;
 pub enum Method {
     /// Standard DDPG, the baseline.
     Ddpg,
-    /// DDPG with model-guided exploration (paper, section 4.3).
+    /// DDPG with model-guided exploration (paper, section 4.3). Serde's default is that of the first run format; the
+    /// program's is [`Method::usual`].
     #[default]
     DdpgMge,
     /// Epsilon-greedy: uniform random actions instead of the clusters'. Separates the effect
@@ -34,10 +35,6 @@ pub enum Method {
 }
 
 impl Method {
-    /// The default of the workbench, `mge train` and `mge puzzles bench`.
-    pub const RECOMMENDED: Self = Self::DdpgMgeAdaptive;
-    /// The default of `mge train --tools`.
-    pub const RECOMMENDED_WITH_TOOLS: Self = Self::DdpgUniformAdaptive;
     /// All methods.
     pub const ALL: [Self; 10] = [
         Self::Ddpg,

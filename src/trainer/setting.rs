@@ -1,8 +1,8 @@
 //! Settings of a run by JSON path, as used by `set` commands and sweeps.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use super::config::RunConfig;
+use super::config::{RunConfig, settings};
 use super::method::Method;
 use crate::json;
 use crate::spelling::did_you_mean;
@@ -52,6 +52,9 @@ impl RunConfig {
             return self.with_more_tasks(value.trim_matches('"')).map_err(|error| wrong(error.to_string()));
         }
         let mut config = json::as_written(self);
+        if !is_of_task(key) {
+            choose_alternative(&mut config, key);
+        }
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
@@ -65,6 +68,18 @@ impl RunConfig {
         };
         // The inherent function, which does not check ranges.
         RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))
+    }
+}
+
+/// Chooses the alternative that a setting belongs to, if another one is chosen now: a value such as
+/// `{"silhouette": 5}` has the name of one alternative, and the table of numeric settings has those of all.
+fn choose_alternative(config: &mut Value, key: &str) {
+    if let Some((group, name)) = key.rsplit_once('.')
+        && settings().any(|(path, _)| path == key)
+        && json::at_mut(config, key).is_none()
+        && let Some(place) = json::at_mut(config, group)
+    {
+        *place = json!({ name: null });
     }
 }
 
@@ -112,6 +127,18 @@ mod tests {
         assert_eq!(config().with_setting("epsilon", "0.25").unwrap().epsilon.to_string(), "0.25");
         let changed = config().with_setting("granularity", "step").unwrap();
         assert_eq!(changed.granularity, super::super::Granularity::Step);
+    }
+
+    #[test]
+    fn a_setting_of_another_alternative_chooses_it() {
+        let changed = config().with_setting("guidance.clusters.silhouette", "5").unwrap();
+        assert_eq!(changed.guidance.clusters, crate::guidance::ClusterCount::Silhouette(5));
+        assert_eq!(non_default_settings(&changed), [("guidance.clusters.silhouette".to_owned(), "5".to_owned())]);
+        assert_eq!(changed.with_method(Method::DdpgUniform).guidance.clusters, changed.guidance.clusters);
+        assert_eq!(changed.with_setting("guidance.clusters.fixed", "3").unwrap(), config());
+        for (key, value) in [("guidance.clusters.silhouette", "1"), ("guidance.clusters.silhouete", "5")] {
+            assert!(config().with_setting(key, value).is_err(), "{key}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use super::setup::Setup;
-use crate::trainer::{PriorSource, check_model};
+use crate::trainer::{PriorSource, check_model, warnings};
 
 /// The state that is known before anything is computed, trained or written.
 pub(super) struct DryRun {
@@ -15,36 +15,28 @@ pub(super) struct DryRun {
     /// Files that the script will have written by now.
     written: BTreeSet<PathBuf>,
     /// Whether the task is one that the script itself writes or searches for; nothing can be checked from there on.
-    task_unknown: bool,
+    pub task_unknown: bool,
     /// Whether subgoals have been proposed; edits cannot be checked from there on.
-    proposed: bool,
+    pub proposed: bool,
+    /// Warnings about the settings of the latest run.
+    pub warnings: Vec<String>,
 }
 
 impl DryRun {
     /// Starts with a session's task and settings.
     pub fn new(setup: Setup) -> Self {
-        Self { setup, written: BTreeSet::new(), task_unknown: false, proposed: false }
-    }
-
-    /// Whether the task is not known: nothing can be checked from here on.
-    pub fn is_task_unknown(&self) -> bool {
-        self.task_unknown
+        Self { setup, written: BTreeSet::new(), task_unknown: false, proposed: false, warnings: Vec::new() }
     }
 
     /// Opens a task.
     pub fn open_task(&mut self, name: &str) -> Result<(), SessionError> {
         if self.written.contains(Path::new(name)) {
-            self.open_unknown_task();
+            self.task_unknown = true;
         } else {
             self.setup.open_task(name)?;
             self.proposed = false;
         }
         Ok(())
-    }
-
-    /// Notes that a task is opened that is not known beforehand.
-    pub fn open_unknown_task(&mut self) {
-        self.task_unknown = true;
     }
 
     /// Changes a setting.
@@ -65,20 +57,16 @@ impl DryRun {
         if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
     }
 
-    /// Notes that subgoals are proposed.
-    pub fn propose(&mut self) {
-        self.proposed = true;
-    }
-
     /// Notes that a file is written.
     pub fn writes(&mut self, path: Option<&Path>) {
         self.written.extend(path.map(Path::to_owned));
     }
 
     /// Checks that a run can start with the settings.
-    pub fn check_settings(&self) -> Result<(), SessionError> {
+    pub fn check_settings(&mut self) -> Result<(), SessionError> {
         let config = &self.setup.config;
         config.validate()?;
+        self.warnings = warnings([(config, &self.setup.set)]);
         match &config.prior {
             PriorSource::ModelFile(path) if self.written.contains(Path::new(path)) => Ok(()),
             _ => check_model(config).map_err(|error| SessionError::Failed(error.to_string())),
@@ -93,7 +81,7 @@ mod tests {
 
     fn dry_run(text: &str) -> Result<(), String> {
         let session = Session::new(task::load("task1").unwrap(), "nowhere".into());
-        Script::parse(text, "s", &[]).unwrap().dry_run(&session).map_err(|error| error.to_string())
+        Script::parse(text, "s", &[]).unwrap().dry_run(&session).map(drop).map_err(|error| error.to_string())
     }
 
     #[test]

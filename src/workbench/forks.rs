@@ -1,7 +1,7 @@
 //! Forks: new runs that branch off another run at an episode, with other settings.
 
 use super::SessionError;
-use super::command::Fork;
+use super::command::{Fork, Watch};
 use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::Session;
@@ -21,6 +21,7 @@ impl Session {
         let path = command.folder.clone().unwrap_or_else(free);
         // Reserves the folder, so that a concurrent fork gets another.
         std::fs::create_dir_all(&path).map_err(crate::run::RunError::io("create", &path))?;
+        self.warn(&config, &command.changes.iter().map(|(key, _)| key.clone()).collect());
         let report = format!("forking {name} at episode {} into {}", command.episode, path.display());
         let work = move |reporter: &Reporter| {
             let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
@@ -35,7 +36,8 @@ impl Session {
         let asked = command.clone();
         self.start_job(command.clone(), work, move |session, made| {
             let added = session.add(made?);
-            session.journal.note_fork(asked.clone().into(), number, added);
+            session.journal.note(Watch(number).into(), Some(number));
+            session.journal.note(asked.clone().into(), Some(added));
             session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())
         });
         Ok(report)

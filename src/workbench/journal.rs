@@ -6,8 +6,12 @@
 //! independent.
 
 use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
-use super::command::{Clusters, Command, Continue, Fork, Recording, Resume, Train, Wait, Watch};
+use super::command::{
+    Awaits, Clusters, Command, Continue, DependsOn, Epsilon, Fork, Guide, Resume, Set, Train, Wait, Watch,
+};
+use crate::guidance::EpsilonSchedule;
 
 /// The commands executed so far.
 #[derive(Debug, Clone, Default)]
@@ -17,41 +21,89 @@ pub(super) struct Journal {
     entries_created: u64,
 }
 
+/// A command, with the folders of the session's runs as `%N`.
 #[derive(Debug, Clone)]
 struct Entry {
     number: u64,
     command: Command,
-    /// Number of the run that the command acted on.
+    /// Number of the run that the command acted on, or that it started.
     run: Option<usize>,
-    /// Number of the run that it started, if a different one.
-    begun: Option<usize>,
-    /// Number of episodes that the training had finished when the command took effect.
-    at: Option<u32>,
+    /// The trainings that the command depends on: the number of each, and of its finished episodes when the command
+    /// took effect.
+    at: Vec<(usize, u32)>,
 }
 
+/// In place of the number of episodes: the command was sent to the training, which has not taken it yet.
+const SENT: u32 = u32::MAX;
+
 impl Entry {
-    /// Number of the run that the command trains.
-    fn trained(&self) -> Option<usize> {
-        self.begun.or(self.run)
+    /// Whether the command starts to train a run.
+    fn starts(&self, run: usize) -> bool {
+        let is_start = matches!(self.command, Command::Train(_) | Command::Continue(_) | Command::Fork(_));
+        is_start && self.run == Some(run)
+    }
+
+    /// Number of episodes of a run when the command took effect, if it depends on the run.
+    fn episode_of(&self, run: usize) -> Option<u32> {
+        self.at.iter().find(|(known, _)| *known == run).map(|(_, episode)| *episode)
     }
 }
 
+/// The name of a run of the session in commands, in place of its folder: `%N`, counted from 1.
+pub(super) fn run_name(number: usize) -> PathBuf {
+    format!("%{}", number + 1).into()
+}
+
+/// The number of the run with this name, from 0.
+pub(super) fn run_number(name: &Path) -> Option<usize> {
+    name.to_str()?.strip_prefix('%')?.parse::<usize>().ok()?.checked_sub(1)
+}
+
 impl Journal {
-    /// Records a command that does not concern a running training; `run` is the current run after
-    /// it. Returns the number of the entry.
+    /// Records a command that does not depend on a training; `run` is the current run after it. Returns the number of
+    /// the entry.
     pub fn note(&mut self, command: Command, run: Option<usize>) -> u64 {
         if command == NEW_CLUSTERS {
             self.forget_unused_clusters();
         }
-        let number = self.next_number();
-        self.entries.push(Entry { number, command, run, begun: None, at: None });
-        number
+        self.insert(self.entries.len(), command, run, Vec::new())
     }
 
-    /// Records a fork of `run`; `begun` is the number of the new run.
-    pub fn note_fork(&mut self, command: Command, run: usize, begun: usize) {
-        let number = self.next_number();
-        self.entries.push(Entry { number, command, run: Some(run), begun: Some(begun), at: None });
+    /// Records a command that took effect when trainings had finished these episodes; it acted on the first. Commands
+    /// take effect late, so the entry is inserted before those of later episodes. Returns the number of the entry.
+    pub fn note_at(&mut self, command: Command, at: Vec<(usize, u32)>) -> u64 {
+        let starts = |entry: &Entry| at.iter().any(|(run, _)| entry.starts(*run));
+        let start = self.entries.iter().rposition(starts).map_or(0, |start| start + 1);
+        let is_later =
+            |entry: &Entry| at.iter().any(|(run, episode)| entry.episode_of(*run).is_some_and(|of| of > *episode));
+        let later = self.entries[start..].iter().position(is_later);
+        let place = later.map_or(self.entries.len(), |offset| start + offset);
+        let run = at.first().map(|(run, _)| *run);
+        self.insert(place, command, run, at)
+    }
+
+    /// Records that the session's clusters were sent to a training.
+    pub fn note_guide(&mut self, run: usize) {
+        self.note_at(Guide.into(), vec![(run, SENT)]);
+    }
+
+    /// Records when a training took the clusters sent to it.
+    pub fn note_guided(&mut self, run: usize, episode: u32) {
+        let sent = [(run, SENT)];
+        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.at == sent) {
+            entry.at = vec![(run, episode)];
+        }
+    }
+
+    /// Records that a training took a schedule; `usual` is that of the next run.
+    pub fn note_schedule(&mut self, schedule: EpsilonSchedule, usual: &EpsilonSchedule, run: usize, episode: u32) {
+        let command = Command::from(Epsilon(schedule.clone()));
+        // In a script, one command sets that of the next run as well, unless others came in between.
+        self.entries.pop_if(|last| last.command == command && last.at.is_empty());
+        self.note_at(command, vec![(run, episode)]);
+        if schedule != *usual {
+            self.note(set_epsilon(usual), None);
+        }
     }
 
     /// Removes the entries of a command that had no effect.
@@ -59,8 +111,9 @@ impl Journal {
         self.entries.retain(|entry| !numbers.contains(&entry.number));
     }
 
-    fn next_number(&mut self) -> u64 {
+    fn insert(&mut self, place: usize, command: Command, run: Option<usize>, at: Vec<(usize, u32)>) -> u64 {
         self.entries_created += 1;
+        self.entries.insert(place, Entry { number: self.entries_created, command, run, at });
         self.entries_created
     }
 
@@ -76,21 +129,6 @@ impl Journal {
         }
     }
 
-    /// Records a command that took effect when a running training had finished `episode` episodes.
-    /// Effects are reported late, so the entry is inserted before those of later episodes. Returns
-    /// the number of the entry.
-    pub fn note_at(&mut self, command: Command, run: usize, episode: u32) -> u64 {
-        let of_run = |entry: &Entry| entry.trained() == Some(run);
-        let start = self.entries.iter().rposition(|entry| of_run(entry) && is_start(&entry.command));
-        let start = start.map_or(0, |start| start + 1);
-        let later =
-            self.entries[start..].iter().position(|entry| of_run(entry) && entry.at.is_some_and(|at| at > episode));
-        let place = later.map_or(self.entries.len(), |offset| start + offset);
-        let number = self.next_number();
-        self.entries.insert(place, Entry { number, command, run: Some(run), begun: None, at: Some(episode) });
-        number
-    }
-
     /// The script.
     pub fn to_script(&self) -> String {
         let mut writer =
@@ -102,10 +140,10 @@ impl Journal {
         writer.lines.join("\n") + "\n"
     }
 
-    /// The episode of the next intervention in a run, searching from an entry on.
-    fn next_stop(&self, from: usize, run: Option<usize>) -> Option<u32> {
-        let own = self.entries[from..].iter().filter(|entry| entry.trained() == run);
-        own.take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
+    /// The number of episodes at which the script next pauses a run, searching from an entry on.
+    fn next_stop(&self, from: usize, run: usize) -> Option<u32> {
+        let own = self.entries[from..].iter().take_while(|entry| !entry.starts(run));
+        own.filter_map(|entry| entry.episode_of(run)).find(|episode| *episode != SENT)
     }
 }
 
@@ -129,35 +167,31 @@ impl Writer<'_> {
 
     fn write(&mut self, index: usize) {
         let entry = &self.journal.entries[index];
-        let Entry { command, run, at, .. } = entry;
-        let behaviour = command.behaviour().in_scripts();
+        let Entry { run, at, .. } = entry;
+        let behaviour = entry.command.behaviour().in_scripts();
         // The preceding line already paused the run at this episode.
-        if matches!(command, Command::Pause(_)) {
+        if matches!(entry.command, Command::Pause(_)) || at.iter().any(|(_, episode)| *episode == SENT) {
             return;
         }
-        // Without the run, only what also applies to the next run is repeated.
-        if let Some(run) = run
-            && behaviour.acts_on_run
-            && !self.act_on(*run)
-            && behaviour.recording != Recording::WhenEffective
+        let Ok(mut command) = self.renamed(&entry.command) else { return };
+        let acts_on_run = match behaviour.depends_on {
+            DependsOn::Nothing => !at.is_empty(),
+            DependsOn::Run | DependsOn::Checkpoint => true,
+            DependsOn::Runs => false,
+        };
+        if let Some(run) = run.filter(|_| acts_on_run)
+            && !self.act_on(run)
         {
             return;
         }
-        let until = self.journal.next_stop(index + 1, entry.trained());
-        match command {
-            Command::Fork(fork) => {
-                self.line(Fork { until, ..fork.clone() });
-                self.begin(entry.trained());
-                return self.wait(entry.trained(), until);
-            }
-            Command::Train(Train { folder, .. }) => {
+        let until = run.and_then(|run| self.journal.next_stop(index + 1, run));
+        match &mut command {
+            Command::Train(Train { until: pause, .. })
+            | Command::Continue(Continue { until: pause, .. })
+            | Command::Fork(Fork { until: pause, .. }) => {
+                *pause = until;
                 self.begin(*run);
-                self.line(Train { folder: folder.clone(), until, ..Train::default() });
-                return self.wait(*run, until);
-            }
-            Command::Continue(continued) => {
-                self.begin(*run);
-                self.line(Continue { until, ..continued.clone() });
+                self.line(command);
                 return self.wait(*run, until);
             }
             Command::Watch(Watch(number)) => {
@@ -165,18 +199,34 @@ impl Writer<'_> {
                 return;
             }
             Command::Open(_) => self.begin(*run),
-            _ => {}
-        }
-        self.line(command.clone());
-        match command {
-            Command::Stop(_) => self.wait(*run, None),
-            _ if behaviour.begins_work => self.line(Wait),
-            _ if at.is_some() && until != *at && run.is_some_and(|run| self.paused.contains(&run)) => {
-                self.line(Resume { until });
-                self.wait(*run, until);
+            // The current run of the script may be another one than that of the session was, and take it.
+            Command::Epsilon(Epsilon(schedule)) if at.is_empty() && self.current.is_some() => {
+                command = set_epsilon(schedule);
             }
             _ => {}
         }
+        self.line(command);
+        if matches!(entry.command, Command::Stop(_)) {
+            self.wait(*run, None);
+        } else if behaviour.awaits == Awaits::Work {
+            self.line(Wait);
+        }
+        for (run, episode) in at {
+            let until = self.journal.next_stop(index + 1, *run);
+            if until != Some(*episode) && self.paused.contains(run) && self.act_on(*run) {
+                self.line(Resume { until });
+                self.wait(Some(*run), until);
+            }
+        }
+    }
+
+    /// The command with the script's names of runs; an error if the script does not have one of them.
+    fn renamed(&self, command: &Command) -> Result<Command, ()> {
+        command.clone().with_run_folders(|folder| {
+            let Some(number) = run_number(folder) else { return Ok(None) };
+            let known = self.runs.iter().position(|known| *known == number);
+            known.map(|number| Some(run_name(number))).ok_or(())
+        })
     }
 
     /// Numbers a run that the next line starts or opens, unless it is known, and makes it the current one.
@@ -207,12 +257,13 @@ impl Writer<'_> {
     }
 }
 
+/// Sets the schedule of the next run only.
+fn set_epsilon(schedule: &EpsilonSchedule) -> Command {
+    Set { key: "epsilon".to_owned(), value: schedule.to_string() }.into()
+}
+
 /// The command that computes clusters without saving them to a file.
 const NEW_CLUSTERS: Command = Command::Clusters(Clusters(None));
-
-fn is_start(command: &Command) -> bool {
-    matches!(command, Command::Train(_) | Command::Continue(_) | Command::Fork(_))
-}
 
 #[cfg(test)]
 mod tests {
@@ -226,7 +277,7 @@ mod tests {
         let mut journal = Journal::default();
         for (line, at) in entries {
             match at {
-                Some(episode) => journal.note_at(command(line), 0, *episode),
+                Some(episode) => journal.note_at(command(line), vec![(0, *episode)]),
                 None => journal.note(command(line), Some(0)),
             };
         }
@@ -274,10 +325,10 @@ mod tests {
         journal.note(command("train a"), Some(0));
         journal.note(command("seed 1"), Some(0));
         journal.note(command("train b"), Some(1));
-        journal.note_at(command("epsilon 0.3"), 1, 5);
+        journal.note_at(command("epsilon 0.3"), vec![(1, 5)]);
         journal.note(command("watch 1"), Some(0));
-        journal.note_at(command("epsilon 0.2"), 0, 30);
-        journal.note_at(command("stop"), 1, 9);
+        journal.note_at(command("epsilon 0.2"), vec![(0, 30)]);
+        journal.note_at(command("stop"), vec![(1, 9)]);
         journal.note(command("figure dashboard a.png"), Some(0));
         let text = journal.to_script();
         let lines: Vec<&str> = text.lines().skip(1).collect();
@@ -320,7 +371,7 @@ mod tests {
     fn a_command_without_effect_in_a_training_is_removed() {
         let mut journal = Journal::default();
         journal.note(command("train a"), Some(0));
-        let number = journal.note_at(command("figure dashboard b.png"), 0, 5);
+        let number = journal.note_at(command("figure dashboard b.png"), vec![(0, 5)]);
         journal.forget(&[number]);
         assert_eq!(journal.to_script().lines().skip(1).collect::<Vec<_>>(), ["train a", "wait"]);
     }
@@ -353,8 +404,9 @@ mod tests {
         );
         let mut journal = Journal::default();
         journal.note(command("train a"), Some(0));
-        journal.note_fork(command("fork 3"), 0, 1);
-        journal.note_at(command("epsilon 0.2"), 1, 5);
+        journal.note(command("watch 1"), Some(0));
+        journal.note(command("fork 3"), Some(1));
+        journal.note_at(command("epsilon 0.2"), vec![(1, 5)]);
         let text = journal.to_script();
         let lines: Vec<&str> = text.lines().skip(1).collect();
         assert_eq!(lines, ["train a", "wait", "fork 3 until 5", "wait", "epsilon 0.2", "resume", "wait"]);

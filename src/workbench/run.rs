@@ -31,6 +31,8 @@ pub struct RunView {
     history: RunHistory,
     /// Time of the latest event read.
     latest: f64,
+    /// Number of episodes at the latest checkpoint of a run in training.
+    saved_episode: u64,
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
@@ -170,6 +172,7 @@ impl RunView {
             reader,
             history: RunHistory::bounded(MAX_KEPT),
             latest: f64::NEG_INFINITY,
+            saved_episode: 0,
             trainer: None,
             live: None,
             failure: None,
@@ -324,6 +327,11 @@ impl RunView {
         for LoggedEvent { time, event } in news.events {
             self.history.note(&event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
+            if let Event::Started { episode, .. } | Event::Checkpointed { episode, .. } | Event::Paused { episode } =
+                event
+            {
+                self.saved_episode = episode;
+            }
             if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
                 self.saved_prior.wanted.set(self.saved_prior.known.is_some());
             }
@@ -391,6 +399,11 @@ impl RunView {
     /// Number of finished episodes.
     pub fn episodes(&self) -> u64 {
         self.records().last().map_or(0, |record| record.episode)
+    }
+
+    /// Number of episodes at the latest checkpoint of a run in training.
+    pub(super) fn saved_episode(&self) -> u64 {
+        self.saved_episode
     }
 
     /// The finished episodes, in order; a long history is thinned evenly, but includes the latest.

@@ -64,7 +64,9 @@ impl Script {
     /// As [`Script::dry_run`], before anything is executed; then with the line of the first command
     /// that fails.
     pub fn run(&self, session: &mut Session, mut on_output: impl FnMut(Output<'_>)) -> Result<(), ScriptError> {
-        self.dry_run(session)?;
+        for (line, warning) in self.dry_run(session)? {
+            on_output(Output::Warning { place: format!("{}:{line}", self.origin), warning: &warning });
+        }
         for (line, command) in &self.commands {
             let report = play(session, command, &mut on_output).map_err(|error| self.failed(*line, error))?;
             on_output(Output::Report(command, &report));
@@ -75,19 +77,22 @@ impl Script {
         Ok(())
     }
 
-    /// Checks all commands as far as possible without doing their work.
+    /// Checks all commands as far as possible without doing their work. Returns the warnings about the settings of
+    /// runs, with the lines that would start these.
     ///
     /// # Errors
     /// With the line of the first command that would fail whatever the results of the work before it.
-    pub fn dry_run(&self, session: &Session) -> Result<(), ScriptError> {
+    pub fn dry_run(&self, session: &Session) -> Result<Vec<(usize, String)>, ScriptError> {
         let mut dry_run = DryRun::new(session.setup.clone());
+        let mut warnings = Vec::new();
         for (line, command) in &self.commands {
-            if dry_run.is_task_unknown() {
+            if dry_run.task_unknown {
                 break;
             }
             command.behaviour().check(&mut dry_run).map_err(|error| self.failed(*line, error))?;
+            warnings.extend(dry_run.warnings.drain(..).map(|warning| (*line, warning)));
         }
-        Ok(())
+        Ok(warnings)
     }
 
     fn failed(&self, line: usize, error: SessionError) -> ScriptError {
@@ -101,9 +106,10 @@ fn play(
     command: &Command,
     on_output: &mut impl FnMut(Output<'_>),
 ) -> Result<String, SessionError> {
+    let command = &session.with_folders(command.clone())?;
     let report = session.apply(command.clone())?;
     match command.behaviour().in_scripts().awaits {
-        Awaits::Nothing => Ok(report),
+        Awaits::Nothing | Awaits::Work => Ok(report),
         Awaits::Result => Ok(session.wait_for(command)?.unwrap_or(report)),
         Awaits::Everything => session.wait(|notice| on_output(Output::Notice(notice))),
     }
@@ -112,6 +118,8 @@ fn play(
 /// Output of a running script.
 #[derive(Debug)]
 pub enum Output<'a> {
+    /// The dry run found the settings of the run that a line would start doubtful.
+    Warning { place: String, warning: &'a str },
     /// A command was executed, with this report.
     Report(&'a Command, &'a str),
     /// Something happened in the background.

@@ -1,22 +1,23 @@
 //! The session, which owns the whole state of the workbench.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::SessionError;
 use super::clusters::ClusterStore;
-use super::command::{self, Command, Epsilon, Expect, Guide, Open, Pause, Quantity, Recording, Stop, Watch};
+use super::command::{self, Command, DependsOn, Expect, InScripts, Pause, Quantity, Stop};
 use super::hand_play::HandPlay;
 use super::job::Progress;
 use super::jobs::CommandJob;
-use super::journal::Journal;
+use super::journal::{Journal, run_name, run_number};
 use super::run::RunView;
 use super::setup::Setup;
 use crate::evidence::{KnownEstimates, RunReader};
 use crate::run::{Event, RunState};
 use crate::task::{self, Task};
-use crate::trainer::{Control, RunConfig};
+use crate::trainer::{Control, RunConfig, warnings};
 
 /// Something that happened in the background.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +28,8 @@ pub enum Notice {
     Finished { command: Command, outcome: Result<String, String> },
     /// A new event of the run with this number.
     Run { run: usize, event: Event },
+    /// The settings of a run that was started or steered are doubtful.
+    Warning(String),
     /// Other visible state changed.
     Changed,
 }
@@ -123,26 +126,49 @@ impl Session {
     /// # Errors
     /// When the command cannot be executed; nothing has changed then.
     pub fn apply(&mut self, command: impl Into<Command>) -> Result<String, SessionError> {
-        let command = command.into();
-        let training = self.run().filter(|run| run.is_active());
-        let training = training.map(|run| (run.number(), episode_number(run.episodes())));
+        let command = self.with_folders(command.into())?;
+        let InScripts { unrecorded, depends_on, .. } = command.behaviour().in_scripts();
+        let at = self.episodes_of(depends_on);
         // A run of the session is recorded by number, as its folder may differ when the script is played.
-        let recorded = match &command {
-            Command::Open(Open(folder)) => self.number_of(folder).map(|number| Watch(number).into()),
-            _ => None,
-        };
-        let recorded = recorded.unwrap_or_else(|| command.clone());
+        let named = |folder: &Path| Ok::<_, SessionError>(self.number_of(folder).map(run_name));
+        let recorded = command.clone().with_run_folders(named)?;
         let report = command.behaviour().execute(self)?;
-        let entry = match (command.behaviour().in_scripts().recording, training) {
-            (Recording::Never, _) | (Recording::WhenEffective, Some(_)) => return Ok(report),
-            (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(recorded, run, episode),
-            _ => self.journal.note(recorded, self.current),
+        if unrecorded {
+            return Ok(report);
+        }
+        let entry = match at.is_empty() {
+            true => self.journal.note(recorded, self.current),
+            false => self.journal.note_at(recorded, at),
         };
         // An earlier job of the same command, such as that of a run opened twice, decides about both entries.
         if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == command) {
             pending.entries.push(entry);
         }
         Ok(report)
+    }
+
+    /// The command with the folders of the runs that it names as `%N`.
+    ///
+    /// # Errors
+    /// When the session has no such run.
+    pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
+        command.with_run_folders(|name| {
+            let Some(number) = run_number(name) else { return Ok(None) };
+            let run = self.run_numbered(number).ok_or(SessionError::NoSuchRun(number + 1))?;
+            Ok(Some(run.directory().path().to_owned()))
+        })
+    }
+
+    /// The trainings that a command depends on, with the numbers of their finished episodes; the current one first.
+    fn episodes_of(&self, depends_on: DependsOn) -> Vec<(usize, u32)> {
+        let runs: Vec<&RunView> = match depends_on {
+            DependsOn::Nothing => Vec::new(),
+            DependsOn::Run | DependsOn::Checkpoint => self.run().into_iter().filter(|run| run.is_active()).collect(),
+            DependsOn::Runs => self.runs.iter().filter(|run| run.is_active() || run.is_queued()).collect(),
+        };
+        let is_saved = depends_on == DependsOn::Checkpoint;
+        let episodes = |run: &RunView| if is_saved { run.saved_episode() } else { run.episodes() };
+        runs.into_iter().map(|run| (run.number(), episode_number(episodes(run)))).collect()
     }
 
     /// Changes the task or the settings of the next run; a new task restarts hand play.
@@ -164,16 +190,17 @@ impl Session {
 
     /// Records a command that took effect in a run, given its event.
     fn note_effect(&mut self, run: usize, event: &Event) {
-        let command: Command = match event {
-            Event::ScheduleChanged { schedule, .. } => match schedule.parse() {
-                Ok(schedule) => Epsilon(schedule).into(),
-                Err(_) => return,
-            },
-            Event::ClustersChanged { episode: 1.., .. } => Guide.into(),
-            Event::Stopped { .. } => Stop.into(),
-            _ => return,
-        };
-        self.journal.note_at(command, run, episode_number(event.episode()));
+        let episode = episode_number(event.episode());
+        match event {
+            Event::ScheduleChanged { schedule, .. } => {
+                if let Ok(schedule) = schedule.parse() {
+                    self.journal.note_schedule(schedule, &self.setup.config.epsilon, run, episode);
+                }
+            }
+            Event::ClustersChanged { given: true, .. } => self.journal.note_guided(run, episode),
+            Event::Stopped { .. } => _ = self.journal.note_at(Stop.into(), vec![(run, episode)]),
+            _ => {}
+        }
     }
 
     /// Applies the results of background work and returns the notices since the last call.
@@ -203,6 +230,16 @@ impl Session {
         }
         if self.start_queued() {
             self.notices.push(Notice::Changed);
+        }
+    }
+
+    /// Reports what is doubtful about a configuration in which these settings were set.
+    pub(super) fn warn(&mut self, config: &RunConfig, set: &BTreeSet<String>) {
+        for warning in warnings([(config, set)]).into_iter().map(Notice::Warning) {
+            // Runs with several seeds are started at once.
+            if !self.notices.contains(&warning) {
+                self.notices.push(warning);
+            }
         }
     }
 
@@ -292,7 +329,7 @@ impl Session {
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
         for run in self.runs.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
-            journal.note_at(Pause.into(), run.number(), episode_number(run.episodes()));
+            journal.note_at(Pause.into(), vec![(run.number(), episode_number(run.episodes()))]);
         }
         journal.to_script()
     }

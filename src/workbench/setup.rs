@@ -1,11 +1,12 @@
 //! The task being edited and the settings of the next run.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::SessionError;
 use crate::task::{Edit, Editor, Region, Task, file_of, load_regular, save};
-use crate::trainer::{Method, RunConfig};
+use crate::trainer::RunConfig;
 
 /// Task and settings of the next run.
 #[derive(Debug, Clone)]
@@ -15,14 +16,14 @@ pub(super) struct Setup {
     pub file: Option<PathBuf>,
     /// The settings; their task is a copy of the editor's.
     pub config: RunConfig,
-    /// Whether the number of episodes was set explicitly; only then does it extend runs that are continued.
-    pub episodes_asked: bool,
+    /// The settings that were set explicitly, by path.
+    pub set: BTreeSet<String>,
 }
 
 impl Setup {
     pub fn new(task: Task) -> Self {
-        let config = RunConfig::default_for(Arc::new(task.clone()), Method::RECOMMENDED);
-        Self { editor: Editor::new(task), file: None, config, episodes_asked: false }
+        let config = RunConfig::usual_for(Arc::new(task.clone()));
+        Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new() }
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
@@ -110,6 +111,7 @@ impl Setup {
 
     pub fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {
         self.config = self.config.with_setting(key, value)?;
+        self.set.insert(key.to_owned());
         Ok(format!("{key} = {value}"))
     }
 

@@ -412,18 +412,19 @@ fn a_new_prior_in_a_training_is_an_event_of_the_run() {
 
 #[test]
 fn properties_of_commands_in_scripts() {
+    use super::command::{Awaits, DependsOn};
     for (line, begins_work, acts_on_run, overwrites) in [
         ("clusters", true, false, None),
         ("clusters a.json", false, false, Some("a.json")),
-        ("guide", false, true, None),
+        ("guide", false, false, None),
         ("model train box a.safetensors 1", true, false, Some("a.safetensors")),
         ("model evaluate bucket-box", true, false, None),
         ("expect episodes = 1", false, true, None),
         ("expect subgoals = 1", false, false, None),
-        ("pause", false, true, None),
-        ("resume", false, true, None),
-        ("continue", true, true, None),
-        ("continue runs/a", true, false, None),
+        ("pause", false, false, None),
+        ("resume", false, false, None),
+        ("continue", false, true, None),
+        ("continue runs/a", false, false, None),
         ("evaluate", false, true, None),
         ("propose 2", true, false, None),
         ("record a.mge", false, false, Some("a.mge")),
@@ -431,7 +432,11 @@ fn properties_of_commands_in_scripts() {
         let command = Command::parse(line).unwrap().unwrap();
         assert_eq!(command.to_string(), line);
         let in_scripts = command.behaviour().in_scripts();
-        assert_eq!((in_scripts.begins_work, in_scripts.acts_on_run), (begins_work, acts_on_run), "{line}");
+        let found = (
+            in_scripts.awaits == Awaits::Work,
+            [DependsOn::Run, DependsOn::Checkpoint].contains(&in_scripts.depends_on),
+        );
+        assert_eq!(found, (begins_work, acts_on_run), "{line}");
         assert_eq!(command.overwrites(), overwrites.map(Path::new), "{line}");
     }
 }

@@ -16,7 +16,7 @@ pub struct Script {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// Only errors on stderr
+    /// Only errors and warnings on stderr
     #[arg(long)]
     pub quiet: bool,
 }

@@ -141,7 +141,7 @@ pub struct PuzzlesBench {
     #[command(flatten)]
     pub search: SubgoalOptions,
     /// A method to train; may be repeated
-    #[arg(long = "method", default_values_t = [Method::RECOMMENDED])]
+    #[arg(long = "method", default_values_t = [Method::usual(None)])]
     pub methods: Vec<Method>,
     /// Number of seeds of each method on each puzzle, counted from 0
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]

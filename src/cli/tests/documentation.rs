@@ -10,9 +10,11 @@ use clap::Parser;
 
 use crate::cli::arguments::{Arguments, Command};
 use crate::cli::manual;
+use crate::dynamics::EvaluationConfig;
+use crate::json;
 use crate::sweep::Sweep;
 use crate::task;
-use crate::trainer::RunConfig;
+use crate::trainer::{self, Method, RunConfig, warnings};
 use crate::workbench::{Script, Session};
 
 /// A page of Markdown: its path and its text.
@@ -144,13 +146,96 @@ fn commands_are_accepted_by_the_program() {
             let parsed = Arguments::try_parse_from(&arguments);
             let parsed = parsed.unwrap_or_else(|error| panic!("{}: `{line}`: {error}", block.place));
             let Some(Command::Train(train)) = parsed.command else { continue };
-            let config = RunConfig::new(Arc::new(task::shipped().swap_remove(0)));
-            for setting in &train.settings {
-                let (key, value) = setting.split_once('=').expect("a setting is KEY=VALUE");
+            let method = train.method.unwrap_or_else(|| Method::usual(train.tools));
+            let mut config = RunConfig::default_with(task_1(), method, train.tools);
+            config.episodes = train.episodes;
+            let mut set = BTreeSet::new();
+            let options = [
+                ("epsilon", train.epsilon.as_ref().map(ToString::to_string)),
+                ("prior", train.model.clone().map(String::from)),
+            ];
+            let options = options.into_iter().filter_map(|(key, value)| Some((key, value?)));
+            let settings = train.settings.iter().map(|setting| setting.split_once('=').expect("KEY=VALUE"));
+            for (key, value) in options.chain(settings.map(|(key, value)| (key, value.to_owned()))) {
                 // The files of `more_tasks` are made by the commands before it.
-                let value = if key == "more_tasks" { "task2" } else { value };
-                assert!(config.with_setting(key, value).is_ok(), "{}: `{setting}`", block.place);
+                let value = if key == "more_tasks" { "task2" } else { &value };
+                let changed = config.with_unchecked_setting(key, value);
+                config = changed.unwrap_or_else(|error| panic!("{}: `{key}={value}`: {error}", block.place));
+                set.insert(key.to_owned());
             }
+            config.validate().unwrap_or_else(|error| panic!("{}: {error}", block.place));
+            assert_eq!(warnings([(&config, &set)]), [""; 0], "{}: `{line}`", block.place);
+        }
+    }
+}
+
+fn task_1() -> Arc<task::Task> {
+    Arc::new(task::shipped().swap_remove(0))
+}
+
+/// Whether a text is the path of a setting of a run, right or wrong.
+fn looks_like_a_setting(text: &str) -> bool {
+    let groups = [
+        "ddpg",
+        "guidance",
+        "practice",
+        "refinement",
+        "evaluation",
+        "checkpoints",
+        "planner",
+        "model_replay",
+        "noise_decay",
+    ];
+    let (group, rest) = text.split_once('.').unwrap_or_default();
+    let is_file = [".json", ".py"].iter().any(|end| text.ends_with(end));
+    !is_file && groups.contains(&group) && rest.chars().all(|c| c.is_ascii_lowercase() || "._".contains(c))
+}
+
+#[test]
+fn every_setting_in_the_pages_exists() {
+    let mut keys: BTreeSet<String> = trainer::settings().map(|(path, _)| path).collect();
+    keys.extend(trainer::config_keys(&RunConfig::usual_for(task_1())));
+    // Sweeps of dynamics models have those of their evaluation.
+    let of_models = json::as_written(&EvaluationConfig::default());
+    keys.extend(json::leaves(&of_models).into_iter().map(|(path, _)| format!("evaluation.{path}")));
+    for page in pages().into_iter().filter(|page| page.name() != "CHANGELOG.md") {
+        let words = page.text.split(|c: char| c.is_whitespace() || "`=\"'|(),:;".contains(c));
+        for word in words.map(|word| word.trim_end_matches('.')).filter(|word| looks_like_a_setting(word)) {
+            let is_group = keys.iter().any(|key| key.starts_with(&format!("{word}.")));
+            assert!(is_group || keys.contains(word), "{}: there is no setting `{word}`", page.name());
+        }
+    }
+}
+
+/// The rows of a table of the reference: the two cells of each.
+fn rows<'a>(page: &'a str, section: &str) -> Vec<(&'a str, &'a str)> {
+    let from = page.split_once(&format!("\n## {section}\n")).unwrap_or_else(|| panic!("no section {section}")).1;
+    let table = from.split("\n## ").next().unwrap_or_default();
+    let row = |line: &'a str| line.strip_prefix("| `")?.strip_suffix(" |")?.split_once("` | ");
+    table.lines().filter_map(row).collect()
+}
+
+#[test]
+fn every_setting_of_the_reference_is_accepted_with_its_default_and_at_both_ends_of_its_range() {
+    let page = fs::read_to_string(root().join("docs/reference.md")).unwrap();
+    let config = RunConfig::usual_for(task_1());
+    let accepted = |key: &str, value: &str| {
+        let changed = config.with_unchecked_setting(key, value);
+        changed.unwrap_or_else(|error| panic!("`{key}={value}`: {error}"));
+    };
+    let (defaults, ranges) = (rows(&page, "Settings of a run"), rows(&page, "Numbers of a run"));
+    assert!(defaults.len() > 60 && ranges.len() > 50, "{} and {} rows", defaults.len(), ranges.len());
+    for (key, value) in defaults {
+        accepted(key, value);
+    }
+    for (key, about) in ranges {
+        let (_, range) = about.rsplit_once(" from ").unwrap();
+        let (low, rest) = range.split_once(" to ").unwrap();
+        let high = rest.split(',').next().unwrap();
+        if about.contains("two numbers") {
+            accepted(key, &format!("[{low},{high}]"));
+        } else {
+            [low, high].into_iter().for_each(|value| accepted(key, value));
         }
     }
 }
@@ -177,7 +262,8 @@ fn scripts_pass_the_dry_run() {
     for block in blocks("mge") {
         let session = Session::new(task::shipped().swap_remove(0), "runs".into());
         let script = Script::parse(&block.text, &block.place, &variables).unwrap_or_else(|error| panic!("{error}"));
-        script.dry_run(&session).unwrap_or_else(|error| panic!("{error}"));
+        let warnings = script.dry_run(&session).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(warnings, [], "{}", block.place);
     }
 }
 
@@ -187,7 +273,8 @@ fn tasks_and_sweeps_load() {
         task::parse(&block.text, &block.place).unwrap_or_else(|error| panic!("{error}"));
     }
     for block in blocks("json sweep") {
-        Sweep::parse(block.text.as_bytes(), &block.place).unwrap_or_else(|error| panic!("{error}"));
+        let sweep = Sweep::parse(block.text.as_bytes(), &block.place).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(sweep.warnings(), [""; 0], "{}", block.place);
     }
 }
 

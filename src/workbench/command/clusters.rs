@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Argument, Optional, Place};
-use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
+use super::{Awaits, Execute, InScripts, Verb, syntax};
 use crate::trainer::Control;
 use crate::workbench::{Session, SessionError};
 
@@ -23,8 +23,8 @@ impl Execute for Clusters {
 
     /// A script waits until the file is written.
     fn in_scripts(&self) -> InScripts {
-        let awaits = if self.0.is_some() { Awaits::Everything } else { Awaits::Nothing };
-        InScripts { begins_work: self.0.is_none(), awaits, ..InScripts::default() }
+        let awaits = if self.0.is_some() { Awaits::Everything } else { Awaits::Work };
+        InScripts { awaits, ..InScripts::default() }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -54,10 +54,13 @@ impl Execute for Guide {
             return Err(SessionError::Failed(message));
         }
         run.send(Control::SetPrior(prior))?;
+        let number = run.number();
+        session.journal.note_guide(number);
         Ok("the training takes the clusters at its next episode".to_owned())
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::WhenEffective, acts_on_run: true, ..InScripts::default() }
+        // The journal knows later at which episode the training took them.
+        InScripts { unrecorded: true, ..InScripts::default() }
     }
 }

@@ -14,7 +14,7 @@ mod settings;
 mod task;
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use super::dry_run::DryRun;
@@ -52,18 +52,19 @@ impl Verb {
     }
 }
 
-/// Where a recorded script repeats a command.
+/// The runs on which the effect of a command depends. A recorded script repeats it when these have as many episodes as
+/// when it was executed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) enum Recording {
-    /// Where it was executed.
+pub(super) enum DependsOn {
+    /// None.
     #[default]
-    Now,
-    /// At the episode that the running training had reached.
-    AtEpisode,
-    /// At the episode where it took effect in the running training, according to the event log.
-    WhenEffective,
-    /// Not recorded when executed: either the journal gets it in another way, or later commands do not depend on it.
-    Never,
+    Nothing,
+    /// The current run.
+    Run,
+    /// The latest checkpoint of the current run.
+    Checkpoint,
+    /// All runs.
+    Runs,
 }
 
 /// What a script waits for after a command.
@@ -72,6 +73,8 @@ pub(super) enum Awaits {
     /// Nothing.
     #[default]
     Nothing,
+    /// Nothing, but it starts work: a recorded script goes on with `wait`.
+    Work,
     /// The result of the job that the command started, if it started one.
     Result,
     /// The end of all jobs and unpaused runs.
@@ -81,12 +84,11 @@ pub(super) enum Awaits {
 /// How a command behaves in scripts, both played and recorded.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InScripts {
-    /// Where a recorded script repeats it.
-    pub recording: Recording,
-    /// Whether its effect depends on the current run.
-    pub acts_on_run: bool,
-    /// Whether it only starts work, so that a recorded script has to wait for its end.
-    pub begins_work: bool,
+    /// Whether it is not recorded when it is executed: either the journal gets it in another way, or nothing depends on
+    /// it.
+    pub unrecorded: bool,
+    /// The runs on which its effect depends.
+    pub depends_on: DependsOn,
     /// What a script waits for after it.
     pub awaits: Awaits,
 }
@@ -226,6 +228,29 @@ impl Command {
         let mut words = Words(rest);
         let command = (verb.read)(&mut words).and_then(|command| words.end().map(|()| command));
         command.map(Some).map_err(|problem| CommandError::Usage { problem, usage: verb.usage() })
+    }
+
+    /// The command with each folder of a run that it names replaced by what `replace` returns for it, if anything.
+    ///
+    /// # Errors
+    /// Those of `replace`.
+    pub(super) fn with_run_folders<E>(
+        mut self,
+        replace: impl Fn(&Path) -> Result<Option<PathBuf>, E>,
+    ) -> Result<Self, E> {
+        let folders: Vec<&mut PathBuf> = match &mut self {
+            Self::Open(Open(folder)) | Self::Delete(Delete(folder)) => vec![folder],
+            Self::Note(Note { folder, .. }) | Self::Tag(Tag { folder, .. }) => vec![folder],
+            Self::Continue(Continue { folder, .. }) => folder.iter_mut().collect(),
+            Self::Figure(Figure { composition, .. }) => composition.runs.iter_mut().collect(),
+            _ => Vec::new(),
+        };
+        for folder in folders {
+            if let Some(other) = replace(folder)? {
+                *folder = other;
+            }
+        }
+        Ok(self)
     }
 
     /// The file that it overwrites if it exists. Not that of a figure, which can be drawn again.

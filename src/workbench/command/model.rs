@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Argument, Number, Optional, Parsed, Place, Text};
-use super::{Execute, InScripts, Recording, Verb, syntax};
+use super::{Awaits, Execute, InScripts, Verb, syntax};
 use crate::dynamics::ToolSet;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
@@ -35,7 +35,7 @@ impl Execute for ModelTrain {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { begins_work: true, ..InScripts::default() }
+        InScripts { awaits: Awaits::Work, ..InScripts::default() }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -58,7 +58,7 @@ impl Execute for ModelEvaluate {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { begins_work: true, ..InScripts::default() }
+        InScripts { awaits: Awaits::Work, ..InScripts::default() }
     }
 }
 
@@ -74,6 +74,6 @@ impl Execute for ModelStop {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, ..InScripts::default() }
+        InScripts { unrecorded: true, ..InScripts::default() }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Place, is_option};
-use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
+use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
 use crate::evidence::Composition;
 use crate::figures::EXTENSIONS;
 use crate::workbench::dry_run::DryRun;
@@ -42,8 +42,13 @@ impl Execute for Figure {
     }
 
     fn in_scripts(&self) -> InScripts {
-        let acts_on_run = matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode);
-        InScripts { recording: Recording::AtEpisode, acts_on_run, awaits: Awaits::Result, ..InScripts::default() }
+        let depends_on = match self.kind {
+            FigureKind::Scene | FigureKind::Clusters => DependsOn::Nothing,
+            FigureKind::Dashboard => DependsOn::Run,
+            FigureKind::Episode => DependsOn::Checkpoint,
+            FigureKind::Learning => DependsOn::Runs,
+        };
+        InScripts { depends_on, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -128,8 +133,11 @@ impl Execute for Expect {
     }
 
     fn in_scripts(&self) -> InScripts {
-        let acts_on_run = matches!(self.quantity, Quantity::Episodes | Quantity::Success | Quantity::Greedy);
-        InScripts { recording: Recording::AtEpisode, acts_on_run, ..InScripts::default() }
+        let depends_on = match self.quantity {
+            Quantity::Episodes | Quantity::Success | Quantity::Greedy => DependsOn::Run,
+            Quantity::Clusters | Quantity::Subgoals | Quantity::Proposals => DependsOn::Nothing,
+        };
+        InScripts { depends_on, ..InScripts::default() }
     }
 }
 
@@ -213,7 +221,7 @@ impl Execute for Record {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, ..InScripts::default() }
+        InScripts { unrecorded: true, ..InScripts::default() }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -233,7 +241,7 @@ impl Execute for Wait {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, awaits: Awaits::Everything, ..InScripts::default() }
+        InScripts { unrecorded: true, awaits: Awaits::Everything, ..InScripts::default() }
     }
 }
 
@@ -250,6 +258,6 @@ impl Execute for Quit {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, ..InScripts::default() }
+        InScripts { unrecorded: true, ..InScripts::default() }
     }
 }

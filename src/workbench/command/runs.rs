@@ -3,15 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Argument, Changes, Index, Keyword, List, Number, OptionalUnless, Or, Place, Rest, Within};
-use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
+use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
 /// Commands that control the current run. The journal derives them from the run's state or event log.
-const CONTROLS_RUN: InScripts =
-    InScripts { recording: Recording::Never, acts_on_run: true, begins_work: false, awaits: Awaits::Nothing };
+const CONTROLS_RUN: InScripts = InScripts { unrecorded: true, depends_on: DependsOn::Nothing, awaits: Awaits::Nothing };
 
 /// The number of episodes after which a run pauses.
 const UNTIL: Keyword<Number> = Keyword("until", Number("number of episodes"));
@@ -45,8 +44,7 @@ impl Execute for Train {
 
     fn in_scripts(&self) -> InScripts {
         // With several seeds, each run is recorded on its own.
-        let recording = if self.seeds.is_some() { Recording::Never } else { Recording::Now };
-        InScripts { recording, ..InScripts::default() }
+        InScripts { unrecorded: self.seeds.is_some(), ..InScripts::default() }
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
@@ -128,7 +126,7 @@ pub struct Watch(pub usize);
 
 impl Execute for Watch {
     syntax! {
-        "watch" "N" "act on run N of the session, counted from 1 in the order they began" => Watch { 0: Index };
+        "watch" "N" "act on run N, from 1 as they began; elsewhere `%N` stands for its folder" => Watch { 0: Index };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -156,8 +154,8 @@ impl Execute for Continue {
     }
 
     fn in_scripts(&self) -> InScripts {
-        let acts_on_run = self.folder.is_none();
-        InScripts { acts_on_run, begins_work: true, awaits: Awaits::Result, ..InScripts::default() }
+        let depends_on = if self.folder.is_none() { DependsOn::Run } else { DependsOn::Nothing };
+        InScripts { depends_on, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -188,7 +186,7 @@ impl Execute for Fork {
 
     fn in_scripts(&self) -> InScripts {
         // It is recorded once the new run has its number.
-        InScripts { recording: Recording::Never, acts_on_run: true, begins_work: true, awaits: Awaits::Result }
+        InScripts { unrecorded: true, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -207,7 +205,7 @@ impl Execute for Delete {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, awaits: Awaits::Result, ..InScripts::default() }
+        InScripts { awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -223,7 +221,7 @@ impl Execute for Evaluate {
     }
 
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::AtEpisode, awaits: Awaits::Result, ..CONTROLS_RUN }
+        InScripts { depends_on: DependsOn::Checkpoint, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 

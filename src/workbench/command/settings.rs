@@ -1,11 +1,12 @@
 //! Commands for the settings of the next run.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::arguments::{Argument, Number, Parsed, Place, Text};
-use super::{Execute, InScripts, Recording, Verb, syntax};
+use super::{Execute, Verb, syntax};
 use crate::guidance::EpsilonSchedule;
-use crate::trainer::{self, Control, PriorSource};
+use crate::trainer::{self, Control, PriorSource, RunConfig};
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
@@ -47,9 +48,7 @@ impl Execute for Episodes {
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-        let report = setup.set("episodes", &self.0.to_string())?;
-        setup.episodes_asked = true;
-        Ok(report)
+        setup.set("episodes", &self.0.to_string())
     }
 }
 
@@ -65,6 +64,7 @@ impl Execute for Epsilon {
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.config.epsilon = self.0.clone();
+        setup.set.insert("epsilon".to_owned());
         Ok(self.line())
     }
 
@@ -74,14 +74,12 @@ impl Execute for Epsilon {
         if run.send(Control::SetSchedule(self.0.clone())).is_err() {
             return Ok(report);
         }
-        Ok(match run.prior() {
-            Some(_) => format!("{report}, from the next episode on"),
-            None => format!("{report}; the run has no action clusters to draw from: compute them, then `guide`"),
+        let (has_prior, config) = (run.prior().is_some(), RunConfig::clone(run.config()));
+        session.warn(&RunConfig { epsilon: self.0.clone(), ..config }, &BTreeSet::new());
+        Ok(match has_prior {
+            true => format!("{report}, from the next episode on"),
+            false => format!("{report}; the run has no action clusters to draw from: compute them, then `guide`"),
         })
-    }
-
-    fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::WhenEffective, acts_on_run: true, ..InScripts::default() }
     }
 }
 
@@ -121,6 +119,7 @@ impl Execute for Model {
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.config.prior = self.0.clone();
+        setup.set.insert("prior".to_owned());
         Ok(format!("model {}", String::from(self.0.clone())))
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::arguments::{
     Argument, Index, Number, Optional, OptionalUnless, Or, Parsed, Place, Position, Properties, Text, Within, is_option,
 };
-use super::{Awaits, Edit, Execute, InScripts, Recording, Verb, syntax};
+use super::{Awaits, Edit, Execute, InScripts, Verb, syntax};
 use crate::task::Edit::*;
 use crate::task::{Editor, STANDARD_RADIUS};
 use crate::workbench::dry_run::DryRun;
@@ -52,13 +52,13 @@ impl Execute for Puzzle {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.open_unknown_task();
+        dry_run.task_unknown = true;
         Ok(())
     }
 
     /// Recorded when the puzzle is opened: only later commands can refer to it.
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, awaits: Awaits::Result, ..InScripts::default() }
+        InScripts { unrecorded: true, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -180,12 +180,12 @@ impl Execute for Propose {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.propose();
+        dry_run.proposed = true;
         Ok(())
     }
 
     /// Recorded when the proposals arrive: only later commands can refer to them.
     fn in_scripts(&self) -> InScripts {
-        InScripts { recording: Recording::Never, begins_work: true, ..InScripts::default() }
+        InScripts { unrecorded: true, awaits: Awaits::Work, ..InScripts::default() }
     }
 }

@@ -13,6 +13,7 @@ use super::command::{Command, Continue, Delete, Evaluate, Open, Stop};
 use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
+use super::setup::Setup;
 use crate::run::{RunDirectory, RunError, RunState};
 use crate::trainer::{Control, RunConfig, check_continuation, check_model};
 
@@ -22,6 +23,8 @@ impl Session {
         check_model(&self.setup.config).map_err(|error| SessionError::Failed(error.to_string()))?;
         let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
         let directory = RunDirectory::create(&path, &self.setup.config)?;
+        let Setup { config, set, .. } = self.setup.clone();
+        self.warn(&config, &set);
         let number = self.add(RunView::new(directory)?);
         self.start_run(number, until, "training in")
     }
@@ -43,7 +46,7 @@ impl Session {
 
     /// The number of episodes to which continuing extends a run that has fewer; None unless it was set explicitly.
     pub fn extends_to(&self) -> Option<u32> {
-        Some(self.setup.config.episodes).filter(|_| self.setup.episodes_asked)
+        Some(self.setup.config.episodes).filter(|_| self.setup.set.contains("episodes"))
     }
 
     /// Raises the number of episodes of a run to the number set in the session, if that was set explicitly and is
@@ -183,7 +186,7 @@ impl Session {
         {
             // No event follows. The replay does not queue runs: it stops this one before its next episode.
             let (number, episode) = (run.number(), episode_number(run.episodes()));
-            self.journal.note_at(Stop.into(), number, episode);
+            self.journal.note_at(Stop.into(), vec![(number, episode)]);
             return Ok("taken out of the queue".to_owned());
         }
         self.send(Control::Stop { reason: "on request".to_owned() }, "stopping after this episode")

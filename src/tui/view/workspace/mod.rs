@@ -208,6 +208,7 @@ impl SessionWorkspace {
     fn note(&mut self, notice: &Notice) {
         match notice {
             Notice::Finished { command, outcome } => self.note_outcome(command, outcome),
+            Notice::Warning(text) => self.log(Level::Warning, text.clone()),
             Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::Progress { .. } | Notice::Changed => {}
             Notice::Run { run, event } => {
                 let level = match event {

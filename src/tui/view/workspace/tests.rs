@@ -62,6 +62,8 @@ fn notices_are_logged_with_their_severity() {
         workspace.note(&Notice::Run { run: 0, event });
         assert!(latest(&workspace).level == level && latest(&workspace).text.ends_with(&text), "{text}");
     }
+    workspace.note(&Notice::Warning("epsilon 0.1 cripples it".to_owned()));
+    assert_eq!((latest(&workspace).level, &*latest(&workspace).text), (Level::Warning, "epsilon 0.1 cripples it"));
     assert!(is_frequent(&Notice::Changed));
 }
 
