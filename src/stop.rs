@@ -1,4 +1,4 @@
-//! The stop request that all long-running work polls.
+//! The stop request that all long-running work polls, and the signals that make one.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,30 +7,103 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
+use rayon::ThreadPoolBuilder;
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU};
 
 use crate::sync::lock;
 
-/// A flag that asks work to stop. Clones share the flag.
+/// The signals that ask a program to save its work and end: those of users and systems, and the warnings of batch
+/// systems before a time limit.
+pub const ENDING_SIGNALS: [i32; 5] = [SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU];
+/// Further signals within this time count as the first one: a terminal, a shell and a batch system may all send theirs
+/// to the program for one and the same event.
+pub const SAME_SIGNAL: Duration = Duration::from_millis(500);
+
+/// A flag that asks work to stop. Clones share the flag. Whoever sees the request also sees everything that the
+/// requesting thread did before it.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
+
+/// Work ended early because it was asked to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("stopped before its end")]
+pub struct Stopped;
 
 impl Stop {
     /// Asks all work that polls this flag to stop.
     pub fn request(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.store(true, Ordering::Release);
     }
 
     /// Whether the work should stop.
     pub fn is_requested(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.0.load(Ordering::Acquire)
+    }
+
+    /// The items of a long loop, which ends early once a stop is requested: [`check`](Self::check) after it.
+    pub fn until<I: IntoIterator>(&self, items: I) -> impl Iterator<Item = I::Item> {
+        items.into_iter().take_while(|_| !self.is_requested())
+    }
+
+    /// Ends work by `?` once a stop is requested.
+    ///
+    /// # Errors
+    /// When a stop is requested.
+    pub fn check(&self) -> Result<(), Stopped> {
+        if self.is_requested() { Err(Stopped) } else { Ok(()) }
+    }
+}
+
+/// Work in pieces of about the same length, such as episodes. A stop ends a piece that takes long.
+#[derive(Debug)]
+pub struct Pieces {
+    /// The next piece may take long.
+    pub is_slow: bool,
+}
+
+/// After a piece that takes longer than this, the next one is run such that a stop can abandon it. The copy
+/// and the thread needed for that take a small fraction of this time.
+const SLOW_PIECE: Duration = Duration::from_millis(100);
+/// Time for a piece to react to a stop by itself. Afterwards, for example during an update of large
+/// networks, its thread is abandoned.
+const STOP_TIMEOUT: Duration = Duration::from_millis(100);
+
+impl Default for Pieces {
+    fn default() -> Self {
+        Self { is_slow: true }
+    }
+}
+
+impl Pieces {
+    /// Does a piece of work on `state`. `work` returns None once the stop given to it is requested; then, and if the
+    /// piece has to be abandoned, `state` is unchanged and the result is None.
+    pub fn run<S: Clone + Send + 'static, T: Send + 'static>(
+        &mut self,
+        state: &mut S,
+        stop: &Stop,
+        work: impl FnOnce(&mut S, &Stop) -> Option<T> + Send + 'static,
+    ) -> Option<T> {
+        let started = Instant::now();
+        let done = if self.is_slow {
+            let (mut copy, on) = (state.clone(), stop.clone());
+            let work = move || work(&mut copy, &on).map(|done| (done, copy));
+            let (done, after) = run_abandonable(|| stop.is_requested(), STOP_TIMEOUT, work).flatten()?;
+            *state = after;
+            Some(done)
+        } else {
+            work(state, &Stop::default())
+        };
+        self.is_slow = started.elapsed() > SLOW_PIECE;
+        done
     }
 }
 
 /// Interval between two checks of `is_stopped`.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
-/// Runs `work`, which may not poll a stop request while it computes, on a separate thread. Returns None if it is
-/// still running `patience` after `is_stopped` first returned true: the thread is then abandoned and its result lost.
+/// Runs `work`, which may not poll a stop request while it computes, on a separate thread, with as many threads for
+/// its parts as the caller has. Returns None if it is still running `patience` after `is_stopped` first returned true:
+/// the thread is then abandoned and its result lost.
 pub fn run_abandonable<T: Send + 'static>(
     is_stopped: impl Fn() -> bool,
     patience: Duration,
@@ -39,11 +112,18 @@ pub fn run_abandonable<T: Send + 'static>(
     let (sender, receiver) = bounded(1);
     let work = Arc::new(Mutex::new(Some(work)));
     let shared = work.clone();
+    // A pool's own threads cannot be used: one of them waits here.
+    let threads = rayon::current_thread_index().map(|_| rayon::current_num_threads());
     let body = move || {
         // Nothing panics while the lock is held.
-        let work = lock(&shared).take();
+        let Some(work) = lock(&shared).take() else { return };
+        let work = || catch_unwind(AssertUnwindSafe(work));
+        let pool = threads.and_then(|threads| ThreadPoolBuilder::new().num_threads(threads).build().ok());
         // The receiver may have given up waiting.
-        let _ = work.map(|work| sender.send(catch_unwind(AssertUnwindSafe(work))));
+        let _ = sender.send(match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        });
     };
     if thread::Builder::new().name("mge-work".to_owned()).spawn(body).is_err() {
         // No thread could be started: run the work here, to completion.
@@ -81,6 +161,15 @@ mod tests {
         drop(end);
         let soon = || thread::sleep(Duration::from_millis(20));
         assert!(run_abandonable(|| stop.is_requested(), Duration::from_secs(600), soon).is_some());
+    }
+
+    #[test]
+    fn work_has_as_many_threads_as_its_caller() {
+        for threads in [1, 3] {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let counted = || run_abandonable(|| false, Duration::ZERO, rayon::current_num_threads);
+            assert_eq!(pool.install(counted), Some(threads));
+        }
     }
 
     #[test]

@@ -174,7 +174,8 @@ fn a_second_signal_ends_the_program_at_once() {
     make_pipe(&folder.path().join("task.json"));
     let mut child = listening("train task.json --method ddpg --quiet --out run", folder.path());
     signal(&child, Signal::TERM);
-    std::thread::sleep(std::time::Duration::from_millis(100));
+    // Earlier, it would count as the same signal.
+    std::thread::sleep(mge::stop::SAME_SIGNAL * 2);
     assert!(child.try_wait().unwrap().is_none(), "the first signal ended it at once");
     signal(&child, Signal::TERM);
     assert_eq!(child.wait().unwrap().code(), Some(143));

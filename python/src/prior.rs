@@ -45,9 +45,7 @@ pub fn build_prior(
     let config: GuidanceConfig = serde_json::from_str(settings).map_err(exception)?;
     config.validate().map_err(exception)?;
     let model = AnyModel::of(model, &task.0)?;
-    let built = model.used(py, |model| guidance::build(&task.0, model, &config, seed, |_| ()))?;
-    // `None` means a stopped model; these models are never stopped.
-    built.map(ActionPrior).ok_or_else(|| PyValueError::new_err("the build was stopped"))
+    model.used(py, |model| guidance::build(&task.0, model, &config, seed, |_| ())).map(ActionPrior)
 }
 
 #[pymethods]

@@ -3,7 +3,9 @@
 //! One transition is one contiguous row, so that a minibatch touches as few cache lines as
 //! possible. The next observation of a step usually equals the observation of the following step, so
 //! it is stored only once, in the following row, unless an episode ends there. Storage grows with
-//! the recorded transitions, up to the capacity.
+//! the recorded transitions, up to the capacity. Copies share it, except for what one of them records.
+
+use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
@@ -114,6 +116,17 @@ pub struct ReplayBuffer {
     capacity: usize,
     /// Slot that the next transition is written to.
     next: usize,
+    len: usize,
+    /// The slots, [`CHUNK`] in each part.
+    chunks: Vec<Arc<Chunk>>,
+}
+
+/// Slots in a part of the storage that copies of a buffer share.
+const CHUNK: usize = 1024;
+
+/// Some consecutive slots.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Chunk {
     /// Rows `[s, a, r]`, one per slot.
     rows: Vec<f32>,
     /// `s'` of each slot, unless the following slot begins with it. Always present for the latest
@@ -126,15 +139,7 @@ pub struct ReplayBuffer {
 impl ReplayBuffer {
     /// An empty buffer for vectors of the given lengths. A `capacity` of 0 is treated as 1.
     pub fn new(observation_len: usize, action_len: usize, capacity: usize) -> Self {
-        Self {
-            observation_len,
-            action_len,
-            capacity: capacity.max(1),
-            next: 0,
-            rows: Vec::new(),
-            next_observations: Vec::new(),
-            terminated: Vec::new(),
-        }
+        Self { observation_len, action_len, capacity: capacity.max(1), next: 0, len: 0, chunks: Vec::new() }
     }
 
     /// Length of an observation.
@@ -149,12 +154,12 @@ impl ReplayBuffer {
 
     /// Number of transitions held.
     pub fn len(&self) -> usize {
-        self.terminated.len()
+        self.len
     }
 
     /// Whether no transition is held.
     pub fn is_empty(&self) -> bool {
-        self.terminated.is_empty()
+        self.len == 0
     }
 
     /// Number of transitions after which the oldest is overwritten.
@@ -165,11 +170,11 @@ impl ReplayBuffer {
     /// The transition in slot `index`, or `None` if the slot is empty. Slots are in order of age
     /// until the buffer is full; then the oldest is overwritten first.
     pub fn get(&self, index: usize) -> Option<Transition<'_>> {
-        let terminated = *self.terminated.get(index)?;
-        let row = &self.rows[index * self.stride()..][..self.stride()];
-        let (observation, row) = row.split_at(self.observation_len);
+        let chunk = self.chunks.get(index / CHUNK)?;
+        let terminated = *chunk.terminated.get(index % CHUNK)?;
+        let (observation, row) = self.row(index).split_at(self.observation_len);
         let (action, reward) = row.split_at(self.action_len);
-        let next_observation = match &self.next_observations[index] {
+        let next_observation = match &chunk.next_observations[index % CHUNK] {
             Some(own) => own,
             None => self.observation((index + 1) % self.capacity),
         };
@@ -185,25 +190,29 @@ impl ReplayBuffer {
         let slot = self.next;
         let latest = (slot + self.capacity - 1) % self.capacity;
         let is_same = |own: &mut Box<[f32]>| bits(own).eq(bits(transition.observation));
-        if latest != slot
-            && let Some(own) = self.next_observations.get_mut(latest)
-        {
-            own.take_if(is_same);
+        if latest != slot && latest < self.len {
+            self.next_observation_mut(latest).take_if(is_same);
         }
         let next_observation = Some(transition.next_observation.into());
         let row = [transition.observation, transition.action, &[transition.reward]];
-        if slot == self.len() {
-            row.iter().for_each(|part| self.rows.extend_from_slice(part));
-            self.next_observations.push(next_observation);
-            self.terminated.push(transition.terminated);
+        if slot == self.len {
+            if slot.is_multiple_of(CHUNK) {
+                self.chunks.push(Arc::default());
+            }
+            let chunk = Arc::make_mut(&mut self.chunks[slot / CHUNK]);
+            row.iter().for_each(|part| chunk.rows.extend_from_slice(part));
+            chunk.next_observations.push(next_observation);
+            chunk.terminated.push(transition.terminated);
+            self.len += 1;
         } else {
-            let mut at = slot * self.stride();
+            let mut at = slot % CHUNK * self.stride();
+            let chunk = Arc::make_mut(&mut self.chunks[slot / CHUNK]);
             for part in row {
-                self.rows[at..at + part.len()].copy_from_slice(part);
+                chunk.rows[at..at + part.len()].copy_from_slice(part);
                 at += part.len();
             }
-            self.next_observations[slot] = next_observation;
-            self.terminated[slot] = transition.terminated;
+            chunk.next_observations[slot % CHUNK] = next_observation;
+            chunk.terminated[slot % CHUNK] = transition.terminated;
         }
         self.next = (slot + 1) % self.capacity;
         Ok(())
@@ -229,8 +238,16 @@ impl ReplayBuffer {
         self.observation_len + self.action_len + 1
     }
 
+    fn row(&self, slot: usize) -> &[f32] {
+        &self.chunks[slot / CHUNK].rows[slot % CHUNK * self.stride()..][..self.stride()]
+    }
+
     fn observation(&self, slot: usize) -> &[f32] {
-        &self.rows[slot * self.stride()..][..self.observation_len]
+        &self.row(slot)[..self.observation_len]
+    }
+
+    fn next_observation_mut(&mut self, slot: usize) -> &mut Option<Box<[f32]>> {
+        &mut Arc::make_mut(&mut self.chunks[slot / CHUNK]).next_observations[slot % CHUNK]
     }
 
     fn check(&self, transition: &Transition<'_>) -> Result<(), ReplayError> {
@@ -315,6 +332,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn copies_share_what_neither_has_changed() {
+        let mut buffer = ReplayBuffer::new(2, 1, 3 * CHUNK);
+        numbered(&mut buffer, 0..3 * CHUNK + 5);
+        let before = buffer.to_bytes();
+        let mut copy = buffer.clone();
+        numbered(&mut copy, 0..5);
+        let shared = || buffer.chunks.iter().zip(&copy.chunks).map(|(a, b)| Arc::ptr_eq(a, b));
+        assert_eq!(shared().collect::<Vec<_>>(), [false, true, true]);
+        assert_eq!(buffer.to_bytes(), before);
+        assert_eq!(copy.get(5).unwrap().reward, 0.0);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -30,8 +30,8 @@ pub struct Job<'a, T, E> {
 type Work<'a, T, E> = dyn Fn(&JobHandle) -> Result<Option<T>, E> + Send + Sync + 'a;
 
 impl<'a, T, E> Job<'a, T, E> {
-    /// A job that runs `work`, which may be called again after [`JobError::is_in_use`]. `work` returns None if it
-    /// stopped early because of [`JobHandle::is_stopped`].
+    /// A job that runs `work`, which may be called again after [`JobError::is_in_use`]. `work` returns None, or
+    /// [`JobError::is_stopped`], if it stopped early because of [`JobHandle::is_stopped`].
     pub fn new(
         name: impl Into<String>,
         size: u64,
@@ -45,6 +45,11 @@ impl<'a, T, E> Job<'a, T, E> {
 pub trait JobError: std::error::Error + Send {
     /// Whether the error means that another process is working on the job.
     fn is_in_use(&self) -> bool {
+        false
+    }
+
+    /// Whether the error means that the work noticed a stop request.
+    fn is_stopped(&self) -> bool {
         false
     }
 }
@@ -111,7 +116,7 @@ impl Default for JobHandle {
 impl JobHandle {
     /// Sets how much of the job is done, of its [`Job::size`](Job).
     pub fn set_done(&self, done: u64) {
-        self.done.store(done, Ordering::Relaxed);
+        self.done.store(done, Ordering::Release);
     }
 
     /// Reports what the job is doing.
@@ -149,7 +154,7 @@ impl JobHandle {
 
     /// How much of the job is done.
     pub(crate) fn done(&self) -> u64 {
-        self.done.load(Ordering::Relaxed).max(self.watch.episode())
+        self.done.load(Ordering::Acquire).max(self.watch.episode())
     }
 }
 
@@ -159,8 +164,8 @@ pub struct Batch<'a> {
     /// Number of jobs that run at the same time. Each has its own thread pool: parallel jobs use cores better than
     /// one job on several cores. If there are more threads than jobs, the jobs share them equally.
     pub threads: usize,
-    /// Set to true to interrupt the batch.
-    pub interrupt: &'a AtomicBool,
+    /// Interrupts the batch.
+    pub interrupt: &'a Stop,
 }
 
 /// Default number of threads of a batch: one per processor.
@@ -227,7 +232,7 @@ impl Batch<'_> {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            if self.interrupt.load(Ordering::Relaxed) {
+            if self.interrupt.is_requested() {
                 state.handles.iter().for_each(JobHandle::ask_to_stop);
             }
             if let Some(latest) = state.handles.iter().rev().find_map(|handle| lock(&handle.message).take()) {
@@ -284,8 +289,8 @@ struct State<'a, T, E> {
 
 impl<T: Send, E: JobError> State<'_, T, E> {
     /// Works on jobs until none is left.
-    fn work(&self, interrupt: &AtomicBool, pool: &ThreadPool, ended: &Sender<(usize, Outcome<T, E>)>) {
-        while !interrupt.load(Ordering::Relaxed) {
+    fn work(&self, interrupt: &Stop, pool: &ThreadPool, ended: &Sender<(usize, Outcome<T, E>)>) {
+        while !interrupt.is_requested() {
             let Some(index) = self.next() else { return };
             let outcome = pool.install(|| self.attempt(index));
             if let Err(JobFailure::Error(error)) = &outcome
@@ -305,7 +310,7 @@ impl<T: Send, E: JobError> State<'_, T, E> {
 
     /// The next job to try: first those not yet tried, then the deferred ones.
     fn next(&self) -> Option<usize> {
-        let next = self.queue.next.fetch_add(1, Ordering::Relaxed);
+        let next = self.queue.next.fetch_add(1, Ordering::AcqRel);
         if next < self.jobs.len() {
             return Some(next);
         }
@@ -318,6 +323,7 @@ impl<T: Send, E: JobError> State<'_, T, E> {
         match catch_unwind(AssertUnwindSafe(|| (self.jobs[index].work)(&self.handles[index]))) {
             Ok(Ok(Some(output))) => Ok(output),
             Ok(Ok(None)) => Err(JobFailure::Interrupted),
+            Ok(Err(error)) if error.is_stopped() => Err(JobFailure::Interrupted),
             Ok(Err(error)) => Err(JobFailure::Error(error)),
             Err(panic) => Err(JobFailure::Panic(panic_message(&*panic).to_owned())),
         }

@@ -1,10 +1,11 @@
 //! Tests of the batch contract.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use super::*;
+use crate::stop::Stop;
 use crate::sync::lock;
 
 #[derive(Debug, thiserror::Error)]
@@ -23,14 +24,14 @@ impl JobError for Trouble {
 
 /// Runs jobs that call a function with their number, their attempt (from 0) and their handle. Returns the outcomes as
 /// text, and every progress report as (done, ended, failed).
-fn run<F>(threads: usize, count: usize, interrupt: &AtomicBool, work: F) -> (Vec<String>, Vec<(u64, usize, usize)>)
+fn run<F>(threads: usize, count: usize, interrupt: &Stop, work: F) -> (Vec<String>, Vec<(u64, usize, usize)>)
 where
     F: Fn(usize, usize, &JobHandle) -> Result<Option<usize>, Trouble> + Sync,
 {
     let job = |number: usize| {
         let (tries, work) = (AtomicUsize::new(0), &work);
         Job::new(format!("job {number}"), 10 * number as u64, move |handle| {
-            work(number, tries.fetch_add(1, Ordering::Relaxed), handle)
+            work(number, tries.fetch_add(1, Ordering::AcqRel), handle)
         })
     };
     let jobs: Vec<_> = (0..count).map(job).collect();
@@ -51,7 +52,7 @@ where
 #[test]
 fn outcomes_are_in_job_order_on_any_number_of_threads() {
     for threads in [1, 2, 5, 40] {
-        let never = AtomicBool::new(false);
+        let never = Stop::default();
         let (outcomes, reports) = run(threads, 12, &never, |number, _, _| {
             // The first jobs end last.
             std::thread::sleep(Duration::from_millis(12 - number as u64));
@@ -66,12 +67,12 @@ fn outcomes_are_in_job_order_on_any_number_of_threads() {
 fn jobs_start_in_order_and_each_has_its_share_of_the_threads() {
     let started = Mutex::new(Vec::new());
     let threads_of_jobs = Mutex::new(Vec::new());
-    run(1, 5, &AtomicBool::new(false), |number, _, _| {
+    run(1, 5, &Stop::default(), |number, _, _| {
         started.lock().unwrap().push(number);
         Ok(Some(number))
     });
     assert_eq!(started.into_inner().unwrap(), [0, 1, 2, 3, 4]);
-    run(5, 2, &AtomicBool::new(false), |number, _, _| {
+    run(5, 2, &Stop::default(), |number, _, _| {
         threads_of_jobs.lock().unwrap().push(rayon::current_num_threads());
         Ok(Some(number))
     });
@@ -80,7 +81,7 @@ fn jobs_start_in_order_and_each_has_its_share_of_the_threads() {
 
 #[test]
 fn failures_and_panics_are_outcomes_and_stop_nothing() {
-    let never = AtomicBool::new(false);
+    let never = Stop::default();
     let (outcomes, reports) = run(2, 4, &never, |number, _, _| match number {
         1 => Err(Trouble::Failed),
         2 => panic!("on purpose"),
@@ -93,7 +94,7 @@ fn failures_and_panics_are_outcomes_and_stop_nothing() {
 #[test]
 fn a_job_of_another_process_is_tried_again_after_all_others() {
     let order = Mutex::new(Vec::new());
-    let (outcomes, _) = run(1, 3, &AtomicBool::new(false), |number, tries, _| {
+    let (outcomes, _) = run(1, 3, &Stop::default(), |number, tries, _| {
         lock(&order).push(number);
         if number == 0 && tries < 2 { Err(Trouble::InUse) } else { Ok(Some(tries)) }
     });
@@ -103,13 +104,13 @@ fn a_job_of_another_process_is_tried_again_after_all_others() {
 
 #[test]
 fn an_interruption_stops_running_jobs_and_starts_no_others() {
-    let interrupt = AtomicBool::new(false);
+    let interrupt = Stop::default();
     let (outcomes, reports) = run(2, 6, &interrupt, |number, _, handle| {
         if number == 0 {
             return Ok(Some(0));
         }
         handle.set_done(7);
-        interrupt.store(true, Ordering::Relaxed);
+        interrupt.request();
         while !handle.is_stopped() {
             std::thread::sleep(Duration::from_millis(1));
         }

@@ -7,16 +7,16 @@ use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Ending, RunConfig, TrainerError, train};
 
 /// Trains the run in `path` to its end: creates it if it does not exist, resumes it if it was interrupted, and does
-/// nothing if it is finished. Returns None if it was stopped before its end.
+/// nothing if it is finished. Returns None if the job was stopped before its end.
 ///
 /// # Errors
-/// As [`train`], and when the folder cannot be used.
+/// As [`train`], when the folder cannot be used, and [`TrainerError::StoppedAlone`].
 pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<()>, TrainerError> {
     let directory = RunDirectory::open_or_create(path, config)?;
-    if directory.status()?.state != RunState::Finished
-        && train(&directory, handle.controls(), handle.watch())? == Ending::Stopped
+    if directory.status()?.state == RunState::Finished
+        || train(&directory, handle.controls(), handle.watch())? == Ending::Finished
     {
-        return Ok(None);
+        return Ok(Some(()));
     }
-    Ok(Some(()))
+    if handle.is_stopped() { Ok(None) } else { Err(TrainerError::StoppedAlone) }
 }

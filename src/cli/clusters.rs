@@ -23,7 +23,7 @@ pub fn run(arguments: &Clusters) -> Outcome {
     let stages = config.task.stage_count();
     let mut progress = Progress::new(stages as u64, false);
     let on_stage = |stage| progress.set(stage as u64, stages as u64, "stages");
-    let prior = build_prior(&config, on_stage, &Stop::default())?.ok_or("the computation was cancelled")?;
+    let prior = build_prior(&config, on_stage, &Stop::default())?;
     drop(progress);
     match &arguments.out {
         Some(path) => {

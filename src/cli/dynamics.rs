@@ -7,10 +7,12 @@ use super::interrupt::{Interrupt, brief, in_batch};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::dynamics::{
-    self, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant, canonical_tool_set, train_to_file,
+    self, DynamicsError, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant, canonical_tool_set,
+    train_to_file,
 };
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
+use crate::stop::Stop;
 use crate::study::ablation::{AblationPlan, ablation};
 use crate::study::{StudyError, StudyPlan, model_error_figure};
 use crate::task;
@@ -30,9 +32,15 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     let mut progress = Progress::new(1, arguments.quiet);
     let on_progress = |now: &dynamics::Progress| {
         progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
-        !interrupt.is_requested()
     };
-    let trained = train_to_file(&arguments.out, config, settings, arguments.tools.kinds(), &command, on_progress)?;
+    let (out, stop) = (&arguments.out, interrupt.stop());
+    let trained = train_to_file(out, config, settings, arguments.tools.kinds(), &command, stop, on_progress);
+    let trained = match trained {
+        Err(DynamicsError::Stopped) => {
+            return Err(interrupt.ended("stopped: the same command continues".to_owned()).into());
+        }
+        trained => trained?,
+    };
     drop(progress);
     if matches!(trained.ended, TrainingOutcome::Stopped) {
         let epoch = trained.training.epoch();
@@ -101,11 +109,9 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
     let mut progress = Progress::new(1, arguments.quiet);
-    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, &mut |now| {
+    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, &Stop::default(), &mut |now| {
         progress.set(now.done as u64, now.total as u64, &now.part);
-        true
-    })?
-    .ok_or("the evaluation was cancelled")?;
+    })?;
     drop(progress);
     if let Some(path) = &arguments.figure {
         let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;
@@ -202,8 +208,9 @@ mod tests {
         train(&tiny(&whole)).unwrap();
         let given = tiny(&resumed);
         let (config, training) = settings(&given).unwrap();
-        let mut first = Training::new(config, training, given.tools.kinds(), &command_line(&given)).unwrap();
-        assert_eq!(first.run(|_, now| now.epoch < 2), TrainingOutcome::Stopped);
+        let mut first =
+            Training::new(config, training, given.tools.kinds(), &command_line(&given), &Stop::default()).unwrap();
+        assert_eq!(first.run(&Stop::default(), |_, now| now.epoch < 2), TrainingOutcome::Stopped);
         let checkpoint = checkpoint_of(&resumed);
         std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
 

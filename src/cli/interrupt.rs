@@ -1,39 +1,47 @@
-//! Handling of SIGINT and SIGTERM: the first signal asks the command to save its state and end, the
-//! second ends the program at once. A command without state to save ends at the first signal.
+//! Handling of [`ENDING_SIGNALS`]: the first signal asks the command to save its state and end, a second one ends the
+//! program at once. A command without state to save ends at the first signal.
 
 use std::io;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::thread;
+use std::time::Instant;
 
+use crossbeam_channel::bounded;
 use nix::sys::signal::{SigSet, SigmaskHow, Signal};
-use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use signal_hook::{flag, low_level};
+use signal_hook::low_level;
 
 use super::output::{self, Outcome};
 use super::progress::{self, Progress};
 use crate::atomic;
 use crate::batch::{Batch, BatchProgress, default_threads};
+use crate::stop::{ENDING_SIGNALS, SAME_SIGNAL, Stop};
 
-/// Makes the first signal end the program as soon as no file is being written. For work without state to
-/// save, whose results are written atomically.
-///
-/// # Errors
-/// When the handlers cannot be registered.
-fn exit_on_first_signal() -> io::Result<()> {
-    blocked(wait_for_the_end)
-}
-
-/// Runs work without state to save: the first signal ends it.
+/// Runs work without state to save.
 pub fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
-    exit_on_first_signal()?;
+    nothing_to_save()?;
     work()
 }
 
-/// Runs `work` with SIGINT and SIGTERM blocked in this thread and in the threads that it starts.
+/// From now on, the first signal ends the program as soon as no file is being written. For work without state to save,
+/// whose results are written atomically.
+///
+/// # Errors
+/// When the handlers cannot be registered.
+pub fn nothing_to_save() -> io::Result<()> {
+    let interrupt = Interrupt::listen()?;
+    interrupt.is_brief.store(true, Ordering::SeqCst);
+    if interrupt.is_requested() {
+        interrupt.end();
+    }
+    Ok(())
+}
+
+/// Runs `work` with the signals blocked in this thread and in the threads that it starts.
 pub fn blocked<T>(work: impl FnOnce() -> T) -> T {
-    let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM].into_iter().collect();
+    let signals: SigSet = ENDING_SIGNALS.into_iter().filter_map(|number| Signal::try_from(number).ok()).collect();
     // These calls fail only for an invalid operation on the mask.
     let before = signals.thread_swap_mask(SigmaskHow::SIG_BLOCK);
     let done = work();
@@ -41,70 +49,67 @@ pub fn blocked<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-fn wait_for_the_end() -> io::Result<()> {
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
-    let end = move || {
-        let Some(number) = signals.forever().next() else { return };
-        let _writes = atomic::end_writes();
-        progress::clear();
-        output::message("interrupted: run the same command again");
-        low_level::exit(128 + number);
-    };
-    let waits = std::thread::Builder::new().name("mge-signals".to_owned()).spawn(end).is_ok();
-    // Without the waiting thread, the first signal ends the program immediately.
-    let ending = Arc::new(AtomicBool::new(!waits));
-    for number in [SIGINT, SIGTERM] {
-        // The second signal ends the program even if the terminal or the disk does not respond.
-        flag::register_conditional_shutdown(number, 128 + number, ending.clone())?;
-        flag::register(number, ending.clone())?;
-    }
-    Ok(())
+/// Whether a signal has asked the program to end: one for the whole program, so that no signal is lost between two
+/// parts of a command.
+#[derive(Debug, Default)]
+pub struct Interrupt {
+    stop: Stop,
+    /// The first signal.
+    signal: AtomicI32,
+    /// The command has nothing to save.
+    is_brief: AtomicBool,
 }
 
-/// Whether a signal has asked the command to end.
-#[derive(Debug)]
-pub struct Interrupt {
-    requested: Arc<AtomicBool>,
-    signal: Arc<AtomicUsize>,
-}
+static INTERRUPT: LazyLock<Interrupt> = LazyLock::new(Interrupt::default);
 
 impl Interrupt {
-    /// Registers the handlers.
+    /// Registers the handlers, unless they are.
     ///
     /// # Errors
     /// When the handlers cannot be registered.
-    pub fn listen() -> io::Result<Self> {
-        // A signal that arrives between two registrations would be lost.
-        blocked(Self::register)
-    }
-
-    fn register() -> io::Result<Self> {
-        let (requested, signal) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
-        for number in [SIGINT, SIGTERM] {
-            // The shutdown handler runs before the flag is set, so only the second signal triggers it.
-            flag::register_conditional_shutdown(number, 128 + number, requested.clone())?;
-            flag::register(number, requested.clone())?;
-            flag::register_usize(number, signal.clone(), number as usize)?;
+    pub fn listen() -> io::Result<&'static Self> {
+        static REGISTERED: LazyLock<io::Result<()>> = LazyLock::new(|| blocked(register));
+        match &*REGISTERED {
+            Ok(()) => Ok(&INTERRUPT),
+            Err(error) => Err(io::Error::new(error.kind(), error.to_string())),
         }
-        Ok(Self { requested, signal })
     }
 
-    /// Set once a signal has arrived; polled by long work.
-    pub fn flag(&self) -> &AtomicBool {
-        &self.requested
-    }
-
-    /// A shared handle of [`flag`](Self::flag).
-    pub fn shared(&self) -> Arc<AtomicBool> {
-        self.requested.clone()
+    /// Requested once a signal has arrived; polled by long work.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
     }
 
     /// Whether a signal has arrived.
     pub fn is_requested(&self) -> bool {
-        self.requested.load(Ordering::Relaxed)
+        self.stop.is_requested()
     }
 
-    /// The result of work that polls the flag. An error that satisfies `is_interruption` becomes
+    /// Notes the first signal.
+    fn receive(&'static self, number: i32) {
+        self.signal.store(number, Ordering::SeqCst);
+        self.stop.request();
+        if self.is_brief.load(Ordering::SeqCst) {
+            // On its own thread, so that a further signal ends the program even if the terminal or the disk does not
+            // respond.
+            let end = || {
+                self.end();
+            };
+            if thread::Builder::new().name("mge-end".to_owned()).spawn(end).is_err() {
+                end();
+            }
+        }
+    }
+
+    /// Ends the program once no file is being written.
+    fn end(&self) -> ! {
+        let _writes = atomic::end_writes();
+        progress::clear();
+        output::message("interrupted: run the same command again");
+        low_level::exit(128 + self.signal.load(Ordering::SeqCst))
+    }
+
+    /// The result of work that polls the flag. After a signal, an error that satisfies `is_interruption` becomes
     /// [`Interrupted`]; its text should tell the user how to continue.
     ///
     /// # Errors
@@ -114,7 +119,7 @@ impl Interrupt {
         result: Result<T, E>,
         is_interruption: impl FnOnce(&E) -> bool,
     ) -> Result<T, Box<dyn std::error::Error>> {
-        result.map_err(|error| match is_interruption(&error) {
+        result.map_err(|error| match self.is_requested() && is_interruption(&error) {
             true => self.ended(error.to_string()).into(),
             false => error.into(),
         })
@@ -122,7 +127,32 @@ impl Interrupt {
 
     /// The error of a command ended by the signal; `message` tells the user how to continue.
     pub fn ended(&self, message: String) -> Interrupted {
-        Interrupted { signal: self.signal.load(Ordering::Relaxed), message }
+        Interrupted { signal: self.signal.load(Ordering::SeqCst), message }
+    }
+}
+
+/// Starts the thread that receives the signals. Without it, the first signal ends the program, as without handlers.
+fn register() -> io::Result<()> {
+    let (sender, registered) = bounded(1);
+    let receive = move || {
+        let mut signals = match Signals::new(ENDING_SIGNALS) {
+            Ok(signals) => signals,
+            Err(error) => return drop(sender.send(Err(error))),
+        };
+        let _ = sender.send(Ok(()));
+        let mut first = None;
+        for number in signals.forever() {
+            match first {
+                None => INTERRUPT.receive(number),
+                Some(at) if Instant::elapsed(&at) < SAME_SIGNAL => {}
+                Some(_) => low_level::exit(128 + number),
+            }
+            first = first.or_else(|| Some(Instant::now()));
+        }
+    };
+    match thread::Builder::new().name("mge-signals".to_owned()).spawn(receive) {
+        Ok(_) => registered.recv().unwrap_or(Ok(())),
+        Err(_) => Ok(()),
     }
 }
 
@@ -130,12 +160,12 @@ impl Interrupt {
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Interrupted {
-    signal: usize,
+    signal: i32,
     message: String,
 }
 
 impl Interrupted {
-    /// The exit status for the signal: 130 or 143.
+    /// The exit status for the signal, such as 130 for SIGINT.
     pub fn status(&self) -> ExitCode {
         ExitCode::from(128 + (self.signal & 0x7f) as u8)
     }
@@ -150,12 +180,12 @@ pub fn in_batch<T, E: std::error::Error + 'static>(
 ) -> Result<T, Box<dyn std::error::Error>> {
     let mut progress = Progress::new(1, quiet);
     let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.stop() };
     let outcome = work(&batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
-            progress.say(&format!("{name} failed: {reason}"));
+            progress.say(&format!("{name}: {reason}"));
         }
-        let failed = if now.failed > 0 { format!(", {} failed", now.failed) } else { String::new() };
+        let failed = if now.failed > 0 { format!(", {} not finished", now.failed) } else { String::new() };
         let message = match now.message {
             "" => format!("{} of {} done", now.ended - now.failed, now.jobs),
             message => message.to_owned(),

@@ -35,8 +35,8 @@ const EXIT_STATUS: [(&str, &str); 4] = [
     ("1", "The command failed: one line on standard error says why and what to do."),
     ("2", "Wrong usage."),
     (
-        "130, 143",
-        "SIGINT or SIGTERM ended the command: its work is saved, and one line says how to continue. A second signal ends it at once.",
+        "128 + N",
+        "Signal N ended the command, such as 130 for SIGINT, 138 for SIGUSR1 and 143 for SIGTERM: its work is saved, and one line says how to continue. SIGUSR2 and SIGXCPU have the same effect. A second signal, at least half a second later, ends it at once.",
     ),
 ];
 

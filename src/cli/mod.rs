@@ -29,8 +29,8 @@ use crate::batch::start_global_pool;
 use arguments::{Arguments, Command};
 use interrupt::brief;
 
-/// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 130 or 143:
-/// ended by a signal (one line on stderr tells how to continue).
+/// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 128 and
+/// the number of a signal: ended by it (one line on stderr tells how to continue).
 pub fn run() -> ExitCode {
     let parsed =
         adjusted(Arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));

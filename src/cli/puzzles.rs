@@ -65,7 +65,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     if failures.len() < sweep.jobs.len() {
         brief(|| report(arguments, index, &sweep))?;
     }
-    Err(format!("{} trainings failed, such as {name}: {reason}", failures.len()).into())
+    Err(format!("{} trainings not finished, such as {name}: {reason}", failures.len()).into())
 }
 
 fn search(arguments: &SubgoalOptions) -> SubgoalSearch {

@@ -63,7 +63,7 @@ pub fn train(arguments: &Train) -> Outcome {
     }
     apply_settings(&mut session, &arguments.settings)?;
     session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
-    follow(&mut session, 0, arguments.quiet, &interrupt)
+    follow(&mut session, 0, arguments.quiet, interrupt)
 }
 
 /// Applies `--set` options in their order; the last value of a setting counts. A setting that is out of range only
@@ -112,7 +112,7 @@ pub fn resume(arguments: &Resume) -> Outcome {
             outcome => _ = outcome?,
         }
     }
-    follow(&mut session, 0, arguments.quiet, &interrupt)
+    follow(&mut session, 0, arguments.quiet, interrupt)
 }
 
 /// The runs that this process is to continue: those that are not paused by another one, which continues them.
@@ -159,9 +159,9 @@ pub fn fork(arguments: &Fork) -> Outcome {
     let folder = arguments.out.clone();
     let fork = Command::from(command::Fork { episode: arguments.at, changes, folder, until: None });
     session.apply(fork.clone())?;
-    interrupt.result(repeat(&mut session, &fork, arguments.quiet, &interrupt), |_| interrupt.is_requested())?;
+    interrupt.result(repeat(&mut session, &fork, arguments.quiet, interrupt), |_| true)?;
     // Run 0 of the session is the source of the fork.
-    follow(&mut session, 1, arguments.quiet, &interrupt)
+    follow(&mut session, 1, arguments.quiet, interrupt)
 }
 
 /// Shows progress on stderr while a fork repeats the episodes of its source.
@@ -398,7 +398,7 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
-    session.interrupt_with(interrupt.shared());
+    session.interrupt_with(interrupt.stop());
     let mut viewer = Viewer::new(0, arguments.quiet);
     let outcome = script.run(&mut session, |output| match output {
         Output::Warning { place, warning } => viewer.warn(Some(&place), warning),
@@ -413,7 +413,7 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
     drop(viewer);
     // On an error, dropping the session ends its trainings with a checkpoint.
     let outcome = outcome.map(|()| session);
-    interrupt.result(outcome, |_| interrupt.is_requested())
+    interrupt.result(outcome, |_| true)
 }
 
 pub fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::arguments::Screenshot;
+use super::interrupt::nothing_to_save;
 use super::output::{self, Outcome};
 use super::runs::after_script;
 use crate::figures::{Provenance, encode};
@@ -18,6 +19,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     });
     let screens: Vec<(&str, &str)> = screens.collect::<Result<_, _>>()?;
     let session = after_script(&arguments.script)?;
+    nothing_to_save()?;
     let (seed, hash) = (session.config().seed, config_hash(session.config())?);
     let mut workbench = OffscreenWorkbench::new(session);
     // A screen depends on the keys of those before it.

@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         None => Ok(()),
         Some((name, reason)) => {
             let (failed, all) = (failures.len(), sweep.jobs.len());
-            Err(format!("{failed} of {all} failed, such as {name}: {reason}").into())
+            Err(format!("{failed} of {all} not finished, such as {name}: {reason}").into())
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
 
@@ -13,6 +12,7 @@ use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::markdown;
+use crate::stop::Stop;
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
 use crate::text::counted;
@@ -132,8 +132,7 @@ fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outc
     };
     let tasks: Vec<Arc<Task>> = tasks.into_iter().map(Arc::new).collect();
     let mut progress = Progress::new(1, false);
-    let interrupt = AtomicBool::new(false);
-    let batch = Batch { threads: default_threads(), interrupt: &interrupt };
+    let batch = Batch { threads: default_threads(), interrupt: &Stop::default() };
     let rows = audit(&tasks, episodes, seeds, &batch, &mut |now| progress.set(now.done, now.total, now.message))?;
     drop(progress);
     match as_json {

@@ -10,6 +10,7 @@ use super::normaliser::ColumnStatistics;
 use super::predictor::Predictor;
 use super::variety::Variety;
 use crate::physics::{BallState, GRAVITY, PHYSICS_DT, STEPS_PER_ACTION, Tool};
+use crate::stop::Stop;
 
 /// Free flight: constant horizontal velocity, gravity, no tool has any effect.
 #[derive(Debug, Clone, Copy)]
@@ -68,8 +69,8 @@ impl NearestSample {
     /// dynamic edges and relative coordinates.
     ///
     /// # Errors
-    /// When no graph can be built with the model's settings.
-    pub fn of(model: &Model) -> Result<Self> {
+    /// When no graph can be built with the model's settings, or `stop` is requested.
+    pub fn of(model: &Model, stop: &Stop) -> Result<Self> {
         let config = ModelConfig {
             targets: Targets::Residual,
             spin: true,
@@ -83,9 +84,10 @@ impl NearestSample {
         let training = &model.provenance.training;
         let (columns, variety) = (builder.layout().edge, Variety::of(&config));
         let table = |(function, &kind)| {
-            let launches = collect(kind, variety, training.observations.min(STORED), Split::Training, training.seed);
+            let count = training.observations.min(STORED);
+            let launches = collect(kind, variety, count, Split::Training, training.seed, stop)?;
             let (edges, targets) = stored(&builder, &codec, config.interval as usize, &launches, function)?;
-            Ok(Table::new(edges, targets, columns))
+            Ok(Table::new(edges, targets, columns, stop))
         };
         let tables = model.tools.iter().enumerate().map(table).collect::<Result<_>>()?;
         Ok(Self { builder, codec, free: ConstantVelocity { interval: config.interval }, tables })
@@ -140,8 +142,8 @@ impl Predictor for NearestSample {
 impl Table {
     /// Samples with these inputs and targets. Columns that do not vary, such as the one-hot types, do
     /// not affect which sample is nearest and are left out.
-    fn new(edges: Edges, targets: Vec<f32>, columns: usize) -> Self {
-        let statistics = ColumnStatistics::of(&edges.inputs, columns);
+    fn new(edges: Edges, targets: Vec<f32>, columns: usize, stop: &Stop) -> Self {
+        let statistics = ColumnStatistics::of(&edges.inputs, columns, stop);
         let first = edges.inputs.get(..columns).unwrap_or_default();
         let varies = |column: &usize| edges.inputs.chunks_exact(columns).any(|row| row[*column] != first[*column]);
         let used: Vec<usize> = (0..columns).filter(varies).collect();

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use super::object::ObjectType;
 use crate::nn::{NnError, TensorFileError};
+use crate::stop::Stopped;
 use crate::validation::ValidationError;
 
 /// Result of work with dynamics models.
@@ -55,4 +56,10 @@ pub enum DynamicsError {
     /// The file is not the expected checkpoint or model.
     #[error("{origin}: {reason}")]
     Content { origin: String, reason: String },
+}
+
+impl From<Stopped> for DynamicsError {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
 }

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::baseline::{ConstantVelocity, NearestSample};
-use super::error::{DynamicsError, Result};
+use super::error::Result;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::{Errors, Predictor, distance};
@@ -18,6 +18,7 @@ use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
 use crate::env::{Action, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
+use crate::stop::Stop;
 use crate::task::{STANDARD_RADIUS, Task};
 use crate::validation::{Setting, check_settings};
 
@@ -158,24 +159,22 @@ pub struct EvaluationProgress {
 }
 
 /// Evaluates a model on fresh launches at its tools, and on scenes of those `tasks` that it supports. `on_progress` is
-/// called before every part; if it returns false, the evaluation stops and returns `None`.
+/// called before every part.
 ///
 /// # Errors
-/// When a setting is out of range, or the model cannot predict a scene of such a task.
+/// When a setting is out of range, the model cannot predict a scene of such a task, or `stop` is requested.
 pub fn evaluate(
     model: &Model,
     tasks: &[Task],
     config: &EvaluationConfig,
-    on_progress: &mut dyn FnMut(&EvaluationProgress) -> bool,
-) -> Result<Option<Evaluation>> {
+    stop: &Stop,
+    on_progress: &mut dyn FnMut(&EvaluationProgress),
+) -> Result<Evaluation> {
     config.validate()?;
     let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
     let of_launches: usize = varieties(model).iter().map(|variety| kinds(model, *variety).count()).sum();
     let total = PREDICTORS * (of_launches + 2 * known);
-    match evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, on_progress }) {
-        Err(DynamicsError::Stopped) => Ok(None),
-        evaluated => evaluated.map(Some),
-    }
+    evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, stop, on_progress })
 }
 
 /// The tools on which a model's errors are measured: those like its training tools, then the held-out ones.
@@ -198,14 +197,39 @@ const PREDICTORS: usize = 4;
 struct Parts<'a> {
     done: usize,
     total: usize,
-    on_progress: &'a mut dyn FnMut(&EvaluationProgress) -> bool,
+    stop: &'a Stop,
+    on_progress: &'a mut dyn FnMut(&EvaluationProgress),
 }
 
 impl Parts<'_> {
-    fn next(&mut self, part: &str) -> Result<()> {
+    fn next(&mut self, part: &str) {
         let progress = EvaluationProgress { done: self.done, total: self.total, part: part.to_owned() };
         self.done += 1;
-        if (self.on_progress)(&progress) { Ok(()) } else { Err(DynamicsError::Stopped) }
+        (self.on_progress)(&progress);
+    }
+}
+
+/// A predictor whose predictions, however many, end soon after a stop request.
+struct Interruptible<'a> {
+    predictor: &'a dyn Predictor,
+    stop: &'a Stop,
+}
+
+/// Number of predictions between two checks for a stop request.
+const PREDICTIONS_PER_STOP_CHECK: usize = 2500;
+
+impl Predictor for Interruptible<'_> {
+    fn interval(&self) -> u32 {
+        self.predictor.interval()
+    }
+
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
+        let mut next = Vec::with_capacity(balls.len());
+        for (balls, tools) in balls.chunks(PREDICTIONS_PER_STOP_CHECK).zip(tools.chunks(PREDICTIONS_PER_STOP_CHECK)) {
+            self.stop.check()?;
+            next.extend(self.predictor.advance(balls, tools)?);
+        }
+        Ok(next)
     }
 }
 
@@ -216,13 +240,15 @@ fn evaluate_parts(
     parts: &mut Parts<'_>,
 ) -> Result<Evaluation> {
     let constant = ConstantVelocity { interval: model.config().interval };
-    let nearest = NearestSample::of(model)?;
+    let nearest = NearestSample::of(model, parts.stop)?;
     let rapier = Rapier::every(model.config().interval, GRAVITY, Ball::default());
-    let predictors = Compared::<&dyn Predictor> {
-        model,
-        constant_velocity: &constant,
-        nearest_sample: &nearest,
-        rapier: Some(&rapier),
+    let stop = parts.stop;
+    let interruptible = |predictor| Interruptible { predictor, stop };
+    let predictors = Compared {
+        model: interruptible(model),
+        constant_velocity: interruptible(&constant),
+        nearest_sample: interruptible(&nearest),
+        rapier: Some(interruptible(&rapier)),
     };
     let mut errors_of = |variety: Variety| -> Result<Vec<LaunchErrors>> {
         kinds(model, variety).map(|tool| launch_errors(tool, variety, &predictors, config, parts)).collect()
@@ -246,14 +272,14 @@ fn evaluate_parts(
 fn launch_errors(
     tool: ToolKind,
     variety: Variety,
-    predictors: &Compared<&dyn Predictor>,
+    predictors: &Compared<Interruptible<'_>>,
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
 ) -> Result<LaunchErrors> {
-    let launches = collect(tool, variety, config.launches, Split::Test, config.seed);
+    let launches = collect(tool, variety, config.launches, Split::Test, config.seed, parts.stop)?;
     let subgoals = subgoals(&launches, config.seed);
     let errors = predictors.map(|predictor| {
-        parts.next(tool.name())?;
+        parts.next(tool.name());
         one_tool(predictor, &launches, &subgoals)
     })?;
     Ok(LaunchErrors { tool, errors })
@@ -261,31 +287,29 @@ fn launch_errors(
 
 fn scene_errors(
     task: &Arc<Task>,
-    predictors: &Compared<&dyn Predictor>,
+    predictors: &Compared<Interruptible<'_>>,
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
 ) -> Result<SceneErrors> {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
-    let starts = random_states(task, config.episodes, &mut rng);
+    let starts = random_states(task, config.episodes, &mut rng, parts.stop)?;
     let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
     let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
-    let truth = TrueScenes::play(task, &starts, &sequences);
+    let truth = TrueScenes::play(task, &starts, &sequences, parts.stop)?;
     let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
         .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
         .unzip();
-    let real: Vec<bool> = hit_starts
-        .iter()
-        .zip(&hit_sequences)
-        .map(|(start, actions)| reaches_next_stage(task, start, actions))
-        .collect();
+    let played = parts.stop.until(hit_starts.iter().zip(&hit_sequences));
+    let real: Vec<bool> = played.map(|(start, actions)| reaches_next_stage(task, start, actions)).collect();
+    parts.stop.check()?;
     Ok(SceneErrors {
         task: task.name.clone(),
         rollout: predictors.map(|predictor| {
-            parts.next(&task.name)?;
+            parts.next(&task.name);
             truth.errors(predictor, config.horizon)
         })?,
         hits: predictors.map(|predictor| {
-            parts.next(&task.name)?;
+            parts.next(&task.name);
             let predicted = rollouts(predictor, &hit_starts, &hit_sequences)?;
             Ok(HitPredictions::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
         })?,
@@ -310,13 +334,13 @@ impl Evaluation {
 /// Actions of a rollout that compares hits: the horizon of guidance.
 const HIT_HORIZON: usize = 8;
 
-impl<'a> Compared<&'a dyn Predictor> {
-    fn map<T>(&self, mut value: impl FnMut(&'a dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
+impl Compared<Interruptible<'_>> {
+    fn map<T>(&self, mut value: impl FnMut(&dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
         Ok(Compared {
-            model: value(self.model)?,
-            constant_velocity: value(self.constant_velocity)?,
-            nearest_sample: value(self.nearest_sample)?,
-            rapier: self.rapier.map(value).transpose()?,
+            model: value(&self.model)?,
+            constant_velocity: value(&self.constant_velocity)?,
+            nearest_sample: value(&self.nearest_sample)?,
+            rapier: self.rapier.as_ref().map(|rapier| value(rapier)).transpose()?,
         })
     }
 }
@@ -398,7 +422,7 @@ impl HitPredictions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::shipped;
+    use crate::dynamics::{DynamicsError, shipped};
     use crate::task;
 
     #[test]
@@ -407,18 +431,18 @@ mod tests {
         let config = EvaluationConfig { launches: 4, episodes: 1, horizon: 1, hit_rollouts: 2, seed: 5 };
         let tasks = [task::load("task1").unwrap(), task::load("task3").unwrap()];
         let mut reports = Vec::new();
-        let whole = evaluate(&model, &tasks, &config, &mut |now| {
-            reports.push((now.done, now.total));
-            true
-        });
+        let stop = Stop::default();
+        let whole = evaluate(&model, &tasks, &config, &stop, &mut |now| reports.push((now.done, now.total)));
         // Two tools and one supported task, four predictors each.
         assert_eq!(reports, (0..16).map(|done| (done, 16)).collect::<Vec<_>>());
-        assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &mut |_| true).unwrap());
+        assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &stop, &mut |_| ()).unwrap());
         let mut parts = 0;
-        let stopped = evaluate(&model, &tasks, &config, &mut |_| {
+        let stopped = evaluate(&model, &tasks, &config, &stop, &mut |_| {
             parts += 1;
-            parts < 3
+            if parts == 3 {
+                stop.request();
+            }
         });
-        assert_eq!((stopped.unwrap(), parts), (None, 3));
+        assert!(matches!(stopped, Err(DynamicsError::Stopped)) && parts == 3, "{parts}");
     }
 }

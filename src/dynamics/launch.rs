@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 use super::variety::Variety;
 use crate::env::tool_features;
 use crate::physics::{Ball, BallState, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
+use crate::stop::{Stop, Stopped};
 use crate::streams::Stream;
 
 /// One observation of a tool's dynamics: one interaction with the environment, 40
@@ -38,10 +39,21 @@ const MAX_SPEED: f32 = 16.0;
 const MAX_LEAD: f32 = 1.0;
 
 /// `count` launches at tools of one type, each from its own random stream.
-pub fn collect(kind: ToolKind, variety: Variety, count: usize, split: Split, seed: u64) -> Vec<Launch> {
+///
+/// # Errors
+/// When `stop` is requested.
+pub fn collect(
+    kind: ToolKind,
+    variety: Variety,
+    count: usize,
+    split: Split,
+    seed: u64,
+    stop: &Stop,
+) -> Result<Vec<Launch>, Stopped> {
     let launch = |index: usize| {
+        stop.check()?;
         let stream = Stream::Launch { split: split as u64, kind: kind.index() as u64, index: index as u64 };
-        launch(kind, variety, &mut stream.of(seed))
+        Ok(launch(kind, variety, &mut stream.of(seed)))
     };
     (0..count).into_par_iter().map(launch).collect()
 }

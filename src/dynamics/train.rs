@@ -5,6 +5,8 @@
 //! epoch's draws have separate random streams, so a training resumed after any epoch gives
 //! bit-identical results.
 
+use std::sync::Arc;
+
 use dfdx::losses::{huber_loss, mse_loss};
 use dfdx::prelude::*;
 use rand::seq::SliceRandom;
@@ -23,15 +25,22 @@ use super::tool_set::canonical_tool_set;
 use super::variety::Variety;
 use crate::nn::{NnError, Optimiser, TensorFile, matrix};
 use crate::physics::ToolKind;
+use crate::stop::{Pieces, Stop, Stopped};
 use crate::streams::Stream;
 
 /// A training in progress: the model, the optimiser and the data.
 #[derive(Debug)]
 pub struct Training {
+    learner: Learner,
+    samples: Arc<Samples>,
+    validation: Samples,
+}
+
+/// What an epoch changes.
+#[derive(Debug, Clone)]
+struct Learner {
     model: Model,
     optimiser: Optimiser,
-    samples: Samples,
-    validation: Samples,
     device: Cpu,
 }
 
@@ -51,7 +60,7 @@ pub struct Progress {
 pub enum TrainingOutcome {
     /// All epochs are done.
     Done,
-    /// The callback asked to stop; the training can be resumed.
+    /// A stop was requested, or the callback asked for it; the training can be resumed.
     Stopped,
     /// The loss or a gradient was not finite. The model is that of the previous epoch.
     Diverged {
@@ -67,55 +76,71 @@ impl Training {
     /// `command` is recorded in the model, so that it can be reproduced.
     ///
     /// # Errors
-    /// When a setting is out of range or the tool set is not usable.
-    pub fn new(config: ModelConfig, training: TrainConfig, tools: &[ToolKind], command: &str) -> Result<Self> {
+    /// When a setting is out of range, the tool set is not usable, or `stop` is requested.
+    pub fn new(
+        config: ModelConfig,
+        training: TrainConfig,
+        tools: &[ToolKind],
+        command: &str,
+        stop: &Stop,
+    ) -> Result<Self> {
         config.validate()?;
         training.validate()?;
         let tools = canonical_tool_set(tools)?;
-        let mut data = Data::collect(&config, &training, &tools)?;
+        let mut data = Data::collect(&config, &training, &tools, stop)?;
         let builder = GraphBuilder::new(config.clone(), tools.clone());
         let layout = builder.layout();
-        let normaliser = Normaliser::of(&data.samples.graphs, layout.edge, &data.samples.targets);
-        data.normalise(&normaliser);
+        let normaliser = Normaliser::of(&data.samples.graphs, layout.edge, &data.samples.targets, stop)?;
+        data.normalise(&normaliser, stop)?;
         let outputs = Codec::new(&config).outputs();
         let network = Network::new(&config, layout, outputs, &mut Stream::ModelWeights.of(training.seed))?;
         let optimiser = Optimiser::new(training.optimiser, &network.networks());
         let provenance = Provenance {
             training,
             epoch: 0,
-            data_hash: data.hash,
+            data_hash: std::mem::take(&mut data.hash),
             crate_version: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
         };
         let model = Model::assemble(config, tools, provenance, normaliser, network);
-        Ok(Self { model, optimiser, samples: data.samples, validation: data.validation, device: Cpu::default() })
+        Ok(data.into_training(model, optimiser))
     }
 
     /// The current model.
     pub fn model(&self) -> &Model {
-        &self.model
+        &self.learner.model
     }
 
     /// Epochs done.
     pub fn epoch(&self) -> u32 {
-        self.model.provenance.epoch
+        self.model().provenance.epoch
     }
 
-    /// Trains until all epochs are done, `on_progress` returns false, or the loss diverges.
-    /// `on_progress` is called after every epoch.
-    pub fn run(&mut self, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> TrainingOutcome {
-        let epochs = self.model.provenance.training.epochs;
+    /// Trains until all epochs are done, `stop` is requested, `on_progress` returns false, or the loss diverges.
+    /// `on_progress` is called after every epoch. An epoch that is stopped leaves no trace.
+    pub fn run(&mut self, stop: &Stop, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> TrainingOutcome {
+        let epochs = self.model().provenance.training.epochs;
+        let mut pieces = Pieces::default();
         while self.epoch() < epochs {
-            let good = (self.model.network.clone(), self.optimiser.clone());
+            if stop.is_requested() {
+                return TrainingOutcome::Stopped;
+            }
+            let (good, samples) = (self.learner.clone(), self.samples.clone());
             // On a thread of the rayon pool, work is divided with less overhead than from outside.
-            let loss = match rayon::scope(|_| self.train_epoch()) {
-                Ok(loss) => loss,
-                Err(reason) => {
-                    (self.model.network, self.optimiser) = good;
+            let trained = pieces.run(&mut self.learner, stop, move |learner, stop| {
+                match rayon::scope(|_| learner.train_epoch(&samples, stop)) {
+                    Err(DynamicsError::Stopped) => None,
+                    trained => Some(trained),
+                }
+            });
+            let loss = match trained {
+                None => return TrainingOutcome::Stopped,
+                Some(Ok(loss)) => loss,
+                Some(Err(reason)) => {
+                    self.learner = good;
                     return TrainingOutcome::Diverged { epoch: self.epoch() + 1, reason: reason.to_string() };
                 }
             };
-            self.model.provenance.epoch += 1;
             let epoch = self.epoch();
             if !on_progress(self, &Progress { epoch, epochs, loss }) && epoch < epochs {
                 return TrainingOutcome::Stopped;
@@ -124,11 +149,50 @@ impl Training {
         TrainingOutcome::Done
     }
 
-    /// One pass over the observations. Returns the mean loss.
-    fn train_epoch(&mut self) -> Result<f32, NnError> {
+    /// Mean loss on the validation launches.
+    pub fn validation_loss(&self) -> f32 {
+        let outputs = self.model().network.predict(&self.validation.graphs);
+        let loss = self.model().provenance.training.loss;
+        let errors = outputs.iter().zip(&self.validation.targets).map(|(output, target)| f64::from(output - target));
+        let sum: f64 = errors.map(|error| loss.of(error)).sum();
+        (sum / outputs.len().max(1) as f64) as f32
+    }
+
+    /// The model and the optimiser's state: everything needed to resume.
+    pub fn checkpoint(&self) -> TensorFile {
+        let mut file = self.model().to_file();
+        self.learner.optimiser.save(&mut file, OPTIMISER);
+        file
+    }
+
+    /// Resumes from a checkpoint; `origin` names it in errors. The launches are collected
+    /// again from the seed and must be identical.
+    ///
+    /// # Errors
+    /// When the file is not a valid checkpoint, the launches differ, or `stop` is requested.
+    pub fn resume(file: &TensorFile, origin: &str, stop: &Stop) -> Result<Self> {
+        let model = Model::from_file(file, origin)?;
+        let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
+        let optimiser = Optimiser::load(file, OPTIMISER).map_err(wrong)?;
+        let provenance = &model.provenance;
+        let mut data = Data::collect(&model.config, &provenance.training, &model.tools, stop)?;
+        if data.hash != provenance.data_hash {
+            return Err(DynamicsError::Content {
+                origin: origin.to_owned(),
+                reason: "its launches cannot be collected again by this version: start a new training".to_owned(),
+            });
+        }
+        data.normalise(&model.normaliser, stop)?;
+        Ok(data.into_training(model, optimiser))
+    }
+}
+
+impl Learner {
+    /// One pass over the observations, unless `stop` is requested. Returns the mean loss.
+    fn train_epoch(&mut self, samples: &Samples, stop: &Stop) -> Result<f32> {
         let config = &self.model.provenance.training;
-        let mut rng = Stream::ModelEpoch(self.epoch()).of(config.seed);
-        let mut order: Vec<usize> = (0..self.samples.observations()).collect();
+        let mut rng = Stream::ModelEpoch(self.model.provenance.epoch).of(config.seed);
+        let mut order: Vec<usize> = (0..samples.observations()).collect();
         order.shuffle(&mut rng);
         let (batch, share, loss_kind) = (config.batch, config.contact_share, config.loss);
         let outputs = self.model.codec.outputs();
@@ -136,12 +200,13 @@ impl Training {
         let mut graphs = self.model.builder.empty();
         let mut sum = 0.0;
         for chosen in order.chunks(batch) {
+            stop.check()?;
             graphs.clear();
             let mut targets = Vec::with_capacity(chosen.len() * outputs);
             for &observation in chosen {
-                let row = self.samples.draw(observation, share, &mut rng);
-                graphs.push_from(&self.samples.graphs, row);
-                targets.extend_from_slice(&self.samples.targets[row * outputs..(row + 1) * outputs]);
+                let row = samples.draw(observation, share, &mut rng);
+                graphs.push_from(&samples.graphs, row);
+                targets.extend_from_slice(&samples.targets[row * outputs..(row + 1) * outputs]);
             }
             let targets = matrix(&self.device, targets, chosen.len(), outputs);
             let predicted = self.model.network.forward(&graphs, &self.device);
@@ -151,54 +216,20 @@ impl Training {
             };
             let value = loss.array();
             if !value.is_finite() {
-                return Err(NnError::NotFinite { norm: f64::from(value) });
+                return Err(NnError::NotFinite { norm: f64::from(value) }.into());
             }
             sum += f64::from(value) * chosen.len() as f64;
             let rate = self.model.provenance.training.rate(self.optimiser.steps() as f64 / updates);
             self.optimiser.update(&mut self.model.network.networks_mut(), &mut loss.backward(), rate)?;
         }
+        self.model.provenance.epoch += 1;
         Ok((sum / order.len() as f64) as f32)
-    }
-
-    /// Mean loss on the validation launches.
-    pub fn validation_loss(&self) -> f32 {
-        let outputs = self.model.network.predict(&self.validation.graphs);
-        let loss = self.model.provenance.training.loss;
-        let errors = outputs.iter().zip(&self.validation.targets).map(|(output, target)| f64::from(output - target));
-        let sum: f64 = errors.map(|error| loss.of(error)).sum();
-        (sum / outputs.len().max(1) as f64) as f32
-    }
-
-    /// The model and the optimiser's state: everything needed to resume.
-    pub fn checkpoint(&self) -> TensorFile {
-        let mut file = self.model.to_file();
-        self.optimiser.save(&mut file, OPTIMISER);
-        file
-    }
-
-    /// Resumes from a checkpoint; `origin` names it in errors. The launches are collected
-    /// again from the seed and must be identical.
-    ///
-    /// # Errors
-    /// When the file is not a valid checkpoint or the launches differ.
-    pub fn resume(file: &TensorFile, origin: &str) -> Result<Self> {
-        let model = Model::from_file(file, origin)?;
-        let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
-        let optimiser = Optimiser::load(file, OPTIMISER).map_err(wrong)?;
-        let provenance = &model.provenance;
-        let mut data = Data::collect(&model.config, &provenance.training, &model.tools)?;
-        if data.hash != provenance.data_hash {
-            return Err(DynamicsError::Content {
-                origin: origin.to_owned(),
-                reason: "its launches cannot be collected again by this version: start a new training".to_owned(),
-            });
-        }
-        data.normalise(&model.normaliser);
-        Ok(Self { model, optimiser, samples: data.samples, validation: data.validation, device: Cpu::default() })
     }
 }
 
 const OPTIMISER: &str = "optimiser";
+/// Pieces of the samples between which a stop request is noticed.
+const PIECES: usize = 1000;
 
 struct Data {
     samples: Samples,
@@ -207,14 +238,15 @@ struct Data {
 }
 
 impl Data {
-    fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind]) -> Result<Self> {
+    fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind], stop: &Stop) -> Result<Self> {
         let builder = GraphBuilder::new(config.clone(), tools.to_vec());
         let variety = Variety::of(config);
-        let of = |split, count| -> Vec<Launch> {
-            tools.iter().flat_map(|&kind| collect(kind, variety, count, split, training.seed)).collect()
+        let of = |split, count| -> Result<Vec<Launch>, Stopped> {
+            let each = tools.iter().map(|&kind| collect(kind, variety, count, split, training.seed, stop));
+            Ok(each.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
         };
-        let launches = of(Split::Training, training.observations);
-        let validation = of(Split::Validation, training.validation);
+        let launches = of(Split::Training, training.observations)?;
+        let validation = of(Split::Validation, training.validation)?;
         let bystanders = || Bystanders {
             share: training.bystanders,
             cutoff: config.cutoff,
@@ -222,17 +254,28 @@ impl Data {
             variety,
             rng: Stream::Bystanders.of(training.seed),
         };
-        Ok(Self {
-            hash: data_hash(&launches, config.properties),
-            samples: Samples::new(config, &builder, &launches, training.mirror, bystanders())?,
-            validation: Samples::new(config, &builder, &validation, false, bystanders())?,
-        })
+        let data = Self {
+            hash: data_hash(stop.until(&launches), config.properties),
+            samples: Samples::new(config, &builder, stop.until(&launches), training.mirror, bystanders())?,
+            validation: Samples::new(config, &builder, stop.until(&validation), false, bystanders())?,
+        };
+        stop.check()?;
+        Ok(data)
     }
 
-    fn normalise(&mut self, normaliser: &Normaliser) {
+    fn normalise(&mut self, normaliser: &Normaliser, stop: &Stop) -> Result<(), Stopped> {
         for samples in [&mut self.samples, &mut self.validation] {
-            normaliser.normalise(&mut samples.graphs);
-            normaliser.targets.normalise(&mut samples.targets);
+            let targets = (&normaliser.targets, &mut samples.targets);
+            for (columns, values) in normaliser.parts(&mut samples.graphs).chain([targets]) {
+                let piece = values.len().div_ceil(PIECES).next_multiple_of(columns.width());
+                stop.until(values.chunks_mut(piece.max(1))).for_each(|piece| columns.normalise(piece));
+            }
         }
+        stop.check()
+    }
+
+    fn into_training(self, model: Model, optimiser: Optimiser) -> Training {
+        let learner = Learner { model, optimiser, device: Cpu::default() };
+        Training { learner, samples: Arc::new(self.samples), validation: self.validation }
     }
 }

@@ -12,6 +12,7 @@ use super::train::{Progress, Training, TrainingOutcome};
 use crate::bounded;
 use crate::nn::TensorFile;
 use crate::physics::ToolKind;
+use crate::stop::Stop;
 
 /// Epochs between two checkpoints.
 const CHECKPOINT_EVERY: u32 = 100;
@@ -76,11 +77,10 @@ pub fn checkpoint_of(path: &Path) -> PathBuf {
 /// Trains a model into the file `path`, starting from the checkpoint beside it if there is one. A
 /// completed training saves its model; a stopped one saves its checkpoint. A diverged one saves
 /// nothing, because the model of the previous epoch is not what was asked for; the caller may save
-/// it. `on_progress` is called after every epoch; if it returns false, the training stops. The other
-/// arguments are those of [`Training::new`].
+/// it. `on_progress` is called after every epoch. The other arguments are those of [`Training::new`].
 ///
 /// # Errors
-/// As [`Training::new`] and [`Training::resume`]; when the checkpoint belongs to a training with
+/// As [`Training::new`] and [`Training::resume`], for example when `stop` is requested before the first epoch; when the checkpoint belongs to a training with
 /// other settings, `path` is a file of another kind, or a file cannot be read or written.
 pub fn train_to_file(
     path: &Path,
@@ -88,7 +88,8 @@ pub fn train_to_file(
     settings: TrainConfig,
     tools: &[ToolKind],
     command: &str,
-    mut on_progress: impl FnMut(&Progress) -> bool,
+    stop: &Stop,
+    mut on_progress: impl FnMut(&Progress),
 ) -> Result<TrainedModel> {
     config.validate()?;
     settings.validate()?;
@@ -97,19 +98,23 @@ pub fn train_to_file(
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
     let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, MAX_CHECKPOINT_BYTES));
     let mut training = match read {
-        Ok(bytes) => resume(&bytes, &checkpoint.display().to_string(), &config, &settings, tools)?,
-        Err(error) if error.kind() == ErrorKind::NotFound => Training::new(config, settings, tools, command)?,
+        Ok(bytes) => resume(&bytes, &checkpoint.display().to_string(), &config, &settings, tools, stop)?,
+        Err(error) if error.kind() == ErrorKind::NotFound => Training::new(config, settings, tools, command, stop)?,
         Err(error) => return Err(io(error)),
     };
     let (mut train_loss, mut failure) = (None, None);
-    let ended = training.run(|training, now| {
+    let save = |training: &Training| crate::atomic::write(&checkpoint, &training.checkpoint().to_bytes());
+    let ended = training.run(stop, |training, now| {
         train_loss = Some(now.loss);
-        let continues = on_progress(now);
-        if now.epoch < now.epochs && (!continues || now.epoch.is_multiple_of(CHECKPOINT_EVERY)) {
-            failure = crate::atomic::write(&checkpoint, &training.checkpoint().to_bytes()).err();
+        on_progress(now);
+        if now.epoch < now.epochs && now.epoch.is_multiple_of(CHECKPOINT_EVERY) {
+            failure = save(training).err();
         }
-        continues && failure.is_none()
+        failure.is_none()
     });
+    if ended == TrainingOutcome::Stopped && failure.is_none() && training.epoch() > 0 {
+        failure = save(&training).err();
+    }
     if let Some(error) = failure {
         return Err(io(error));
     }
@@ -141,9 +146,10 @@ fn resume(
     config: &ModelConfig,
     settings: &TrainConfig,
     tools: &[ToolKind],
+    stop: &Stop,
 ) -> Result<Training> {
     let origin_of = |source| DynamicsError::File { origin: origin.to_owned(), source };
-    let training = Training::resume(&TensorFile::from_bytes(bytes).map_err(origin_of)?, origin)?;
+    let training = Training::resume(&TensorFile::from_bytes(bytes).map_err(origin_of)?, origin, stop)?;
     let model = training.model();
     let same = model.config() == config
         && model.provenance().training == *settings
@@ -173,7 +179,8 @@ mod tests {
         let path = folder.path().join("task.json");
         std::fs::write(&path, "{}").unwrap();
         let settings = TrainConfig { epochs: 1, observations: 1, ..TrainConfig::default() };
-        let outcome = train_to_file(&path, ModelConfig::default(), settings, &[ToolKind::Box], "", |_| true);
+        let outcome =
+            train_to_file(&path, ModelConfig::default(), settings, &[ToolKind::Box], "", &Stop::default(), |_| ());
         assert!(outcome.unwrap_err().to_string().contains("is not a dynamics model"));
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "{}");
     }
@@ -183,7 +190,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let train = |path: &Path| {
             let (config, settings) = (ModelConfig::default(), TrainConfig::default());
-            train_to_file(path, config, settings, &[ToolKind::Box], "test", |_| panic!("it trains"))
+            train_to_file(path, config, settings, &[ToolKind::Box], "test", &Stop::default(), |_| panic!("it trains"))
         };
         assert!(matches!(train(folder.path()), Err(DynamicsError::Io { .. })));
         std::fs::write(folder.path().join("file"), "").unwrap();
@@ -196,7 +203,7 @@ mod tests {
         let path = folder.path().join("model");
         std::os::unix::fs::symlink("/dev/null", checkpoint_of(&path)).unwrap();
         let (config, settings) = (ModelConfig::default(), TrainConfig::default());
-        let trained = train_to_file(&path, config, settings, &[ToolKind::Box], "test", |_| false);
+        let trained = train_to_file(&path, config, settings, &[ToolKind::Box], "test", &Stop::default(), |_| ());
         assert!(matches!(trained, Err(DynamicsError::Io { .. })), "{trained:?}");
     }
 
@@ -208,10 +215,12 @@ mod tests {
             let config = ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() };
             let settings =
                 TrainConfig { observations: 4, validation: 2, epochs: 4, batch: 4, ..TrainConfig::default() };
-            let mut epochs = Vec::new();
-            let trained = train_to_file(path, config, settings, &[ToolKind::Box], "test", |now| {
+            let (mut epochs, stop) = (Vec::new(), Stop::default());
+            let trained = train_to_file(path, config, settings, &[ToolKind::Box], "test", &stop, |now| {
                 epochs.push(now.epoch);
-                now.epoch < last
+                if now.epoch == last {
+                    stop.request();
+                }
             });
             (trained.unwrap(), epochs)
         };

@@ -8,13 +8,20 @@ use super::error::Result;
 use super::predictor::{Errors, Predictor};
 use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::physics::{BallState, STEPS_PER_ACTION, Tool};
+use crate::stop::Stop;
 use crate::task::Task;
 
-/// The states before every action of random episodes.
-pub(super) fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec<Snapshot> {
+/// The states before every action of random episodes, unless `stop` is requested.
+pub(super) fn random_states(
+    task: &Arc<Task>,
+    episodes: usize,
+    rng: &mut ChaCha8Rng,
+    stop: &Stop,
+) -> Result<Vec<Snapshot>> {
     let mut states = Vec::new();
     let mut env = Environment::new(task.clone());
     for _ in 0..episodes.max(1) {
+        stop.check()?;
         env.reset(rng);
         while env.snapshot().end().is_none() {
             states.push(env.snapshot().clone());
@@ -23,7 +30,7 @@ pub(super) fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8
             }
         }
     }
-    states
+    Ok(states)
 }
 
 /// Whether `actions` really reach the next stage of `start`.
@@ -39,10 +46,11 @@ pub(super) fn reaches_next_stage(task: &Arc<Task>, start: &Snapshot, actions: &[
 pub(super) struct TrueScenes(Vec<(Vec<BallState>, Vec<Vec<Tool>>)>);
 
 impl TrueScenes {
-    /// Plays `sequences[i]` from `starts[i]`.
-    pub fn play(task: &Arc<Task>, starts: &[Snapshot], sequences: &[Vec<Action>]) -> Self {
+    /// Plays `sequences[i]` from `starts[i]`, unless `stop` is requested.
+    pub fn play(task: &Arc<Task>, starts: &[Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Self> {
         let mut env = Environment::new(task.clone());
         let play = |(start, actions): (&Snapshot, &Vec<Action>)| {
+            stop.check()?;
             env.restore(start);
             let (mut balls, mut tools) = (vec![start.ball()], Vec::new());
             for &action in actions {
@@ -52,9 +60,9 @@ impl TrueScenes {
                 balls.push(env.snapshot().ball());
                 tools.push(env.snapshot().world().tools().copied().collect());
             }
-            (balls, tools)
+            Ok((balls, tools))
         };
-        Self(starts.iter().zip(sequences).map(play).collect())
+        starts.iter().zip(sequences).map(play).collect::<Result<_>>().map(Self)
     }
 
     /// Errors after 1, 2, ... actions, over the rollouts that lasted that long.

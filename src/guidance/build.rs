@@ -17,28 +17,22 @@ use crate::streams::Stream;
 use crate::task::Task;
 
 /// Builds the prior of a task stage by stage. `progress` is called before each stage with its index.
-/// Returns `None` if the model [is stopped](RolloutModel::is_stopped).
 ///
 /// Each stage has its own random stream, so the work of one stage does not affect the draws of another.
 ///
 /// # Errors
-/// When the model cannot predict the task.
+/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
 pub fn build(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
     config: &GuidanceConfig,
     seed: u64,
     progress: impl FnMut(usize),
-) -> Result<Option<ActionPrior>> {
-    match build_stages(task, model, config, seed, progress) {
-        Ok((prior, _)) => Ok(Some(prior)),
-        Err(DynamicsError::Stopped) => Ok(None),
-        Err(error) => Err(error),
-    }
+) -> Result<ActionPrior> {
+    Ok(build_stages(task, model, config, seed, progress)?.0)
 }
 
-/// Like [`build`], but returns an error when the model is stopped. Also returns the start states of the last
-/// stage.
+/// Like [`build`]. Also returns the start states of the last stage.
 pub(super) fn build_stages(
     task: &Arc<Task>,
     model: &dyn RolloutModel,

@@ -170,7 +170,7 @@ fn more_rollouts_are_made_if_few_reach_a_stage() {
         [(0, 1000, (50, 1)), (1, 1000, (50, 1)), (3, 1000, (150, 3)), (3, 60, (100, 2)), (3, 1, (50, 1))]
     {
         let config = GuidanceConfig { model_rollouts: 50, least_hits, most_model_rollouts, ..Default::default() };
-        let prior = build(&task, &OneInABatch, &config, 0, |_| ()).unwrap().unwrap();
+        let prior = build(&task, &OneInABatch, &config, 0, |_| ()).unwrap();
         let stage = &prior.stages[0];
         assert_eq!((stage.model_rollouts, stage.model_hits), expected, "{least_hits} {most_model_rollouts}");
     }
@@ -202,7 +202,7 @@ fn rollouts_become_longer_while_none_reaches_a_stage() {
     ] {
         let config =
             GuidanceConfig { model_rollouts: 50, most_model_rollouts: 100, longest_horizon, ..Default::default() };
-        let prior = build(&task, &Slow(needed), &config, 0, |_| ()).unwrap().unwrap();
+        let prior = build(&task, &Slow(needed), &config, 0, |_| ()).unwrap();
         let stage = &prior.stages[0];
         let found = (prior.horizon(0), stage.model_rollouts, stage.model_hits);
         assert_eq!(found, (horizon, rollouts, hits), "{needed} {longest_horizon}");
@@ -374,7 +374,7 @@ fn a_stage_is_explored_from_where_the_previous_one_was_reached() {
         let config =
             GuidanceConfig { start_states, model_rollouts: 200, environment_rollouts: 40, ..GuidanceConfig::default() };
         let model = Observed::default();
-        build(&task, &model, &config, 1, |_| ()).unwrap().unwrap();
+        build(&task, &model, &config, 1, |_| ()).unwrap();
         model.0.into_inner().unwrap()
     };
     let reached = stages(StartStates::Reached);
@@ -397,7 +397,7 @@ fn a_prior_records_the_numbers_of_rollouts_and_hits() {
     };
     let mut asked = Vec::new();
     let progress = |stage| asked.push(stage);
-    let prior = build(&task, &TruePhysics, &config, 1, progress).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, progress).unwrap();
     assert_eq!(asked, [0, 1]);
     let [first, last] = &prior.stages[..] else { panic!("two stages") };
     for stage in [first, last] {
@@ -434,7 +434,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
 fn true_physics_guides_better_than_chance() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig { model_rollouts: 300, environment_rollouts: 40, ..GuidanceConfig::default() };
-    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap();
     let reached = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -460,7 +460,7 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
         "the same seed, the same proposal"
     );
     let task = Arc::new(Task { subgoals, ..task });
-    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap();
     let goals = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -485,7 +485,7 @@ struct Pieces<'a> {
 
 impl RolloutModel for Pieces<'_> {
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-        if self.stop_in == Some(self.pieces.fetch_add(1, Ordering::Relaxed)) {
+        if self.stop_in == Some(self.pieces.fetch_add(1, Ordering::AcqRel)) {
             self.stop.request();
         }
         self.model.rollouts(starts, sequences)
@@ -511,9 +511,10 @@ fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
         let pieces = Pieces { model, stop: &stop, stop_in: Some(0), pieces: AtomicUsize::new(0) };
         let stopped = InterruptibleModel::new(&pieces, &stop);
         assert!(matches!(stopped.rollouts(&starts, &sequences), Err(DynamicsError::Stopped)));
-        assert_eq!(pieces.pieces.load(Ordering::Relaxed), 1, "it went on after the first piece");
+        assert_eq!(pieces.pieces.load(Ordering::Acquire), 1, "it went on after the first piece");
         let config = GuidanceConfig::default();
-        assert!(build(&task, &stopped, &config, 0, |_| ()).unwrap().is_none());
+        let built = build(&task, &stopped, &config, 0, |_| ());
+        assert!(matches!(built, Err(DynamicsError::Stopped)));
         let plan = plan(&stopped, env.snapshot(), &PlannerConfig::default(), &mut rng);
         assert!(matches!(plan, Err(DynamicsError::Stopped)));
         let proposed = propose_subgoals(&task, &stopped, 1, &config, 0);

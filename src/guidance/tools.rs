@@ -28,11 +28,10 @@ type Drawn = (usize, Vec<Choice>);
 /// out; those whose tool a ball touched in a rollout that reached the stage are clustered. The next stage starts from
 /// the final states of real rollouts: with the true physics, of the same rollouts; with a model, of as many as
 /// [`environment_rollouts`](GuidanceConfig::environment_rollouts) allows, repeated in the environment, first those
-/// predicted to reach the stage. `progress` is called before each stage with its index. Returns `None` once `stop` is
-/// requested.
+/// predicted to reach the stage. `progress` is called before each stage with its index.
 ///
 /// # Errors
-/// When the model cannot predict the task or one of the tools.
+/// When the model cannot predict the task or one of the tools, or `stop` is requested.
 pub fn build_with_tools(
     task: &Arc<Task>,
     tools: ToolSplit,
@@ -41,7 +40,7 @@ pub fn build_with_tools(
     seed: u64,
     mut progress: impl FnMut(usize),
     stop: &Stop,
-) -> Result<Option<ActionPrior>> {
+) -> Result<ActionPrior> {
     let numbers = tools.tools();
     // Rollouts ignore observations, so they need no slots.
     let set = ActionSet::of_catalogue(&numbers);
@@ -54,7 +53,7 @@ pub fn build_with_tools(
         progress(stage);
         let mut rng = Stream::PriorStage(stage).of(seed);
         let drawn = draw(config, starts.len(), numbers.len(), &mut rng);
-        let Some(rolled) = roll_out(&env, model, &starts, &drawn, stop)? else { return Ok(None) };
+        let rolled = roll_out(&env, model, &starts, &drawn, stop)?;
         let mut built = stage_prior(&drawn, &rolled, &numbers, config, &rng)?;
         let hits: Vec<bool> = rolled.iter().map(|rollout| rollout.hit).collect();
         let real: Option<Vec<Snapshot>> = rolled.into_iter().map(|rollout| rollout.end).collect();
@@ -64,7 +63,7 @@ pub fn build_with_tools(
             None => {
                 let allowed = config.environment_rollouts.div_ceil(stages - 1);
                 let chosen = likeliest(drawn, &hits, allowed);
-                let Some(played) = roll_out(&env, &TruePhysics, &starts, &chosen, stop)? else { return Ok(None) };
+                let played = roll_out(&env, &TruePhysics, &starts, &chosen, stop)?;
                 let ends: Vec<Snapshot> = played.into_iter().filter_map(|rollout| rollout.end).collect();
                 built.environment_rollouts = ends.len();
                 built.environment_hits = ends.iter().filter(|end| is_unfinished(end) && end.stage() > stage).count();
@@ -79,7 +78,7 @@ pub fn build_with_tools(
             starts = next;
         }
     }
-    Ok(Some(prior))
+    Ok(prior)
 }
 
 fn is_unfinished(end: &Snapshot) -> bool {
@@ -100,24 +99,22 @@ fn draw(config: &GuidanceConfig, starts: usize, tools: usize, rng: &mut ChaCha8R
     (0..config.model_rollouts).map(one).collect()
 }
 
-/// Makes the drawn rollouts with a model. Returns `None` once `stop` is requested.
+/// Makes the drawn rollouts with a model, unless `stop` is requested.
 fn roll_out(
     env: &Environment,
     model: &dyn ToolModel,
     starts: &[Snapshot],
     drawn: &[Drawn],
     stop: &Stop,
-) -> Result<Option<Vec<ToolRollout>>> {
+) -> Result<Vec<ToolRollout>> {
     let mut rolled = Vec::with_capacity(drawn.len());
     for piece in drawn.chunks(ROLLOUTS_PER_STOP_CHECK) {
-        if stop.is_requested() {
-            return Ok(None);
-        }
+        stop.check()?;
         let from: Vec<&Snapshot> = piece.iter().map(|(start, _)| &starts[*start]).collect();
         let sequences: Vec<Vec<Choice>> = piece.iter().map(|(_, choices)| choices.clone()).collect();
         rolled.extend(model.tool_rollouts(env, &from, &sequences)?);
     }
-    Ok(Some(rolled))
+    Ok(rolled)
 }
 
 /// Clusters a stage's rewarding actions.
@@ -172,7 +169,7 @@ mod tests {
         let task = Arc::new(crate::task::load("create/GoalTest").unwrap());
         let build = || {
             let prior = build_with_tools(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &Stop::default());
-            prior.unwrap().unwrap()
+            prior.unwrap()
         };
         let prior = build();
         assert_eq!(prior, build());
@@ -198,8 +195,8 @@ mod tests {
         let (model, task) = (learned(), Arc::new(task));
         let config = GuidanceConfig { model_rollouts: 600, environment_rollouts: 40, ..GuidanceConfig::default() };
         let build = || build_with_tools(&task, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
-        let prior = build().unwrap().unwrap();
-        assert_eq!(prior, build().unwrap().unwrap());
+        let prior = build().unwrap();
+        assert_eq!(prior, build().unwrap());
         assert_eq!(prior.model, "create");
         let stage = &prior.stages[0];
         assert!(stage.model_hits > 0 && !stage.tools.is_empty(), "{} hits", stage.model_hits);
@@ -228,8 +225,8 @@ mod tests {
             learning_rate: 3e-3,
             ..TrainConfig::default()
         };
-        let mut training = Training::new(config, settings, tools.kinds(), "test").unwrap();
-        training.run(|_, _| true);
+        let mut training = Training::new(config, settings, tools.kinds(), "test", &Stop::default()).unwrap();
+        training.run(&Stop::default(), |_, _| true);
         training.model().clone()
     }
 
@@ -245,6 +242,6 @@ mod tests {
         let (task, stop) = (Arc::new(crate::task::load("create/Push").unwrap()), Stop::default());
         stop.request();
         let prior = build_with_tools(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &stop);
-        assert_eq!(prior.unwrap(), None);
+        assert!(matches!(prior, Err(crate::dynamics::DynamicsError::Stopped)));
     }
 }

@@ -7,6 +7,7 @@ use crate::dynamics::DynamicsError;
 use crate::figures::FigureError;
 use crate::json::SyntaxError;
 use crate::stats::StatsError;
+use crate::stop::Stopped;
 use crate::task::TaskError;
 use crate::trainer::{PriorError, TrainingError};
 
@@ -84,7 +85,21 @@ impl PuzzleError {
     }
 }
 
-impl JobError for PuzzleError {}
+impl From<Stopped> for PuzzleError {
+    fn from(stopped: Stopped) -> Self {
+        Self::Dynamics(stopped.into())
+    }
+}
+
+impl JobError for PuzzleError {
+    fn is_stopped(&self) -> bool {
+        match self {
+            Self::Dynamics(DynamicsError::Stopped) | Self::Training(TrainingError::Stopped) => true,
+            Self::Prior(error) => error.is_stopped(),
+            _ => false,
+        }
+    }
+}
 
 /// The outputs of the finished jobs, and the number of interrupted ones.
 ///

@@ -9,11 +9,10 @@ use rand_chacha::ChaCha8Rng;
 use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle, Split};
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
-use crate::dynamics::DynamicsError;
 use crate::env::Environment;
 use crate::guidance::{self, GuidanceConfig, InterruptibleModel, TruePhysics, propose_subgoals};
 use crate::physics::ToolKind;
-use crate::stop::Stop;
+use crate::stop::{Stop, Stopped};
 use crate::streams::Stream;
 use crate::study::hits::{FixedPolicy, Guided, Uniform, play};
 use crate::task::{self, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION};
@@ -87,15 +86,14 @@ pub fn generate(
     }
 }
 
-/// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it. None
-/// if the search was stopped.
+/// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it.
 ///
 /// # Errors
-/// When guidance fails.
-pub fn random_puzzle(seed: u64, stop: &Stop) -> Result<Option<Task>, PuzzleError> {
+/// When guidance fails, or `stop` is requested.
+pub fn random_puzzle(seed: u64, stop: &Stop) -> Result<Task, PuzzleError> {
     let index = Index::new(seed, Split::Train, START_NOISE);
     let search = Search { number: 0, index: &index, criteria: &Criteria::default() };
-    Ok(search.find(&mut search.rng(), stop)?.map(|(task, _)| Arc::unwrap_or_clone(task)))
+    Ok(Arc::unwrap_or_clone(search.find(&mut search.rng(), stop)?.0))
 }
 
 /// The search for one puzzle: draws layouts until one is accepted.
@@ -127,40 +125,34 @@ impl<'a> Search<'a> {
     fn search(&self, folder: &Path, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
         handle.report(self.name());
         let mut rng = self.rng();
-        let Some((task, mut puzzle)) = self.find(&mut rng, handle.stop())? else { return Ok(None) };
+        let (task, mut puzzle) = self.find(&mut rng, handle.stop())?;
         // Other episodes than those by which the puzzle was chosen, which have few goals for that reason.
-        let random = play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop());
-        let Some((episodes, goals)) = random else { return Ok(None) };
-        (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
+        (puzzle.random_episodes, puzzle.random_goals) =
+            play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop())?;
         task::save(&task, &puzzle.path(folder))?;
         Ok(Some(puzzle))
     }
 
     /// Draws layouts until one is accepted; returns it with its row of the index, which lacks the random hit rate.
-    fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<Option<(Arc<Task>, Puzzle)>, PuzzleError> {
-        while !stop.is_requested() {
+    fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<(Arc<Task>, Puzzle), PuzzleError> {
+        loop {
+            stop.check()?;
             let layout = layout(&self.name(), self.index.start_noise, rng);
             let seed = rng.r#gen();
             if layout.validate().is_err() {
                 continue;
             }
             let task = Arc::new(layout);
-            let judged = match self.judge(&task, seed, stop) {
-                Err(PuzzleError::Dynamics(DynamicsError::Stopped)) => break,
-                judged => judged?,
-            };
-            if let Some(puzzle) = judged {
-                return Ok(Some((task, puzzle)));
+            if let Some(puzzle) = self.judge(&task, seed, stop)? {
+                return Ok((task, puzzle));
             }
         }
-        Ok(None)
     }
 
     /// Judges a layout: returns the puzzle without its random hit rate, or None if it is too easy or too hard.
     fn judge(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Puzzle>, PuzzleError> {
         let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
-        let is_easy =
-            |episodes| Ok::<_, DynamicsError>(successes(task, &mut Uniform, episodes, seed, stop)?.0 > most_random);
+        let is_easy = |episodes| Ok::<_, Stopped>(successes(task, &mut Uniform, episodes, seed, stop)?.0 > most_random);
         let first = FIRST_LOOK.min(episodes);
         if is_easy(first)? {
             return Ok(None);
@@ -169,9 +161,7 @@ impl<'a> Search<'a> {
         let model = InterruptibleModel::new(&TruePhysics, stop);
         let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed)?;
         let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
-        let Some(prior) = guidance::build(&staged, &model, &config, seed, |_| ())? else {
-            return Ok(None);
-        };
+        let prior = guidance::build(&staged, &model, &config, seed, |_| ())?;
         let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);
         // Far fewer successes than expected in the first check mean too few in total.
         let expected = least_guided as f32 * first as f32 / episodes as f32;
@@ -245,9 +235,9 @@ fn successes(
     episodes: u32,
     seed: u64,
     stop: &Stop,
-) -> Result<(u32, Option<u32>), DynamicsError> {
+) -> Result<(u32, Option<u32>), Stopped> {
     let (mut played, mut goals, mut fewest) = (0, 0, None);
-    let is_whole = play(task, policy, seed, stop, |env| {
+    play(task, policy, seed, stop, |env| {
         played += 1;
         if env.snapshot().goal_reached() {
             goals += 1;
@@ -255,19 +245,19 @@ fn successes(
             fewest = Some(fewest.map_or(actions, |least: u32| least.min(actions)));
         }
         played < episodes
-    });
-    if is_whole { Ok((goals, fewest)) } else { Err(DynamicsError::Stopped) }
+    })?;
+    Ok((goals, fewest))
 }
 
 /// Plays at random until at least `actions` actions are taken; returns the numbers of episodes, and of those
-/// that reached the goal. None if it was stopped before.
-fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Option<(u64, u64)> {
+/// that reached the goal.
+fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Result<(u64, u64), Stopped> {
     let (mut taken, mut episodes, mut goals) = (0, 0, 0);
-    let is_whole = play(task, &mut Uniform, seed, stop, |env: &Environment| {
+    play(task, &mut Uniform, seed, stop, |env: &Environment| {
         taken += u64::from(env.snapshot().actions());
         episodes += 1;
         goals += u64::from(env.snapshot().goal_reached());
         taken < actions
-    });
-    is_whole.then_some((episodes, goals))
+    })?;
+    Ok((episodes, goals))
 }

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle};
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
-use crate::dynamics::DynamicsError;
 use crate::guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
 use crate::task;
 use crate::trainer::{PriorSource, rollout_model};
@@ -111,10 +110,7 @@ impl<'a> Proposal<'a> {
         if let Some(model) = rollout_model(&self.search.model, &puzzle)? {
             let config = GuidanceConfig::default();
             let model = InterruptibleModel::new(&*model, handle.stop());
-            puzzle.subgoals = match choose_subgoals(&puzzle, &model, self.search.subgoals, &config, 0, |_| ()) {
-                Err(DynamicsError::Stopped) => return Ok(None),
-                found => found?.subgoals,
-            };
+            puzzle.subgoals = choose_subgoals(&puzzle, &model, self.search.subgoals, &config, 0, |_| ())?.subgoals;
         }
         task::save(&puzzle, &self.to)?;
         Ok(Some(()))

@@ -1,12 +1,12 @@
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
 use crate::batch::Batch;
 use crate::evidence::LearningRow;
 use crate::stats::Bootstrap;
 use crate::stats::efficiency::Efficiency;
+use crate::stop::Stop;
 use crate::sweep::Sweep;
 use crate::task;
 use crate::trainer::{Method, Observation, PriorSource, RunConfig, Training};
@@ -15,7 +15,7 @@ use crate::trainer::{Method, Observation, PriorSource, RunConfig, Training};
 const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
 
 fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, PuzzleError> {
-    let interrupt = AtomicBool::new(false);
+    let interrupt = Stop::default();
     generate(index, count, &CRITERIA, folder, &Batch { threads, interrupt: &interrupt }, &mut |_| {})
 }
 
@@ -65,7 +65,7 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
         seeds: 2,
         settings: vec![("ddpg.gamma".to_owned(), "0.9".to_owned())],
     };
-    let interrupt = AtomicBool::new(false);
+    let interrupt = Stop::default();
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let wrong = BenchPlan { settings: vec![("prior".to_owned(), "true".to_owned())], ..plan.clone() };
     assert!(matches!(wrong.sweep(&[]), Err(PuzzleError::SettingOfOption(key)) if key == "prior"));
@@ -90,7 +90,7 @@ fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
         evaluations: 4,
         seed: 0,
     };
-    let interrupt = AtomicBool::new(false);
+    let interrupt = Stop::default();
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let out = folder.path().join("transfer");
     let play = |plan: &TransferPlan| transfer(plan, &index, &out, &batch, &mut |_| {});
@@ -117,7 +117,7 @@ fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
     assert!(matches!(play(&plan(config.clone())), Err(PuzzleError::OtherPuzzle { path }) if path == staged));
     changed.rules.start_noise = 0.01;
     task::save(&changed, &file).unwrap();
-    interrupt.store(true, Ordering::Relaxed);
+    interrupt.request();
     let outcome = play(&plan(config));
     assert!(matches!(outcome, Err(PuzzleError::TransferInterrupted { done: 0, jobs: 1 })), "{outcome:?}");
 }
@@ -175,7 +175,8 @@ fn puzzle(number: u64, actions_needed: u32) -> Puzzle {
 #[test]
 fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
     let folder = tempfile::tempdir().unwrap();
-    let interrupt = AtomicBool::new(true);
+    let interrupt = Stop::default();
+    interrupt.request();
     let index = Index::new(1, Split::Test, 0.0);
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let outcome = generate(&index, 3, &CRITERIA, folder.path(), &batch, &mut |_| {});

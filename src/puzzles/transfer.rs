@@ -13,6 +13,7 @@ use super::results::{GROUPS, SOLVED, group_of, write_report};
 use crate::agent::Ddpg;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::markdown;
+use crate::stop::{Pieces, Stop, Stopped};
 use crate::streams::Stream;
 use crate::task::{self, Task};
 use crate::trainer::{Observation, RunConfig, Training, build_prior, greedy_episode};
@@ -92,7 +93,7 @@ pub fn transfer(
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Job::new(name.clone(), 1, move |handle: &JobHandle| {
             handle.report(format!("training on {name}"));
-            plan.play(name.clone(), &file, handle)
+            plan.play(name.clone(), &file, handle).map(Some)
         })
     };
     let jobs: Vec<_> = files.into_iter().map(job).collect();
@@ -104,19 +105,14 @@ pub fn transfer(
 }
 
 impl TransferPlan {
-    /// Plays one puzzle; None if it was interrupted.
-    fn play(&self, puzzle: String, file: &Path, handle: &JobHandle) -> Result<Option<TransferRow>, PuzzleError> {
+    /// Plays one puzzle.
+    fn play(&self, puzzle: String, file: &Path, handle: &JobHandle) -> Result<TransferRow, PuzzleError> {
         let task = Arc::new(task::load(&file.display().to_string())?);
         let [trained, new] = self.trainings(&task, handle)?;
         let task = trained.config().played(&task);
-        let Some(at_once) = self.success(&task, trained.ddpg(), handle) else { return Ok(None) };
-        let success_after = |training: Training| -> Result<Option<f64>, PuzzleError> {
-            let agent = self.train(training, handle)?;
-            Ok(agent.and_then(|agent| self.success(&task, &agent, handle)))
-        };
-        let Some(after) = success_after(trained)? else { return Ok(None) };
-        let Some(from_scratch) = success_after(new)? else { return Ok(None) };
-        Ok(Some(TransferRow { puzzle, at_once, after, from_scratch }))
+        let at_once = self.success(&task, trained.ddpg(), handle.stop())?;
+        let success_after = |training| self.success(&task, &self.train(training, handle.stop())?, handle.stop());
+        Ok(TransferRow { puzzle, at_once, after: success_after(trained)?, from_scratch: success_after(new)? })
     }
 
     /// The training on a puzzle with the agent, and that with a new agent.
@@ -126,7 +122,7 @@ impl TransferPlan {
         // The episodes are all that the agent learns from on this puzzle.
         config.practice.rollouts = 0;
         let prior = match config.is_guided() {
-            true => build_prior(&config, |_| (), handle.stop())?.map(Arc::new),
+            true => Some(Arc::new(build_prior(&config, |_| (), handle.stop())?)),
             false => None,
         };
         let new = Training::new(config, prior)?;
@@ -135,29 +131,29 @@ impl TransferPlan {
         Ok([trained, new])
     }
 
-    /// The agent at the end of a training; None if it was interrupted.
-    fn train(&self, mut training: Training, handle: &JobHandle) -> Result<Option<Ddpg>, PuzzleError> {
+    /// The agent at the end of a training.
+    fn train(&self, mut training: Training, stop: &Stop) -> Result<Ddpg, PuzzleError> {
+        let mut pieces = Pieces::default();
         while !training.is_finished() {
-            if handle.is_stopped() {
-                return Ok(None);
-            }
-            training.run_episode()?;
-            training.refine()?;
+            stop.check()?;
+            pieces.is_slow |= training.may_take_longer();
+            let episode = |training: &mut Training, _: &Stop| {
+                Some(training.run_episode().and_then(|_| training.refine()).map(drop))
+            };
+            pieces.run(&mut training, stop, episode).ok_or(Stopped)??;
         }
-        Ok(Some(training.ddpg().clone()))
+        Ok(training.ddpg().clone())
     }
 
-    /// The share of greedy episodes that reach the goal; None if it was interrupted.
-    fn success(&self, task: &Arc<Task>, agent: &Ddpg, handle: &JobHandle) -> Option<f64> {
+    /// The share of greedy episodes that reach the goal.
+    fn success(&self, task: &Arc<Task>, agent: &Ddpg, stop: &Stop) -> Result<f64, PuzzleError> {
         let (mut rng, mut goals) = (Stream::Evaluation.of(self.seed), 0u32);
         for _ in 0..self.evaluations {
-            if handle.is_stopped() {
-                return None;
-            }
+            stop.check()?;
             let trace = greedy_episode(task, self.config.observation, None, agent, &mut rng);
             goals += u32::from(trace.reached_goal());
         }
-        Some(f64::from(goals) / f64::from(self.evaluations))
+        Ok(f64::from(goals) / f64::from(self.evaluations))
     }
 }
 

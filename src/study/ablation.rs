@@ -231,10 +231,9 @@ fn model_job<'a>(
         }
         let path = folder.path(&format!("models/{name}.safetensors"));
         let (config, training) = (variant.apply(plan.model.clone()), TrainConfig { seed, ..plan.training.clone() });
-        let trained = train_to_file(&path, config, training, tools, command, |now| {
+        let trained = train_to_file(&path, config, training, tools, command, handle.stop(), |now| {
             handle.set_done(count * u64::from(now.epoch));
             handle.report(format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
-            !handle.is_stopped()
         })?;
         if trained.ended == TrainingOutcome::Stopped {
             return Ok(None);
@@ -243,11 +242,9 @@ fn model_job<'a>(
         if failure.is_some() {
             trained.model().save(&path)?;
         }
-        let evaluation = evaluate(trained.model(), &plan.tasks, &plan.evaluation, &mut |now| {
+        let evaluation = evaluate(trained.model(), &plan.tasks, &plan.evaluation, handle.stop(), &mut |now| {
             handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
-            !handle.is_stopped()
         })?;
-        let Some(evaluation) = evaluation else { return Ok(None) };
         let ablated = Ablated { variant, seed, failure, evaluation };
         folder.write_json(&file, &ablated)?;
         trained.remove_checkpoint();
@@ -345,10 +342,9 @@ impl AblationReport {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
-
     use super::*;
     use crate::figures::DEFAULT_DPI;
+    use crate::stop::Stop;
     use crate::task;
 
     fn plan() -> AblationPlan {
@@ -369,7 +365,7 @@ mod tests {
         folder: &Path,
         on_progress: &mut dyn FnMut(&BatchProgress<'_>),
     ) -> Result<AblationReport, StudyError> {
-        let interrupt = AtomicBool::new(false);
+        let interrupt = Stop::default();
         ablation(plan, folder, "test", DEFAULT_DPI, &Batch { threads, interrupt: &interrupt }, on_progress)
     }
 

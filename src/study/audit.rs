@@ -57,29 +57,28 @@ fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [HitCounts; EXPLOR
     Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {
         handle.report(name.clone());
         let stop = handle.stop();
-        let Some(uniform) = count_hits(task, &mut Uniform, episodes, seed, stop) else { return Ok(None) };
+        let uniform = count_hits(task, &mut Uniform, episodes, seed, stop)?;
         handle.set_done(u64::from(episodes));
         let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
-        let Some(actor) = count_hits(task, &mut actor, episodes, seed, stop) else { return Ok(None) };
+        let actor = count_hits(task, &mut actor, episodes, seed, stop)?;
         handle.set_done(2 * u64::from(episodes));
         let model = InterruptibleModel::new(&TruePhysics, stop);
         let prior = guidance::build(task, &model, &GuidanceConfig::default(), seed, |_| ())?;
-        let guided = prior.and_then(|prior| count_hits(task, &mut Guided(&prior), episodes, seed, stop));
-        Ok(guided.map(|guided| [uniform, actor, guided]))
+        let guided = count_hits(task, &mut Guided(&prior), episodes, seed, stop)?;
+        Ok(Some([uniform, actor, guided]))
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
-
     use super::*;
+    use crate::stop::Stop;
     use crate::task;
 
     #[test]
     fn random_play_hardly_solves_the_tasks_and_truly_guided_play_does() {
         let tasks: Vec<Arc<Task>> = task::shipped().into_iter().map(Arc::new).collect();
-        let interrupt = AtomicBool::new(false);
+        let interrupt = Stop::default();
         let rows = audit(&tasks, 200, 1, &Batch { threads: 2, interrupt: &interrupt }, &mut |_| {}).unwrap();
         assert_eq!(rows.len(), EXPLORATIONS.len() * tasks.len());
         for rows in rows.chunks(EXPLORATIONS.len()) {

@@ -7,6 +7,7 @@ use crate::dynamics::DynamicsError;
 use crate::figures::FigureError;
 use crate::run::RunError;
 use crate::stats::StatsError;
+use crate::stop::Stopped;
 use crate::trainer::{PriorError, SettingError, TrainerError};
 use crate::validation::ValidationError;
 
@@ -74,6 +75,20 @@ impl JobError for StudyError {
     fn is_in_use(&self) -> bool {
         let Self::Training { source, .. } = self else { return false };
         matches!(&**source, TrainerError::Run(RunError::InUse { .. }))
+    }
+
+    fn is_stopped(&self) -> bool {
+        match self {
+            Self::Dynamics(DynamicsError::Stopped) | Self::Interrupted => true,
+            Self::Prior(error) => error.is_stopped(),
+            _ => false,
+        }
+    }
+}
+
+impl From<Stopped> for StudyError {
+    fn from(_: Stopped) -> Self {
+        Self::Interrupted
     }
 }
 

@@ -17,6 +17,7 @@ use crate::figures::{
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
 use crate::stats::{Bootstrap, Estimate, StatsError};
+use crate::stop::{Stop, Stopped};
 use crate::streams::Stream;
 use crate::task::{Form, Task, ToolSpec};
 
@@ -24,10 +25,10 @@ use crate::task::{Form, Task, ToolSpec};
 const SHOWN_LAUNCHES: usize = 24;
 
 /// Figure 1: launches at tools of about the default size.
-pub(super) fn launches(plan: &StudyPlan) -> Launches {
+pub(super) fn launches(plan: &StudyPlan, stop: &Stop) -> Result<Launches, Stopped> {
     let tool = |kind: ToolKind| {
         let TrainConfig { observations, seed, .. } = plan.model_training;
-        let launches = collect(kind, Variety::Sizes, observations, Split::Training, seed);
+        let launches = collect(kind, Variety::Sizes, observations, Split::Training, seed, stop)?;
         // Trajectories are drawn relative to their tool, so that one tool represents all.
         let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
         let trajectory = |launch: &&Launch| {
@@ -37,14 +38,14 @@ pub(super) fn launches(plan: &StudyPlan) -> Launches {
             launch.states.iter().map(at_centre).collect()
         };
         let form = Form { size: shown.first().map(|launch| launch.tool.size), ..Form::default() };
-        ToolLaunches {
+        Ok(ToolLaunches {
             tool: ToolSpec { kind, position: [0.0, 0.0], form },
             ball_radius: Ball::default().radius,
             trajectories: shown.iter().map(trajectory).collect(),
             observations: launches.len(),
-        }
+        })
     };
-    Launches { tools: ToolKind::PAPER.into_iter().map(tool).collect() }
+    Ok(Launches { tools: ToolKind::PAPER.into_iter().map(tool).collect::<Result<_, _>>()? })
 }
 
 /// The launches whose tools are closest in size to `size`.

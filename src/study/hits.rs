@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::agent::{Ddpg, DdpgConfig, OrnsteinUhlenbeck};
 use crate::env::{Action, Environment, observation_len, uniform_action};
 use crate::guidance::ActionPrior;
-use crate::stop::Stop;
+use crate::stop::{Stop, Stopped};
 use crate::streams::Stream;
 use crate::task::Task;
 use crate::validation::ValidationError;
@@ -83,54 +83,56 @@ impl FixedPolicy for ActorNoise {
     }
 }
 
-/// Plays episodes until `keep_going`, called with the environment after each of them, returns false. Returns false if
-/// `stop` was requested first.
+/// Plays episodes until `keep_going`, called with the environment after each of them, returns false.
+///
+/// # Errors
+/// When `stop` is requested first.
 pub fn play(
     task: &Arc<Task>,
     policy: &mut impl FixedPolicy,
     seed: u64,
     stop: &Stop,
     mut keep_going: impl FnMut(&Environment) -> bool,
-) -> bool {
+) -> Result<(), Stopped> {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
     loop {
         env.reset(&mut rng);
         policy.start_episode();
         loop {
-            if stop.is_requested() {
-                return false;
-            }
+            stop.check()?;
             let action = policy.act(&env, &mut rng);
             if env.step(action).map_or(true, |step| step.end.is_some()) {
                 break;
             }
         }
         if !keep_going(&env) {
-            return true;
+            return Ok(());
         }
     }
 }
 
-/// Plays `episodes` episodes, at least one, and counts the stages reached. None if `stop` is requested
-/// before the last one ends.
+/// Plays `episodes` episodes, at least one, and counts the stages reached.
+///
+/// # Errors
+/// When `stop` is requested before the last one ends.
 pub fn count_hits(
     task: &Arc<Task>,
     policy: &mut impl FixedPolicy,
     episodes: u32,
     seed: u64,
     stop: &Stop,
-) -> Option<HitCounts> {
+) -> Result<HitCounts, Stopped> {
     let mut hits = HitCounts { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
-    let is_whole = play(task, policy, seed, stop, |env| {
+    play(task, policy, seed, stop, |env| {
         hits.episodes += 1;
         hits.goal += u32::from(env.snapshot().goal_reached());
         for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
             *count += u32::from(*reached);
         }
         hits.episodes < episodes
-    });
-    is_whole.then_some(hits)
+    })?;
+    Ok(hits)
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::StudyError;
 use super::figures::{hits as hits_figure, launches, relative_frames};
@@ -12,15 +11,14 @@ use super::plan::{Part, PlannedRun, StudyPlan};
 use super::report::{HitRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
-use crate::dynamics::{
-    DynamicsError, Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file,
-};
+use crate::dynamics::{Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file};
 use crate::evidence::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
 use crate::evidence::{FINAL, FoundRun, Groups, LearningRow, TrainedRun, read_runs};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, InterruptibleModel, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, config_hash};
+use crate::stop::Stop;
 use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
 
@@ -92,7 +90,7 @@ struct Study<'a> {
     folder: Folder<'a>,
     command: &'a str,
     dpi: u32,
-    interrupt: &'a AtomicBool,
+    interrupt: &'a Stop,
 }
 
 /// The jobs of a study that can be created from its plan alone. Each kind needs the files written by the
@@ -163,7 +161,7 @@ impl<'a> Study<'a> {
         let plan = self.plan;
         let (bootstrap, trainings) = (plan.bootstrap(), plan.learning_seeds);
         let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
-        self.figure("figure1", 1, &launches(plan))?;
+        self.figure("figure1", 1, &launches(plan, self.interrupt)?)?;
         if let Some(task) = plan.tasks.first()
             && let Some(prior) = first_prior(task)
         {
@@ -189,9 +187,7 @@ impl<'a> Study<'a> {
 
     /// Writes a figure of the results of the first `seeds` seeds.
     fn figure(self, name: &str, seeds: u64, figure: &impl Figure) -> Result<(), StudyError> {
-        if self.interrupt.load(Ordering::Relaxed) {
-            return Err(StudyError::Interrupted);
-        }
+        self.interrupt.check()?;
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
         Ok(figure.write_all(&self.folder.path("figures"), name, &provenance, self.dpi)?)
@@ -206,10 +202,9 @@ impl<'a> Study<'a> {
             let model = match path.exists() {
                 true => Model::load(&path)?,
                 false => {
-                    let trained = self.train(&path, &tools, variant, |now| {
+                    let trained = self.train(&path, &tools, variant, handle.stop(), |now| {
                         handle.set_done(size * u64::from(now.epoch) / u64::from(now.epochs));
                         handle.report(format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
-                        !handle.is_stopped()
                     })?;
                     let Some(model) = trained else { return Ok(None) };
                     model
@@ -217,10 +212,9 @@ impl<'a> Study<'a> {
             };
             let file = format!("models/{}.json", model_name(&tools, variant));
             let evaluation = self.folder.cached(&file, || {
-                Ok(evaluate(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
+                Ok(Some(evaluate(&model, &plan.tasks, &plan.model_evaluation, handle.stop(), &mut |now| {
                     handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
-                    !handle.is_stopped()
-                })?)
+                })?))
             })?;
             Ok(evaluation.map(|evaluation| model_row(&evaluation, variant)))
         })
@@ -232,10 +226,11 @@ impl<'a> Study<'a> {
         path: &Path,
         tools: &[ToolKind],
         variant: Variant,
-        on_progress: impl FnMut(&Progress) -> bool,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
     ) -> Result<Option<Model>, StudyError> {
         let (config, settings) = (variant.apply(self.plan.model.clone()), self.plan.model_training.clone());
-        let trained = train_to_file(path, config, settings, tools, self.command, on_progress)?;
+        let trained = train_to_file(path, config, settings, tools, self.command, stop, on_progress)?;
         match &trained.ended {
             TrainingOutcome::Stopped => return Ok(None),
             TrainingOutcome::Done => trained.remove_checkpoint(),
@@ -256,7 +251,7 @@ impl<'a> Study<'a> {
             let prior = PriorSource::ModelFile(model.display().to_string());
             let config = RunConfig { prior, seed, ..RunConfig::new(task.clone()) };
             let prior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
-                Ok(build_prior(&config, |_| (), handle.stop())?)
+                Ok(Some(build_prior(&config, |_| (), handle.stop())?))
             })?;
             Ok(prior.map(|prior| (task.clone(), Arc::new(prior))))
         })
@@ -270,13 +265,13 @@ impl<'a> Study<'a> {
             handle.report(format!("hits of {name}"));
             let episodes = self.plan.hit_episodes;
             let hits = self.folder.cached(&format!("hits/{name}.json"), || {
-                Ok(match &prior {
-                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed, handle.stop()),
+                Ok(Some(match &prior {
+                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed, handle.stop())?,
                     None => {
                         let mut actor = ActorNoise::untrained(&task, &DdpgConfig::default(), seed)?;
-                        count_hits(&task, &mut actor, episodes, seed, handle.stop())
+                        count_hits(&task, &mut actor, episodes, seed, handle.stop())?
                     }
-                })
+                }))
             })?;
             Ok(hits.map(|hits| HitRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
         })
@@ -327,10 +322,7 @@ impl<'a> Study<'a> {
             // Only the uniform source has no model.
             let Some(model) = found else { return Ok(Some(Vec::new())) };
             let model = InterruptibleModel::new(&*model, handle.stop());
-            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed) {
-                Err(DynamicsError::Stopped) => Ok(None),
-                found => Ok(Some(found?)),
-            }
+            Ok(Some(propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed)?))
         })?;
         Ok(subgoals.map(|subgoals| Arc::new(Task { subgoals, ..(**task).clone() })))
     }

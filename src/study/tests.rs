@@ -1,7 +1,6 @@
 //! A small study as a whole.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::plan::StudyPlan;
 use super::report::Report;
@@ -9,6 +8,7 @@ use super::{StudyError, reproduce};
 use crate::batch::{Batch, BatchProgress};
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
 use crate::evidence::{FoundRun, LearningRow, find_runs, read_runs};
+use crate::stop::Stop;
 use crate::task;
 use crate::trainer::PriorSource;
 
@@ -43,7 +43,7 @@ fn plan() -> StudyPlan {
 fn run(
     threads: usize,
     folder: &Path,
-    interrupt: &AtomicBool,
+    interrupt: &Stop,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Report, StudyError> {
     reproduce(&plan(), folder, "mge reproduce", 20, &Batch { threads, interrupt }, on_progress)
@@ -52,7 +52,7 @@ fn run(
 #[test]
 fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let never = AtomicBool::new(false);
+    let never = Stop::default();
     let mut reports = Vec::new();
     let report = run(1, whole.path(), &never, &mut |now| reports.push((now.done, now.total))).unwrap();
     assert_eq!((report.models.len(), report.hits.len()), (1, 4));
@@ -72,10 +72,12 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     assert!(reports.is_sorted(), "{reports:?}");
 
     // Interrupted as soon as the first training has ended.
-    let interrupt = AtomicBool::new(false);
+    let interrupt = Stop::default();
     let outcome = run(1, broken.path(), &interrupt, &mut |now| {
         let a_run = std::fs::read_dir(broken.path().join("runs")).unwrap().count() > 0;
-        interrupt.fetch_or(a_run && now.ended > 0, Ordering::Relaxed);
+        if a_run && now.ended > 0 {
+            interrupt.request();
+        }
     });
     assert!(matches!(outcome, Err(StudyError::Interrupted)), "{outcome:?}");
     assert_eq!(run(3, broken.path(), &never, &mut |_| {}).unwrap(), report);

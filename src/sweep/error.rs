@@ -91,4 +91,8 @@ impl JobError for WorkError {
         let (Self::Run(error) | Self::Training(TrainerError::Run(error))) = self else { return false };
         matches!(error, RunError::InUse { .. })
     }
+
+    fn is_stopped(&self) -> bool {
+        matches!(self, Self::Dynamics(DynamicsError::Stopped))
+    }
 }

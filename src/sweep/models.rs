@@ -9,13 +9,14 @@ use super::error::WorkError;
 use super::file::{Combination, Grid};
 use crate::batch::JobHandle;
 use crate::dynamics::{
-    DynamicsError, EvaluationConfig, EvaluationProgress, LaunchErrors, ModelConfig, ToolSet, TrainConfig, TrainedModel,
+    DynamicsError, EvaluationConfig, LaunchErrors, ModelConfig, Progress, ToolSet, TrainConfig, TrainedModel,
     TrainingOutcome, canonical_tool_set, evaluate, model_name, train_to_file,
 };
 use crate::json;
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError};
 use crate::spelling::did_you_mean;
+use crate::stop::Stop;
 use crate::task;
 use crate::validation::ValidationError;
 
@@ -135,33 +136,27 @@ impl ModelJob {
             return Ok(Some(()));
         }
         let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());
-        let trained = train_to_file(&path, model, training, &self.tools, command, |now| {
-            handle.set_done(u64::from(now.epoch));
-            !handle.is_stopped()
-        })?;
+        let on_progress = |now: &Progress| handle.set_done(u64::from(now.epoch));
+        let trained = train_to_file(&path, model, training, &self.tools, command, handle.stop(), on_progress)?;
         if trained.ended == TrainingOutcome::Stopped {
             return Ok(None);
         }
         if trained.divergence().is_some() {
             trained.model().save(&path)?;
         }
-        let Some(result) = self.result(&trained, handle)? else { return Ok(None) };
+        let result = self.result(&trained, handle.stop())?;
         crate::atomic::write(&file, json::pretty(&result).as_bytes()).map_err(RunError::io("write", &file))?;
         trained.remove_checkpoint();
         Ok(Some(()))
     }
 
-    /// Evaluates the model; None if it was stopped.
-    fn result(&self, trained: &TrainedModel, handle: &JobHandle) -> Result<Option<ModelResult>, WorkError> {
-        let model = trained.model();
-        let continues = &mut |_: &EvaluationProgress| !handle.is_stopped();
-        let Some(evaluation) = evaluate(model, &task::shipped(), &self.evaluation, continues)? else {
-            return Ok(None);
-        };
+    /// Evaluates the model.
+    fn result(&self, trained: &TrainedModel, stop: &Stop) -> Result<ModelResult, WorkError> {
+        let evaluation = evaluate(trained.model(), &task::shipped(), &self.evaluation, stop, &mut |_| ())?;
         let (one_step_error, rollout_error) = evaluation.mean_errors();
         let after_an_action = |tool: &LaunchErrors| tool.errors.model.rollout.last().map(|e| e.mean);
         let actions: Vec<f64> = evaluation.launches.iter().filter_map(after_an_action).collect();
-        Ok(Some(ModelResult {
+        Ok(ModelResult {
             epochs: trained.training.epoch(),
             diverged: trained.divergence(),
             train_loss: trained.train_loss,
@@ -169,7 +164,7 @@ impl ModelJob {
             action_error: actions.iter().sum::<f64>() / actions.len().max(1) as f64,
             one_step_error,
             rollout_error,
-        }))
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sweeps from the file to the table: expansion, training, results and collection.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -12,6 +12,7 @@ use super::*;
 use crate::batch::{Batch, BatchProgress, JobHandle};
 use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
+use crate::stop::Stop;
 use crate::trainer::{Control, Phase, Trainer};
 
 /// Settings of agents that train quickly.
@@ -44,7 +45,7 @@ fn run_sweep(
     folder: &Path,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Vec<(String, String)>, SweepError> {
-    let interrupt = AtomicBool::new(false);
+    let interrupt = Stop::default();
     run(sweep, folder, &Batch { threads: 2, interrupt: &interrupt }, on_progress)
 }
 
@@ -223,8 +224,8 @@ fn a_run_that_another_process_works_on_is_waited_for() {
     let ended = AtomicUsize::new(0);
     let failures = std::thread::scope(|scope| {
         let work =
-            scope.spawn(|| run_sweep(&sweep, folder.path(), &mut |now| ended.store(now.ended, Ordering::Relaxed)));
-        while ended.load(Ordering::Relaxed) < 1 {
+            scope.spawn(|| run_sweep(&sweep, folder.path(), &mut |now| ended.store(now.ended, Ordering::Release)));
+        while ended.load(Ordering::Acquire) < 1 {
             std::thread::sleep(Duration::from_millis(2));
         }
         assert!(!work.is_finished());

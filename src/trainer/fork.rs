@@ -113,12 +113,10 @@ pub fn fork(
             || old.rollout_source() != config.rollout_source()
             || old.guidance != config.guidance;
         if config.is_guided() && (is_other || prior.is_none()) {
-            *prior = build_prior(&config.on(task), |_| (), stop)?.map(Arc::new);
+            *prior = Some(Arc::new(build_prior(&config.on(task), |_| (), stop)?));
         }
     }
-    if stop.is_requested() {
-        return Err(TrainingError::Stopped.into());
-    }
+    stop.check().map_err(TrainingError::from)?;
     let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
     Ok(branch.finish(&config, &checkpoint)?)
 }

@@ -100,41 +100,30 @@ fn tool_model(source: &PriorSource, task: &Task, tools: ToolSplit) -> Result<Opt
     Ok(Some(model))
 }
 
-/// Builds the prior of a configuration. `progress` is called with each stage's index. Soon returns `None`
-/// once `stop` is requested.
+/// Builds the prior of a configuration. `progress` is called with each stage's index.
 ///
 /// # Errors
-/// When the dynamics model cannot be used.
-pub fn build_prior(
-    config: &RunConfig,
-    progress: impl FnMut(usize),
-    stop: &Stop,
-) -> Result<Option<ActionPrior>, PriorError> {
+/// When the dynamics model cannot be used; soon after a request of `stop`, one that
+/// [says so](PriorError::is_stopped).
+pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize), stop: &Stop) -> Result<ActionPrior, PriorError> {
     let uniform = || ActionPrior::uniform(&config.task, &config.guidance, config.seed);
     if let Some(tools) = config.tools {
         let Some(model) = tool_model(&config.rollout_source(), &config.task, tools)? else {
-            return Ok(Some(uniform()));
+            return Ok(uniform());
         };
-        return Ok(guidance::build_with_tools(
-            &config.task,
-            tools,
-            &*model,
-            &config.guidance,
-            config.seed,
-            progress,
-            stop,
-        )?);
+        let RunConfig { task, guidance, seed, .. } = config;
+        return Ok(guidance::build_with_tools(task, tools, &*model, guidance, *seed, progress, stop)?);
     }
-    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else { return Ok(Some(uniform())) };
+    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else { return Ok(uniform()) };
     let model = InterruptibleModel::new(&*model, stop);
     Ok(guidance::build(&config.task, &model, &config.guidance, config.seed, progress)?)
 }
 
 /// Builds the priors of a run, one for each task; none if it is not guided. `progress` is called with the number of
-/// each stage and the number of all stages. Soon returns incomplete priors once `stop` is requested.
+/// each stage and the number of all stages.
 ///
 /// # Errors
-/// When the dynamics model cannot be used.
+/// As [`build_prior`]: priors are never incomplete.
 pub(super) fn build_priors(
     config: &RunConfig,
     progress: impl Fn(usize, usize),
@@ -146,8 +135,7 @@ pub(super) fn build_priors(
     }
     let (mut before, stages) = (0, config.tasks().map(|task| task.stage_count()).sum());
     for task in config.tasks() {
-        let prior = build_prior(&config.on(task), |stage| progress(before + stage, stages), stop)?;
-        priors.extend(prior.map(Arc::new));
+        priors.push(Arc::new(build_prior(&config.on(task), |stage| progress(before + stage, stages), stop)?));
         before += task.stage_count();
     }
     Ok(priors)

@@ -6,7 +6,6 @@ mod controls;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
 
@@ -21,7 +20,7 @@ use crate::run::{
     Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
     RunDirectory, RunError, RunWriter, checkpoint_actions,
 };
-use crate::stop::{Stop, run_abandonable};
+use crate::stop::Pieces;
 
 pub use controls::Control;
 use controls::Next;
@@ -47,6 +46,9 @@ pub enum TrainerError {
     /// There is no action prior.
     #[error(transparent)]
     Prior(#[from] PriorError),
+    /// A run of a batch was stopped by itself, and the others go on.
+    #[error("it was stopped by another process: the same command continues it")]
+    StoppedAlone,
 }
 
 /// Trains the run in `directory` to its end, from its newest checkpoint if it has one.
@@ -93,7 +95,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         best_score,
         existing,
         problems: problems.iter().map(ToString::to_string).collect(),
-        is_slow: true,
+        pieces: Pieces::default(),
         score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
         is_saved: checkpoint.is_some(),
         is_changed: false,
@@ -149,11 +151,8 @@ pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingEr
     let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
     let refined = training.refine()?;
-    let evaluation = training.config().evaluation;
-    let is_due = training.config().method.learns()
-        && evaluation.every > 0
-        && training.episode().is_multiple_of(u64::from(evaluation.every));
-    let evaluated = is_due.then(|| training.evaluate(evaluation.episodes)).transpose()?;
+    let evaluated = training.is_evaluated_after(training.episode());
+    let evaluated = evaluated.then(|| training.evaluate(training.config().evaluation.episodes)).transpose()?;
     Ok(EpisodeOutcome { record, trace, practised, refined, evaluated })
 }
 
@@ -173,8 +172,8 @@ struct RunLoop<'a> {
     existing: Vec<CheckpointName>,
     /// Checkpoints that could not be used.
     problems: Vec<String>,
-    /// The next episode may take long.
-    is_slow: bool,
+    /// Ends long episodes.
+    pieces: Pieces,
     /// Score of the networks, if they were evaluated at the latest episode.
     score: Option<f64>,
     /// A checkpoint of the latest episode is saved.
@@ -183,13 +182,6 @@ struct RunLoop<'a> {
     is_changed: bool,
 }
 
-/// After an episode that takes longer than this, the next one is run such that a stop can abandon it. The copy
-/// and the thread needed for that take a small fraction of this time.
-const SLOW_EPISODE: Duration = Duration::from_millis(100);
-/// Time for an episode to react to a stop by itself. Afterwards, for example during an update of large
-/// networks, its thread is abandoned.
-const STOP_TIMEOUT: Duration = Duration::from_millis(100);
-
 impl RunLoop<'_> {
     /// Trains from a checkpoint, or from the beginning, with new action priors.
     fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
@@ -197,12 +189,18 @@ impl RunLoop<'_> {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
                 let on_stage = |stage, stages| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-                let priors = build_priors(&config, on_stage, self.watch.stop())?;
-                if let Some(reason) = self.stop_received() {
-                    self.writer.record(&Event::Stopped { episode: 0, reason })?;
-                    return Ok(Ending::Stopped);
+                let priors = match build_priors(&config, on_stage, self.watch.stop()) {
+                    Err(error) if error.is_stopped() => None,
+                    priors => Some(priors?),
+                };
+                match (priors, self.stop_received()) {
+                    (Some(priors), None) => Training::with_priors(config, priors)?,
+                    (_, reason) => {
+                        let reason = reason.unwrap_or_else(|| "interrupted".to_owned());
+                        self.writer.record(&Event::Stopped { episode: 0, reason })?;
+                        return Ok(Ending::Stopped);
+                    }
                 }
-                Training::with_priors(config, priors)?
             }
         };
         self.run(training)
@@ -246,9 +244,12 @@ impl RunLoop<'_> {
     /// Plays an episode and records its results; records nothing if a stop abandons it.
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
-        let started = Instant::now();
-        let played = if self.is_slow { self.play_or_stop(training) } else { Some(play(training)) };
-        self.is_slow = started.elapsed() > SLOW_EPISODE;
+        self.pieces.is_slow |= training.may_take_longer();
+        let played = self.pieces.run(training, self.watch.stop(), |training, stop| {
+            training.stop_on(stop);
+            let played = play(training);
+            (!matches!(played, Err(TrainingError::Stopped))).then_some(played)
+        });
         let Some(played) = played else { return Ok(()) };
         let EpisodeOutcome { record, trace, practised, refined, evaluated } = played?;
         (self.is_saved, self.score) = (false, None);
@@ -275,25 +276,6 @@ impl RunLoop<'_> {
             self.writer.record(&event)?;
         }
         self.save_due(training)
-    }
-
-    /// Like [`play`], with a copy of the training. Returns `None` if a stop abandoned the episode; then
-    /// the training is unchanged.
-    fn play_or_stop(&self, training: &mut Training) -> Option<Result<EpisodeOutcome, TrainingError>> {
-        let stop = self.watch.stop();
-        let mut copy = training.clone();
-        copy.stop_on(stop);
-        let work = move || {
-            let played = play(&mut copy);
-            (played, copy)
-        };
-        let (played, mut after) = run_abandonable(|| stop.is_requested(), STOP_TIMEOUT, work)?;
-        if matches!(played, Err(TrainingError::Stopped)) {
-            return None;
-        }
-        after.stop_on(&Stop::default());
-        *training = after;
-        Some(played)
     }
 
     /// Writes the checkpoints that are due.
@@ -414,7 +396,7 @@ mod tests {
             best_score: None,
             existing: Vec::new(),
             problems: Vec::new(),
-            is_slow: false,
+            pieces: Pieces::default(),
             score: None,
             is_saved: false,
             is_changed: false,

@@ -171,6 +171,19 @@ impl Training {
         self.stop = stop.clone();
     }
 
+    /// Whether the policy is evaluated after this many episodes.
+    pub(super) fn is_evaluated_after(&self, episode: u64) -> bool {
+        let every = u64::from(self.config.evaluation.every);
+        self.config.method.learns() && every > 0 && episode.is_multiple_of(every)
+    }
+
+    /// Whether the next episode does what the one before it did not: an evaluation, or the first update.
+    pub fn may_take_longer(&self) -> bool {
+        let (recorded, warmup) = (self.learner.recorded(), self.config.ddpg.warmup_steps as u64);
+        let most = u64::from(self.env.task().rules.max_actions);
+        self.is_evaluated_after(self.progress.episode + 1) || (recorded < warmup && warmup <= recorded + most)
+    }
+
     /// From now on, sets `phase` during practice.
     pub(super) fn share_phase(&mut self, phase: &SharedPhase) {
         self.phase = phase.clone();
@@ -228,9 +241,7 @@ impl Training {
         // Whether all actions since the beginning of the stage were greedy.
         let mut greedy = true;
         loop {
-            if self.stop.is_requested() {
-                return Err(TrainingError::Stopped);
-            }
+            self.stop.check()?;
             if self.config.method == Method::ModelReplay {
                 states.push(self.env.snapshot().clone());
             }

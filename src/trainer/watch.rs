@@ -78,7 +78,7 @@ pub struct Watch {
 impl Watch {
     /// Requests a view; the trainer provides it after the next episode.
     pub fn request(&self) {
-        self.wanted.store(true, Ordering::Relaxed);
+        self.wanted.store(true, Ordering::Release);
     }
 
     /// Takes the requested view, if it is there.
@@ -108,7 +108,7 @@ impl Watch {
 
     /// Number of finished episodes.
     pub fn episode(&self) -> u64 {
-        self.episode.load(Ordering::Relaxed)
+        self.episode.load(Ordering::Acquire)
     }
 
     /// The action prior of the run, once there is one.
@@ -121,7 +121,7 @@ impl Watch {
     }
 
     pub(super) fn set_episode(&self, episode: u64) {
-        self.episode.store(episode, Ordering::Relaxed);
+        self.episode.store(episode, Ordering::Release);
     }
 
     pub(super) fn set_prior(&self, prior: Option<Arc<ActionPrior>>) {
@@ -130,7 +130,7 @@ impl Watch {
 
     /// Fills the slot if a view was requested; `view` is called only then.
     pub(super) fn offer(&self, view: impl FnOnce() -> LiveView) {
-        if self.wanted.swap(false, Ordering::Relaxed) {
+        if self.wanted.swap(false, Ordering::AcqRel) {
             *lock(&self.view) = Some(view());
         }
     }

@@ -70,8 +70,9 @@ pub enum ExitReason {
 pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> {
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
     let theme = Theme::from_env(|name| std::env::var(name).ok());
-    let screen = Screen::open(!options.no_mouse)?;
+    // Before the terminal is taken over: until then, a signal ends the program, which would leave it as it is.
     let (listener, wake) = Listener::start()?;
+    let screen = Screen::open(!options.no_mouse)?;
     let input = Input::new(wake);
     // The screen must outlive the app: it prints the app's final messages after restoring the terminal.
     let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::command::{Clusters, Command};
-use super::job::{CANCELLED, Reporter};
+use super::job::Reporter;
 use super::{Session, SessionError, write_file};
 use crate::guidance::{ActionPrior, GuidanceConfig};
 use crate::task::Task;
@@ -128,8 +128,7 @@ impl Session {
 fn build(config: &RunConfig, reporter: &Reporter) -> Result<ActionPrior, String> {
     let stages = config.task.stage_count();
     let on_stage = |stage| _ = reporter.progress(stage, stages);
-    let prior = build_prior(config, on_stage, reporter.stop()).map_err(|error| error.to_string())?;
-    prior.ok_or_else(|| CANCELLED.to_owned())
+    build_prior(config, on_stage, reporter.stop()).map_err(|error| error.to_string())
 }
 
 fn save(prior: &ActionPrior, path: &Path) -> Result<String, String> {

@@ -57,8 +57,8 @@ pub(crate) struct Reporter(Arc<Shared>);
 impl Reporter {
     /// Reports how much is done; false if the computation should end.
     pub fn progress(&self, done: usize, total: usize) -> bool {
-        self.0.done.store(done, Ordering::Relaxed);
-        self.0.total.store(total, Ordering::Relaxed);
+        self.0.done.store(done, Ordering::Release);
+        self.0.total.store(total, Ordering::Release);
         !self.is_cancelled()
     }
 
@@ -125,7 +125,7 @@ impl<T: Send + 'static> Job<T> {
 
     /// How much is done.
     pub fn progress(&self) -> Progress {
-        let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Relaxed));
+        let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Acquire));
         Progress { done, total }
     }
 

@@ -96,11 +96,11 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let on_progress = |now: &dynamics::Progress| {
         reporter.note(now.loss);
-        reporter.progress(now.epoch as usize, now.epochs as usize)
+        reporter.progress(now.epoch as usize, now.epochs as usize);
     };
-    let trained =
-        train_to_file(path, tools.apply(ModelConfig::default()), settings, tools.kinds(), &command, on_progress)
-            .map_err(|error| failed(&error))?;
+    let (config, stop) = (tools.apply(ModelConfig::default()), reporter.stop());
+    let trained = train_to_file(path, config, settings, tools.kinds(), &command, stop, on_progress)
+        .map_err(|error| failed(&error))?;
     if trained.ended == TrainingOutcome::Stopped {
         return Err(failed(&"stopped before its training was complete; train it again to continue"));
     }
@@ -113,10 +113,9 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
 fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String> {
     let model = dynamics::named(name).map_err(|error| error.to_string())?;
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
-    let on_progress = &mut |now: &EvaluationProgress| reporter.progress(now.done, now.total);
-    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, on_progress)
-        .map_err(|error| error.to_string())?
-        .ok_or_else(|| format!("{name}: the evaluation was stopped"))?;
+    let on_progress = &mut |now: &EvaluationProgress| _ = reporter.progress(now.done, now.total);
+    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, reporter.stop(), on_progress)
+        .map_err(|error| format!("{name}: {error}"))?;
     let launches = evaluation.launches.iter().map(|launches| {
         let (model, baseline) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
         format!("{} {:.4} ({:.4})", launches.tool, model.mean, baseline.mean)

@@ -1,7 +1,7 @@
 //! Random puzzles opened as the session's task.
 
 use super::command::{Command, Puzzle};
-use super::job::{CANCELLED, Reporter};
+use super::job::Reporter;
 use super::{Session, SessionError};
 use crate::puzzles::random_puzzle;
 use crate::task::Task;
@@ -16,10 +16,7 @@ impl Session {
         self.cancel_jobs(is_puzzle);
         let (command, seed) = (command.clone(), command.0);
         let before = self.setup.config.task.clone();
-        let work = move |reporter: &Reporter| {
-            let puzzle = random_puzzle(seed, reporter.stop()).map_err(|error| error.to_string())?;
-            puzzle.ok_or_else(|| CANCELLED.to_owned())
-        };
+        let work = move |reporter: &Reporter| random_puzzle(seed, reporter.stop()).map_err(|error| error.to_string());
         self.start_job(command.clone(), work, move |session, result| {
             let puzzle = result?;
             match session.setup.config.task == before {

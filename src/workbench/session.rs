@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::SessionError;
@@ -16,6 +15,7 @@ use super::run::RunView;
 use super::setup::Setup;
 use crate::evidence::{KnownEstimates, RunReader};
 use crate::run::{Event, RunState};
+use crate::stop;
 use crate::task::{self, Task};
 use crate::trainer::{Control, RunConfig, warnings};
 
@@ -68,7 +68,7 @@ pub struct Session {
     pub(super) journal: Journal,
     pub(super) quit: bool,
     /// Aborts all waiting once set.
-    pub(super) interrupt: Arc<AtomicBool>,
+    pub(super) interrupt: stop::Stop,
 }
 
 impl Session {
@@ -93,7 +93,7 @@ impl Session {
             estimates: Arc::default(),
             journal: Journal::default(),
             quit: false,
-            interrupt: Arc::default(),
+            interrupt: stop::Stop::default(),
         }
     }
 
@@ -334,13 +334,13 @@ impl Session {
         journal.to_script()
     }
 
-    /// Sets the flag that aborts all waiting.
-    pub fn interrupt_with(&mut self, flag: Arc<AtomicBool>) {
-        self.interrupt = flag;
+    /// From now on, `stop` aborts all waiting.
+    pub fn interrupt_with(&mut self, stop: &stop::Stop) {
+        self.interrupt = stop.clone();
     }
 
     pub(super) fn check_interrupt(&self) -> Result<(), SessionError> {
-        if self.interrupt.load(Ordering::Relaxed) { Err(SessionError::Interrupted) } else { Ok(()) }
+        self.interrupt.check().map_err(|_| SessionError::Interrupted)
     }
 
     /// Whether `quit` was given.

@@ -138,7 +138,7 @@ impl Terminal {
 
     /// Closes the terminal, as by closing its window, even if the program writes all the time.
     pub fn hang_up(&mut self) {
-        self.closing.store(true, Ordering::Relaxed);
+        self.closing.store(true, Ordering::Release);
         self.reader.take().unwrap().join().unwrap();
         *self.writer.lock().unwrap() = Box::new(std::io::sink());
         self.master = None;
@@ -218,7 +218,7 @@ fn follow(
 ) {
     let mut bytes = [0; 4096];
     while let Ok(count @ 1..) = reader.read(&mut bytes) {
-        if closing.load(Ordering::Relaxed) {
+        if closing.load(Ordering::Acquire) {
             return;
         }
         let mut written = screen.written.lock().unwrap();

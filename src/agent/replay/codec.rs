@@ -104,13 +104,12 @@ impl ReplayBuffer {
             return;
         }
         let (last, latest) = (self.capacity - 1, self.next - 1);
-        let follows =
-            self.next_observations[last].as_deref().is_some_and(|own| bits(own).eq(bits(self.observation(0))));
+        let follows = self.get(last).is_some_and(|held| bits(held.next_observation).eq(bits(self.observation(0))));
         if follows && last != latest {
-            self.next_observations[last] = None;
+            *self.next_observation_mut(last) = None;
         }
         let own = self.get(latest).map(|transition| transition.next_observation.into());
-        self.next_observations[latest] = own;
+        *self.next_observation_mut(latest) = own;
     }
 }
 

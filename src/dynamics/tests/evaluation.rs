@@ -16,21 +16,18 @@ fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U>
 fn evaluations_of_all_variants_report_every_part() {
     let settings = EvaluationConfig { launches: 20, episodes: 1, horizon: 2, hit_rollouts: 10, seed: 3 };
     let train = TrainConfig { epochs: 1, observations: 8, seed: 1, ..quick() };
-    let tools = [ToolKind::Square, ToolKind::Floor];
+    let (tools, never) = ([ToolKind::Square, ToolKind::Floor], Stop::default());
     let (mut epochs, folder) = (0, tempfile::tempdir().unwrap());
     let results = Variant::ALL.map(|variant| {
         let path = folder.path().join(variant.name());
-        let on_progress = |progress: &Progress| {
-            epochs += progress.epoch;
-            true
-        };
+        let on_progress = |progress: &Progress| epochs += progress.epoch;
         let config = variant.apply(small());
-        let trained = train_to_file(&path, config, train.clone(), &tools, "test", on_progress).unwrap();
+        let trained = train_to_file(&path, config, train.clone(), &tools, "test", &never, on_progress).unwrap();
         // A variant is an ordinary model: its file contains its configuration.
         let read = Model::load(&path).unwrap();
         assert_eq!(read.config(), &variant.apply(small()));
         assert_eq!(variant.to_string().parse(), Ok(variant));
-        evaluate(trained.model(), &task::shipped(), &settings, &mut |_| true).unwrap().unwrap()
+        evaluate(trained.model(), &task::shipped(), &settings, &Stop::default(), &mut |_| ()).unwrap()
     });
     assert_eq!(epochs, 4);
     for result in &results {
@@ -86,7 +83,7 @@ fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
 fn shipped_models_predict_better_than_the_baselines() {
     let settings = EvaluationConfig { launches: 60, episodes: 40, horizon: 1, hit_rollouts: 1, seed: 8 };
     for (name, model) in shipped_models() {
-        let evaluation = evaluate(model, &task::shipped(), &settings, &mut |_| true).unwrap().unwrap();
+        let evaluation = evaluate(model, &task::shipped(), &settings, &Stop::default(), &mut |_| ()).unwrap();
         for launch in &evaluation.launches {
             let errors = of_each(&launch.errors, |tool| tool.one_step_contact.mean);
             assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");

@@ -22,6 +22,7 @@ use super::*;
 use crate::env::{Action, Environment};
 use crate::nn::{Optimiser, OptimiserKind, TensorFile, matrix};
 use crate::physics::{BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
+use crate::stop::Stop;
 use crate::task;
 
 const TOOLS: [ToolKind; 2] = [ToolKind::Box, ToolKind::Floor];
@@ -43,7 +44,7 @@ fn quick() -> TrainConfig {
 }
 
 fn training(config: ModelConfig, train: TrainConfig) -> Training {
-    Training::new(config, train, &TOOLS, "test").unwrap()
+    Training::new(config, train, &TOOLS, "test", &Stop::default()).unwrap()
 }
 
 fn ball() -> BallState {

@@ -134,7 +134,8 @@ fn an_unseen_edge_type_is_refused() {
 #[test]
 fn a_task_with_other_physics_is_refused() {
     let tools = [ToolKind::Bucket, ToolKind::Box];
-    let training = Training::new(small(), TrainConfig { observations: 2, ..quick() }, &tools, "test").unwrap();
+    let training =
+        Training::new(small(), TrainConfig { observations: 2, ..quick() }, &tools, "test", &Stop::default()).unwrap();
     let task = task::load("task1").unwrap();
     assert!(training.model().check_task(&task).is_ok());
     let refused = |change: &dyn Fn(&mut task::Task), expected: &str| {
@@ -212,7 +213,7 @@ fn model_files_round_trip_and_bad_ones_are_refused() {
     assert!(changed("tools", "[\"floor\",\"box\"]").contains("canonical order"));
     assert!(changed("tools", "[\"bucket\",\"box\",\"floor\"]").contains("edge.2"), "a third edge function is missing");
     assert!(changed("config", "{\"layers\": 4}").contains("another network"));
-    let error = Training::resume(&model.to_file(), "a.safetensors").unwrap_err().to_string();
+    let error = Training::resume(&model.to_file(), "a.safetensors", &Stop::default()).unwrap_err().to_string();
     assert!(error.contains("optimiser"), "a model without moments is no checkpoint: {error}");
     let missing = Model::load(std::path::Path::new("no/such.safetensors")).unwrap_err().to_string();
     assert!(missing.starts_with("no/such.safetensors: "), "{missing}");

@@ -11,8 +11,8 @@ fn create() -> ToolSet {
 fn tiny() -> Model {
     let config = create().apply(ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() });
     let train = TrainConfig { observations: 2, validation: 1, epochs: 1, ..quick() };
-    let mut training = Training::new(config, train, create().kinds(), "test").unwrap();
-    assert_eq!(training.run(|_, _| true), TrainingOutcome::Done);
+    let mut training = Training::new(config, train, create().kinds(), "test", &Stop::default()).unwrap();
+    assert_eq!(training.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
     training.model().clone()
 }
 
@@ -105,7 +105,7 @@ fn levels_with_other_moving_objects_are_refused() {
 #[test]
 fn an_evaluation_includes_held_out_tools() {
     let settings = EvaluationConfig { launches: 6, ..EvaluationConfig::default() };
-    let found = evaluate(&tiny(), &[], &settings, &mut |_| true).unwrap().unwrap();
+    let found = evaluate(&tiny(), &[], &settings, &Stop::default(), &mut |_| ()).unwrap();
     let kinds = |errors: &[LaunchErrors]| errors.iter().map(|errors| errors.tool).collect::<Vec<_>>();
     assert_eq!(kinds(&found.launches), ToolKind::ALL);
     use ToolKind::{Belt, Fan, Funnel, Hinge, Triangle};

@@ -5,14 +5,11 @@ use super::*;
 #[test]
 fn launches_are_reproducible_and_include_contacts_and_free_flight() {
     for kind in ToolKind::PAPER {
-        let launches = collect(kind, Variety::Sizes, 200, Split::Training, 7);
-        assert_eq!(launches, collect(kind, Variety::Sizes, 200, Split::Training, 7));
-        assert_ne!(data_hash(&launches, false), data_hash(&collect(kind, Variety::Sizes, 200, Split::Test, 7), false));
-        assert_eq!(
-            collect(kind, Variety::Sizes, 3, Split::Training, 7),
-            launches[..3],
-            "a longer collection starts with a shorter one"
-        );
+        let of = |count, split| collect(kind, Variety::Sizes, count, split, 7, &Stop::default()).unwrap();
+        let launches = of(200, Split::Training);
+        assert_eq!(launches, of(200, Split::Training));
+        assert_ne!(data_hash(&launches, false), data_hash(&of(200, Split::Test), false));
+        assert_eq!(of(3, Split::Training), launches[..3], "a longer collection starts with a shorter one");
         let hits = launches.iter().filter(|launch| launch::is_deflected(&launch.states)).count();
         assert!((80..190).contains(&hits), "{kind}: {hits} of 200 launches touch the tool");
     }
@@ -40,10 +37,13 @@ fn training_reports_the_loss_it_minimises() {
         let train = TrainConfig { loss, learning_rate: 1e-30, epochs: 1, mirror: false, batch: 1000, ..quick() };
         let config = ModelConfig { interval: STEPS_PER_ACTION, ..small() };
         let mut training = training(config, TrainConfig { observations: 8, validation: 8, ..train });
-        let launches: Vec<Launch> =
-            TOOLS.iter().flat_map(|&kind| collect(kind, Variety::Sizes, 8, Split::Training, 5)).collect();
+        let never = Stop::default();
+        let launches: Vec<Launch> = TOOLS
+            .iter()
+            .flat_map(|&kind| collect(kind, Variety::Sizes, 8, Split::Training, 5, &never).unwrap())
+            .collect();
         let mut reported = f64::NAN;
-        training.run(|_, progress| {
+        training.run(&never, |_, progress| {
             reported = f64::from(progress.loss);
             true
         });
@@ -71,28 +71,54 @@ fn training_reports_the_loss_it_minimises() {
 fn training_lowers_the_error() {
     let mut training = training(small(), TrainConfig { observations: 200, validation: 20, epochs: 60, ..quick() });
     let before = training.validation_loss();
-    assert_eq!(training.run(|_, _| true), TrainingOutcome::Done);
+    assert_eq!(training.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
     assert!(training.validation_loss() < 0.7 * before, "{} of {before}", training.validation_loss());
 }
 
 #[test]
 fn a_resumed_training_is_bit_identical() {
     let mut whole = training(small(), quick());
-    assert_eq!(whole.run(|_, _| true), TrainingOutcome::Done);
+    assert_eq!(whole.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
     let mut first = training(small(), quick());
-    assert_eq!(first.run(|_, progress| progress.epoch < 2), TrainingOutcome::Stopped);
+    assert_eq!(first.run(&Stop::default(), |_, progress| progress.epoch < 2), TrainingOutcome::Stopped);
     let bytes = first.checkpoint().to_bytes();
-    let mut second = Training::resume(&TensorFile::from_bytes(&bytes).unwrap(), "checkpoint").unwrap();
+    let mut second =
+        Training::resume(&TensorFile::from_bytes(&bytes).unwrap(), "checkpoint", &Stop::default()).unwrap();
     assert_eq!(second.epoch(), 2);
-    assert_eq!(second.run(|_, _| true), TrainingOutcome::Done);
+    assert_eq!(second.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
     assert_eq!(whole.checkpoint().to_bytes(), second.checkpoint().to_bytes());
+}
+
+#[test]
+fn a_stop_in_an_epoch_or_among_the_launches_leaves_no_trace() {
+    let stop = Stop::default();
+    let mut whole = training(small(), quick());
+    let mut stopped = whole_until(2);
+    let before = stopped.checkpoint().to_bytes();
+    stop.request();
+    assert_eq!(stopped.run(&stop, |_, _| true), TrainingOutcome::Stopped);
+    assert_eq!(stopped.checkpoint().to_bytes(), before);
+    let [a, b] = [&mut whole, &mut stopped].map(|training| {
+        assert_eq!(training.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
+        training.checkpoint().to_bytes()
+    });
+    assert!(a == b);
+    let refused = Training::new(small(), quick(), &TOOLS, "test", &stop);
+    assert!(matches!(refused, Err(DynamicsError::Stopped)));
+}
+
+/// A training that was ended after some epochs.
+fn whole_until(epochs: u32) -> Training {
+    let mut training = training(small(), quick());
+    assert_eq!(training.run(&Stop::default(), |_, now| now.epoch < epochs), TrainingOutcome::Stopped);
+    training
 }
 
 #[test]
 fn a_diverged_training_keeps_the_last_good_state() {
     let train = TrainConfig { optimiser: OptimiserKind::Sgd, learning_rate: 1e20, ..quick() };
     let mut training = training(small(), train);
-    let ended = training.run(|_, _| true);
+    let ended = training.run(&Stop::default(), |_, _| true);
     assert!(matches!(ended, TrainingOutcome::Diverged { epoch: 1, .. }), "{ended:?}");
     assert!(training.validation_loss().is_finite());
     assert_eq!(training.epoch(), 0);
@@ -101,7 +127,7 @@ fn a_diverged_training_keeps_the_last_good_state() {
 #[test]
 fn settings_out_of_range_are_refused() {
     let refused = |config: ModelConfig, train: TrainConfig, tools: &[ToolKind]| {
-        Training::new(config, train, tools, "test").unwrap_err().to_string()
+        Training::new(config, train, tools, "test", &Stop::default()).unwrap_err().to_string()
     };
     assert!(refused(ModelConfig { interval: 7, ..small() }, quick(), &TOOLS).contains("interval"));
     assert!(refused(ModelConfig { cutoff: f32::NAN, ..small() }, quick(), &TOOLS).contains("cutoff"));

@@ -26,7 +26,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
     let mut config = config(Method::DdpgMge, 40);
     config.epsilon = "1".parse().unwrap();
     config.refinement = Refinement { every: 10, least: 3, most: 5 };
-    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
+    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap());
     let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
     let mut reached = vec![0; 2];
     for _ in 0..40 {
@@ -52,7 +52,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
 fn clusters_are_refined_only_from_enough_actions() {
     let mut config = config(Method::DdpgMge, 20);
     config.epsilon = "1".parse().unwrap();
-    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
+    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap());
     for (least, expected) in [(4, true), (1000, false)] {
         config.refinement = Refinement { every: 1, least, most: least };
         let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
@@ -76,7 +76,7 @@ fn guidance_is_drawn_at_the_configured_granularity() {
         let mut config = config(Method::DdpgMge, 30);
         config.epsilon = "0.7".parse().unwrap();
         config.granularity = granularity;
-        let prior = build_prior(&config, |_| (), &Stop::default()).unwrap().map(Arc::new);
+        let prior = Some(Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap()));
         let mut training = Training::new(config, prior).unwrap();
         let mut changes = [0, 0];
         for _ in 0..30 {
@@ -173,7 +173,7 @@ fn the_log_has_the_needs_of_every_stage() {
 fn the_first_success_is_repeated() {
     let mut config = config(Method::OpenLoop, 60);
     config.guidance.model_rollouts = 300;
-    let prior = build_prior(&config, |_| (), &Stop::default()).unwrap().map(Arc::new);
+    let prior = Some(Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap()));
     let mut training = Training::new(config, prior).unwrap();
     let episodes: Vec<(EpisodeRecord, Trace)> = (0..60).map(|_| training.run_episode().unwrap()).collect();
     let first = episodes.iter().position(|(record, _)| record.goal).unwrap();

@@ -56,7 +56,7 @@ fn clusters_over_tools_follow_the_agent_s_own_rewarding_actions() {
     config.epsilon = "1".parse().unwrap();
     config.refinement = Refinement { every: 5, least: 2, most: 6 };
     check_resumed(&config, 7);
-    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
+    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap());
     let mut training = Training::new(config, Some(prior.clone())).unwrap();
     let mut placed = Vec::new();
     for _ in 0..20 {

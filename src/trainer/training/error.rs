@@ -3,6 +3,7 @@
 use crate::agent;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
+use crate::stop::Stopped;
 use crate::trainer::prior::PriorError;
 use crate::validation::ValidationError;
 
@@ -49,6 +50,12 @@ pub enum TrainingError {
     /// A stop abandoned the episode.
     #[error("stopped in the middle of an episode")]
     Stopped,
+}
+
+impl From<Stopped> for TrainingError {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
 }
 
 impl From<PriorError> for TrainingError {

@@ -23,9 +23,7 @@ impl Training {
         let tools = self.config.evaluation.tools.or(self.config.tools);
         let (mut successes, mut total) = (0u32, 0.0f64);
         for number in 0..episodes {
-            if self.stop.is_requested() {
-                return Err(TrainingError::Stopped);
-            }
+            self.stop.check()?;
             let task = self.evaluated_task(number).clone();
             let rng = &mut self.progress.streams.evaluation;
             let trace = greedy_episode(&task, self.config.observation, tools, self.learner.ddpg(), rng);

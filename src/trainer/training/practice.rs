@@ -75,10 +75,8 @@ impl Training {
         let stages = self.config.tasks().map(|task| task.stage_count()).sum();
         while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
             for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
-                if self.stop.is_requested() {
-                    // Others may already have noted that the training has ended.
-                    return Err(TrainingError::Stopped);
-                }
+                // Others may already have noted that the training has ended.
+                self.stop.check()?;
                 match starts.len() {
                     0 => drop(self.env.reset(rng)),
                     count => self.env.restore(&starts[rng.gen_range(0..count)]),
@@ -107,9 +105,7 @@ impl Training {
         let mut played = Played::after(self.env.snapshot().placed().len());
         let mut observation = tools::observed(&self.env);
         for _ in 0..prior.horizon(stage) {
-            if self.stop.is_requested() {
-                return Err(TrainingError::Stopped);
-            }
+            self.stop.check()?;
             let action = tools::explored(self.learner.ddpg(), &self.env, &prior, rng);
             let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
             let Ok(step) = self.env.step_without_observation(choice) else { break };
@@ -150,7 +146,7 @@ mod tests {
     }
 
     fn training(config: &RunConfig) -> Training {
-        let prior = build_prior(config, |_| (), &Stop::default()).unwrap().map(Arc::new);
+        let prior = Some(Arc::new(build_prior(config, |_| (), &Stop::default()).unwrap()));
         Training::new(config.clone(), prior).unwrap()
     }
 

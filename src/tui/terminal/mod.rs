@@ -20,6 +20,7 @@ use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once};
 use std::thread;
+use std::time::Duration;
 
 use crossterm::cursor::{Hide, Show};
 use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture};
@@ -29,15 +30,25 @@ use crossterm::terminal::{
     enable_raw_mode,
 };
 use crossterm::{execute, queue};
-use ratatui::backend::CrosstermBackend;
-use ratatui::{Frame, Terminal};
+use ratatui::backend::{Backend, CrosstermBackend};
+use ratatui::layout::{Rect, Size};
+use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
 
+use crate::stop::run_abandonable;
 use crate::sync::lock;
 use crate::text::printable;
 use crate::trainer::panic_message;
 
 /// Whether the workbench currently controls the terminal.
 static ACTIVE: AtomicBool = AtomicBool::new(false);
+/// Held while raw mode is switched. True once the program is about to exit: then the terminal is not taken over again.
+static EXITING: Mutex<bool> = Mutex::new(false);
+/// How long a terminal that accepts no output may delay an exit.
+const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
+/// Largest number of columns and of rows used, and of cells: more than any real screen shows. A terminal may claim to
+/// have billions of cells, each of which takes memory.
+const MAX_SIDE: u16 = 2048;
+const MAX_CELLS: u32 = 1 << 19;
 /// Panics of other threads and final messages, held back while the workbench is on screen.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
@@ -91,7 +102,8 @@ impl Screen {
         // From here on, a failure must restore the terminal.
         let guard = Restore;
         let backend = CrosstermBackend::new(BufWriter::with_capacity(1 << 16, io::stdout()));
-        let terminal = Terminal::new(backend)?;
+        let viewport = Viewport::Fixed(used(backend.size()?));
+        let terminal = Terminal::with_options(backend, TerminalOptions { viewport })?;
         std::mem::forget(guard);
         Ok(Self { terminal: ManuallyDrop::new(terminal), mouse })
     }
@@ -101,6 +113,9 @@ impl Screen {
     /// # Errors
     /// When the terminal cannot be written to.
     pub fn draw(&mut self, render: impl FnOnce(&mut Frame)) -> io::Result<()> {
+        if used(self.terminal.size()?) != self.terminal.get_frame().area() {
+            self.redraw()?;
+        }
         queue!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
         self.terminal.draw(render)?;
         execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)
@@ -158,7 +173,7 @@ impl Screen {
     /// When the terminal cannot be written to.
     pub fn redraw(&mut self) -> io::Result<()> {
         let size = self.terminal.size()?;
-        self.terminal.resize(size.into())
+        self.terminal.resize(used(size))
     }
 }
 
@@ -180,9 +195,26 @@ impl Drop for Restore {
     }
 }
 
+/// The part of a terminal that is used.
+fn used(size: Size) -> Rect {
+    let width = size.width.min(MAX_SIDE);
+    let most = MAX_CELLS / u32::from(width.max(1));
+    Rect::new(0, 0, width, size.height.min(MAX_SIDE).min(u16::try_from(most).unwrap_or(u16::MAX)))
+}
+
 fn enter(mouse: bool) -> io::Result<()> {
+    let switch = lock(&EXITING);
+    if *switch {
+        drop(switch);
+        loop {
+            // Another thread exits.
+            thread::park();
+        }
+    }
     ACTIVE.store(true, Ordering::SeqCst);
-    let entered = enable_raw_mode().and_then(|()| {
+    let raw = enable_raw_mode();
+    drop(switch);
+    let entered = raw.and_then(|()| {
         execute!(io::stdout(), EnterAlternateScreen, EnableBracketedPaste, Hide)?;
         if mouse { execute!(io::stdout(), EnableMouseCapture) } else { Ok(()) }
     });
@@ -204,8 +236,18 @@ pub fn leave() {
             LeaveAlternateScreen,
             Show
         );
+        let _switch = lock(&EXITING);
         let _ = disable_raw_mode();
     }
+}
+
+/// Restores the terminal, even while another thread is taking it over, and exits.
+fn exit(status: i32) -> ! {
+    *lock(&EXITING) = true;
+    if run_abandonable(|| true, EXIT_TIMEOUT, leave).is_none() {
+        let _ = disable_raw_mode();
+    }
+    std::process::exit(status)
 }
 
 /// Prints a line to standard error once the terminal is restored.
@@ -282,6 +324,16 @@ fn notification(how: Notify, text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_a_bounded_part_of_a_terminal_is_used() {
+        let size = |width, height| used(Size { width, height }).as_size();
+        assert_eq!(size(0, 0), Size::new(0, 0));
+        assert_eq!(size(1280, 360), Size::new(1280, 360));
+        assert_eq!(size(u16::MAX, 3), Size::new(2048, 3));
+        assert_eq!(size(3, u16::MAX), Size::new(3, 2048));
+        assert_eq!(size(u16::MAX, u16::MAX), Size::new(2048, 256));
+    }
 
     #[test]
     fn notifications_are_valid_sequences_with_a_single_terminator() {

@@ -6,10 +6,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP, SIGWINCH};
+use signal_hook::consts::{SIGCONT, SIGHUP, SIGQUIT, SIGTSTP, SIGWINCH};
 use signal_hook::iterator::{Handle, Signals};
+
+use crate::stop::{ENDING_SIGNALS, SAME_SIGNAL};
 
 /// What a signal asks of the workbench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,27 +46,30 @@ impl Listener {
         let (mut bell, wake) = UnixStream::pair()?;
         bell.set_nonblocking(true)?;
         wake.set_nonblocking(true)?;
-        let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGTSTP, SIGCONT, SIGWINCH])?;
+        let mut signals = Signals::new(ENDING_SIGNALS)?;
         let handle = signals.handle();
+        [SIGHUP, SIGQUIT, SIGTSTP, SIGCONT, SIGWINCH].into_iter().try_for_each(|signal| handle.add_signal(signal))?;
         let (sender, requests) = channel();
         let noticed = Arc::new(AtomicBool::new(false));
         let shared = Arc::clone(&noticed);
         thread::Builder::new().name("signals".to_owned()).spawn(move || {
             let noticed = shared;
-            let mut asked_to_quit = false;
+            let mut asked_to_quit: Option<Instant> = None;
             for signal in signals.forever() {
                 let request = match signal {
                     SIGTSTP => Request::Suspend,
                     SIGCONT => Request::Continue,
                     SIGWINCH => Request::Resize,
                     // A closed terminal often sends several, while edits and checkpoints are being saved.
-                    _ if asked_to_quit && signal != SIGHUP => {
-                        super::leave();
-                        std::process::exit(128 + signal);
-                    }
-                    _ => Request::Quit(signal),
+                    SIGHUP => Request::Quit(signal),
+                    _ => match asked_to_quit {
+                        Some(at) if at.elapsed() >= SAME_SIGNAL => super::exit(128 + signal),
+                        _ => Request::Quit(signal),
+                    },
                 };
-                asked_to_quit |= matches!(request, Request::Quit(_));
+                if matches!(request, Request::Quit(_)) {
+                    asked_to_quit.get_or_insert_with(Instant::now);
+                }
                 if signal == SIGHUP {
                     end_if_stuck(&noticed);
                 }
@@ -80,7 +85,7 @@ impl Listener {
 
     /// Notes that the workbench is shutting down: it is not stuck, however long its trainings take to end.
     pub fn set_leaving(&self) {
-        self.noticed.store(true, Ordering::Relaxed);
+        self.noticed.store(true, Ordering::Release);
     }
 
     /// The next request, if there is one.
@@ -99,7 +104,7 @@ fn end_if_stuck(noticed: &Arc<AtomicBool>) {
     let noticed = Arc::clone(noticed);
     let watch = move || {
         thread::sleep(PATIENCE);
-        if !noticed.load(Ordering::Relaxed) {
+        if !noticed.load(Ordering::Acquire) {
             std::process::exit(128 + SIGHUP);
         }
     };

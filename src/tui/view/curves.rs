@@ -34,7 +34,7 @@ impl Curves {
     }
 
     fn renew(&mut self) {
-        self.version = NEXT.fetch_add(1, Ordering::Relaxed);
+        self.version = NEXT.fetch_add(1, Ordering::AcqRel);
     }
 
     /// The numbers of the episodes, in order.
