@@ -3,6 +3,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
 /// Largest text file, in bytes.
@@ -10,13 +11,24 @@ pub(crate) const TEXT: u64 = 16 << 20;
 /// Largest dynamics model, in bytes.
 pub(crate) const MODEL: u64 = 1 << 30;
 
+/// Opens a file named by the user for reading. A named pipe is refused, because opening it would wait for a writer;
+/// other pipes, such as of `<(..)` in a shell, have one.
+///
+/// # Errors
+/// When it cannot be opened, or is a named pipe.
+pub(crate) fn open(path: &Path) -> io::Result<File> {
+    // Other pipes have no path.
+    let named = path.canonicalize().and_then(|place| place.metadata());
+    if named.is_ok_and(|data| data.file_type().is_fifo()) { Err(irregular()) } else { File::open(path) }
+}
+
 /// All bytes of a file.
 ///
 /// # Errors
 /// When the file cannot be read, or has more than `most` bytes.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MB", most >> 20)));
     }
@@ -45,7 +57,11 @@ pub(crate) fn regular(path: &Path) -> io::Result<()> {
     if path.metadata()?.is_file() {
         return Ok(());
     }
-    Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a pipe, a device or a folder"))
+    Err(irregular())
+}
+
+fn irregular() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a pipe, a device or a folder")
 }
 
 #[cfg(test)]
@@ -67,6 +83,22 @@ mod tests {
         assert_eq!(read_text(&folder.path().join("none")).unwrap_err().kind(), io::ErrorKind::NotFound);
         assert!(regular(&path).is_ok());
         assert_eq!(regular(folder.path()).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_named_pipe_is_refused_at_once_and_another_pipe_is_read() {
+        use std::process::{Command, Stdio};
+        let folder = tempfile::tempdir().unwrap();
+        let [pipe, link] = ["pipe", "link"].map(|name| folder.path().join(name));
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        std::os::unix::fs::symlink(&pipe, &link).unwrap();
+        for path in [&pipe, &link] {
+            assert_eq!(read(path, 9).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+        }
+        let echo = Command::new("echo").arg("text").stdout(Stdio::piped()).spawn().unwrap();
+        let output = std::os::fd::AsRawFd::as_raw_fd(echo.stdout.as_ref().unwrap());
+        assert_eq!(read(Path::new(&format!("/dev/fd/{output}")), 9).unwrap(), b"text\n");
     }
 
     #[test]

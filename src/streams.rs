@@ -34,6 +34,8 @@ pub enum Stream {
     Guidance,
     /// Start noise of evaluation episodes.
     Evaluation,
+    /// Starts of the episodes that decide whether a checkpoint becomes `best`.
+    Judgement,
     /// Initial weights of the agent.
     AgentWeights,
     /// Exploration noise.
@@ -92,6 +94,7 @@ impl Stream {
             Self::ModelRollouts => TRAINING + 7,
             Self::Trial => TRAINING + 8,
             Self::Practice => TRAINING + 9,
+            Self::Judgement => TRAINING + 10,
             // The first launches share stream numbers with an action prior. With equal seeds both draw the same
             // random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
@@ -128,6 +131,7 @@ mod tests {
             ModelRollouts,
             Trial,
             Practice,
+            Judgement,
         ];
         let stages = (0..200).flat_map(|n| [PriorStage(n), Proposal { attempt: n / 20, number: n + 1 }]);
         let all: Vec<u64> = single.into_iter().chain(stages).map(Stream::number).collect();

@@ -150,7 +150,7 @@ impl Actor {
     #[new]
     fn new(run: PathBuf) -> PyResult<Self> {
         let run = RunView::open(&run).map_err(exception)?;
-        run.saved().agent().map(Self).map_err(exception)
+        run.saved().agent().map(|(_, agent)| Self(agent)).map_err(exception)
     }
 
     /// The actions for observations: float32 of n x 2 for n x length.

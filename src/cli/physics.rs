@@ -48,7 +48,7 @@ fn play_episodes(levels: &Path, tools: Option<&Path>) -> Outcome {
 /// Opens a file, and returns it with its name for errors.
 fn open(path: &Path) -> Result<(BufReader<File>, String), String> {
     let name = path.display().to_string();
-    let file = File::open(path).map_err(|error| format!("{name}: {error}"))?;
+    let file = bounded::open(path).map_err(|error| format!("{name}: {error}"))?;
     Ok((BufReader::new(file), name))
 }
 

@@ -96,7 +96,7 @@ fn command(
 fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let config = run.config();
-    let (trained_episodes, agent) = run.saved().last_agent()?;
+    let (trained_episodes, agent) = run.saved().agent()?;
     let plan = TransferPlan {
         search: search(&arguments.search),
         config: run.config().clone(),

@@ -295,12 +295,13 @@ impl Viewer {
 pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let task = arguments.task.as_deref().map(task::load).transpose()?.map(Arc::new);
-    let player = run.saved().player(task, arguments.tools)?;
+    let player = run.saved().at(arguments.checkpoint).player(task, arguments.tools)?;
     for episode in 0..arguments.episodes {
         let trace = player.episode(arguments.seed + u64::from(episode));
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
         let mut line = json!({
             "episode": episode + 1,
+            "checkpoint": player.trained(),
             "goal": trace.reached_goal(),
             "subgoals": trace.steps.iter().map(|step| step.subgoals.len()).sum::<usize>(),
             "return": trace.total_reward(),
@@ -323,7 +324,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {
-    let agent = RunView::open(&arguments.run)?.saved().agent()?;
+    let (_, agent) = RunView::open(&arguments.run)?.saved().at(arguments.checkpoint).agent()?;
     if agent.options().is_some() {
         return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
     }
@@ -346,7 +347,7 @@ pub fn figures(arguments: &Figures) -> Outcome {
         (_, true) => "pdf",
         _ => "png",
     };
-    let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, extension);
+    let dashboard = |run: &Path| figure_path(arguments.out.as_deref(), run, "dashboard", extension);
     let mut paths = BTreeSet::new();
     if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
         return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
@@ -366,6 +367,11 @@ pub fn figures(arguments: &Figures) -> Outcome {
             &mut session,
             command::Figure { dpi, ..command::Figure::with_defaults(FigureKind::Dashboard, dashboard(run)) },
         )?;
+        if let Some(checkpoint) = arguments.checkpoint {
+            session.apply(command::Checkpoint(checkpoint))?;
+            let path = figure_path(arguments.out.as_deref(), run, &format!("{checkpoint}"), "gif");
+            export(&mut session, command::Figure::with_defaults(FigureKind::Episode, path))?;
+        }
     }
     Ok(())
 }
@@ -379,11 +385,12 @@ fn export(session: &mut Session, figure: command::Figure) -> Outcome {
     Ok(output::line(path.display())?)
 }
 
-fn dashboard_path(out: Option<&Path>, run: &Path, extension: &str) -> PathBuf {
+/// The file of a figure of one run.
+fn figure_path(out: Option<&Path>, run: &Path, figure: &str, extension: &str) -> PathBuf {
     let name = run.file_name().unwrap_or_default().to_string_lossy().into_owned();
     match out {
-        Some(folder) => folder.join(format!("dashboard-{}.{extension}", printable(&name))),
-        None => run.join("figures").join(format!("dashboard.{extension}")),
+        Some(folder) => folder.join(format!("{figure}-{}.{extension}", printable(&name))),
+        None => run.join("figures").join(format!("{figure}.{extension}")),
     }
 }
 

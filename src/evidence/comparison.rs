@@ -124,6 +124,7 @@ pub(super) fn left_out(run: &FoundRun) -> ExcludedRun {
     let state = match &run.state {
         RunState::Failed(reason) => format!("failed: {reason}"),
         RunState::Stopped(reason) => format!("stopped: {reason}"),
+        RunState::Incomplete(reason) => format!("incomplete, `mge resume` continues it: {reason}"),
         RunState::NotStarted => "not started".to_owned(),
         RunState::Running | RunState::Paused => "still being trained".to_owned(),
         RunState::Interrupted | RunState::Finished => "interrupted".to_owned(),

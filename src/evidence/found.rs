@@ -9,7 +9,7 @@ use super::charges::Charges;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
-use crate::trainer::RunConfig;
+use crate::trainer::{RunConfig, checked_history};
 
 /// Number of runs read in parallel between two progress reports.
 const READ_AT_ONCE: usize = 32;
@@ -63,16 +63,21 @@ pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
 
 /// Whether a folder is a run, also a damaged one without its configuration, which reading it reports.
 fn is_run(folder: &Path) -> bool {
-    ["config.json", "events.jsonl"].iter().any(|file| folder.join(file).is_file())
+    ["config.json", "events.jsonl"].iter().any(|file| folder.join(file).symlink_metadata().is_ok())
+}
+
+/// Whether an entry of a folder of runs is a run. Hidden folders are not: they are of processes that copy or remove a
+/// run, or were killed while they did.
+pub fn is_listed_run(entry: &Path) -> bool {
+    let is_hidden = entry.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    !is_hidden && is_run(entry)
 }
 
 fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
     let entries = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?;
     let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| entry.map(|entry| entry.path())).collect();
     let mut runs = paths.map_err(RunError::io("read", folder))?;
-    // A process that is killed while it copies a run leaves a hidden folder.
-    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-    runs.retain(|path| is_run(path) && !is_hidden(path));
+    runs.retain(|path| is_listed_run(path));
     runs.sort();
     Ok(runs)
 }
@@ -152,7 +157,7 @@ fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, Fo
         directory.refuse_model()?;
         Err(error)
     })?;
-    let history = match RunHistory::read(&directory) {
+    let history = match checked_history(&directory, &config) {
         // The run was created, but has not started.
         Err(error) if error.is_not_found() => RunHistory::default(),
         read => read?,

@@ -24,7 +24,7 @@ mod table;
 pub use comparison::Comparison;
 pub use composition::{Composed, Composition, OPTIONS};
 pub use estimates::{CurveEstimates, KnownEstimates};
-pub use found::{FoundRun, RunReader, find_runs, read_runs};
+pub use found::{FoundRun, RunReader, find_runs, is_listed_run, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;
 pub use row::{LearningRow, TrainedRun};

@@ -65,7 +65,7 @@ impl SubgoalSearch {
     fn claim(&self, tasks: &Path) -> Result<(), PuzzleError> {
         let path = tasks.join("search.txt");
         let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
-        match std::fs::read_to_string(&path) {
+        match crate::bounded::read_text(&path) {
             Ok(known) if known == text => Ok(()),
             Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),
             Err(error) if error.kind() == ErrorKind::NotFound => {

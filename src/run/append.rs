@@ -2,12 +2,14 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::sums::{Sum, Summing};
 use super::{Result, RunError, file, folder};
-use crate::atomic::parent_of;
+use crate::atomic::{self, parent_of};
 
 /// An append-only file. Each piece is passed to the operating system at once, so that other processes
 /// see it; a partially written piece is removed again.
@@ -15,18 +17,26 @@ use crate::atomic::parent_of;
 pub(super) struct AppendFile {
     path: PathBuf,
     file: File,
+    /// Of what was kept by [`AppendFile::cut`], and appended since.
+    summing: Summing,
 }
 
 impl AppendFile {
-    /// Opens the file for appending; creates it if there is none.
+    /// Opens the file for appending; creates it if there is none. A file that is also in another folder, such as after
+    /// `cp -al`, is first replaced by a copy, so that the other one does not change.
     pub fn open(path: &Path) -> Result<Self> {
         let is_new = !path.exists();
-        let file = file::open_append(path).map_err(RunError::io("write", path))?;
+        let open = || file::open_append(path).map_err(RunError::io("write", path));
+        let mut file = open()?;
+        if file.metadata().map_err(RunError::io("read", path))?.nlink() > 1 {
+            atomic::write(path, &file::read(path)?).map_err(RunError::io("write", path))?;
+            file = open()?;
+        }
         if is_new {
             // Later syncs of the content are useless unless the name is durable as well.
             folder::sync(parent_of(path))?;
         }
-        Ok(Self { path: path.to_path_buf(), file })
+        Ok(Self { path: path.to_path_buf(), file, summing: Summing::default() })
     }
 
     fn length(&self) -> Result<u64> {
@@ -41,15 +51,14 @@ impl AppendFile {
             // Best effort: half a line would make the next line unreadable as well.
             let _ = self.file.set_len(length);
             RunError::Io { action: "write", path: self.path.clone(), source }
-        })
+        })?;
+        self.summing.add(bytes);
+        Ok(())
     }
 
     /// Appends a value as a line of JSON.
     pub fn append_json(&mut self, value: &impl Serialize) -> Result<()> {
-        let mut line =
-            serde_json::to_vec(value).map_err(|source| RunError::Encode { what: "a line".into(), source })?;
-        line.push(b'\n');
-        self.append(&line)
+        self.append(&file::json_line(value)?)
     }
 
     /// Ends the last line if another process left it incomplete.
@@ -69,9 +78,15 @@ impl AppendFile {
         }
     }
 
-    /// Truncates the file to `length` bytes.
-    pub fn truncate(&mut self, length: u64) -> Result<()> {
-        self.file.set_len(length).map_err(RunError::io("truncate", &self.path))
+    /// Removes everything after `kept`, the beginning of the file.
+    pub fn cut(&mut self, kept: &[u8]) -> Result<()> {
+        self.summing = Summing::of(kept);
+        self.file.set_len(kept.len() as u64).map_err(RunError::io("truncate", &self.path))
+    }
+
+    /// The sum of the file, which was cut when it was opened.
+    pub fn sum(&self) -> Sum {
+        self.summing.sum()
     }
 
     /// Whether the file is empty.
@@ -89,7 +104,7 @@ impl AppendFile {
     #[cfg(target_os = "linux")]
     pub fn on_a_full_disk() -> Self {
         let path = PathBuf::from("/dev/full");
-        Self { file: File::options().append(true).open(&path).unwrap(), path }
+        Self { file: File::options().append(true).open(&path).unwrap(), path, summing: Summing::default() }
     }
 
     /// The path of the file.
@@ -112,8 +127,9 @@ mod tests {
         drop(file);
         let mut file = AppendFile::open(&path).unwrap();
         file.append(b"two\n").unwrap();
-        file.truncate(4).unwrap();
+        file.cut(b"one\n").unwrap();
         file.append(b"three\n").unwrap();
+        assert_eq!(file.sum(), Summing::of(b"one\nthree\n").sum());
         file.sync().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"one\nthree\n");
     }
@@ -124,7 +140,8 @@ mod tests {
         use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
 
         let mut theirs = File::from(memfd_create("log", MemfdFlags::ALLOW_SEALING).unwrap());
-        let mut ours = AppendFile { path: "log".into(), file: theirs.try_clone().unwrap() };
+        let mut ours =
+            AppendFile { path: "log".into(), file: theirs.try_clone().unwrap(), summing: Summing::default() };
         theirs.write_all(b"theirs\n").unwrap();
         // As on a full disk, nothing can be appended any more.
         fcntl_add_seals(&theirs, SealFlags::GROW).unwrap();

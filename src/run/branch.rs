@@ -1,7 +1,6 @@
 //! A new run that starts from the state of another run after some of its episodes.
 
-use std::fs::{self, File};
-use std::io;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -10,6 +9,7 @@ use tempfile::TempDir;
 use super::checkpoint::Checkpoint;
 use super::log::EventLog;
 use super::retention::{CheckpointAction, CheckpointName};
+use super::sums::{LogSums, SUMS_SECTION};
 use super::{Result, RunDirectory, RunError, episodes, file, folder, metrics};
 use crate::atomic::parent_of;
 
@@ -21,6 +21,7 @@ pub struct Branch {
     directory: RunDirectory,
     place: PathBuf,
     episode: u64,
+    sums: LogSums,
 }
 
 impl Branch {
@@ -42,8 +43,7 @@ impl Branch {
             (source.episodes_path(), directory.episodes_path()),
         ];
         for (from, to) in copies {
-            let copy = || io::copy(&mut file::open(&from)?, &mut File::create_new(&to)?);
-            copy().map_err(RunError::io("copy", &from))?;
+            file::copy(&from, &to)?;
         }
         let of_source = |path: PathBuf| {
             move |error| match error {
@@ -52,17 +52,18 @@ impl Branch {
                 error => error,
             }
         };
-        let events = EventLog::open(&directory.events_path(), episode);
-        events.map_err(of_source(source.events_path()))?.sync()?;
-        let metrics = metrics::open(&directory.metrics_path(), episode);
-        metrics.map_err(of_source(source.metrics_path()))?.sync()?;
-        episodes::open(&directory.episodes_path(), episode)?.0.sync()?;
+        let events = EventLog::open(&directory.events_path(), episode).map_err(of_source(source.events_path()))?;
+        events.sync()?;
+        metrics::open(&directory.metrics_path(), &events.records)?.0.sync()?;
+        let (episodes, _) = episodes::open(&directory.episodes_path(), episode)?;
+        episodes.sync()?;
+        let sums = LogSums { events: events.sum(), episodes: episodes.sum() };
         let best = source.checkpoints();
         if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
             let best = best.load(CheckpointName::Best)?;
             directory.checkpoints().apply(&[CheckpointAction::Save(CheckpointName::Best)], &best)?;
         }
-        Ok(Self { filled, directory, place: place.to_owned(), episode })
+        Ok(Self { filled, directory, place: place.to_owned(), episode, sums })
     }
 
     /// The run so far, without configuration and `last` checkpoint.
@@ -75,10 +76,11 @@ impl Branch {
     ///
     /// # Errors
     /// [`RunError::Io`]; then nothing remains.
-    pub fn finish(self, config: &impl Serialize, checkpoint: &Checkpoint) -> Result<RunDirectory> {
-        let Self { filled, directory, place, episode } = self;
+    pub fn finish(self, config: &impl Serialize, mut checkpoint: Checkpoint) -> Result<RunDirectory> {
+        let Self { filled, directory, place, episode, sums } = self;
+        checkpoint.insert_json(SUMS_SECTION, &sums)?;
         let names = [CheckpointName::Last, CheckpointName::Episode(episode)];
-        directory.checkpoints().apply(&names.map(CheckpointAction::Save), checkpoint)?;
+        directory.checkpoints().apply(&names.map(CheckpointAction::Save), &checkpoint)?;
         directory.write_config(config)?;
         folder::sync(filled.path())?;
         // Any folder there is empty; not every system can rename over it.
@@ -115,7 +117,7 @@ mod tests {
         drop(Branch::new(&source, &place, 4).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");
         let branch = Branch::new(&source, &place, 4).unwrap();
-        let made = branch.finish(&"other", &Checkpoint::new(4)).unwrap();
+        let made = branch.finish(&"other", Checkpoint::new(4)).unwrap();
         assert_eq!(read_metrics(&made.metrics_path()).unwrap().len(), 4);
         assert_eq!(read_events(&made.events_path()).unwrap().len(), 4);
         assert_eq!(made.config::<String>().unwrap(), "other");

@@ -5,22 +5,25 @@ use std::io::{ErrorKind, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use rustix::io::Errno;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::file::{check_format, parse_json, sha256};
 use super::log::{EventReader, read_tail};
-use super::status::RunStatus;
+use super::status::{RunState, RunStatus};
 use super::store::CheckpointStore;
-use super::{Result, RunError, file, folder, metrics};
+use super::{Result, RunError, file, folder};
 use crate::atomic::{self, parent_of};
 
 /// The format of a run folder that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
 
 const LOCK: &str = "lock";
+/// Time between two attempts to lock a file.
+const LOCK_INTERVAL: Duration = Duration::from_millis(10);
 
 /// `config.json`.
 #[derive(Serialize, Deserialize)]
@@ -154,21 +157,29 @@ impl RunDirectory {
     }
 
     /// Whether a process trains the run, how it ended, and its progress. Cheap even for a long
-    /// run: usually only the end of the log is read.
+    /// run: usually only the ends of files are read.
     ///
     /// # Errors
     /// [`RunError::Io`] if the lock or the log cannot be read.
     pub fn status(&self) -> Result<RunStatus> {
         // Try with a few events, then with more, finally with all.
-        const TAILS: [u64; 2] = [1 << 12, 1 << 16];
+        const TAILS: [u64; 3] = [1 << 12, 1 << 16, u64::MAX];
         let locked = self.is_locked()?;
+        let mut status = RunStatus::derive(&[], locked);
         for tail in TAILS {
-            let status = RunStatus::derive(&read_tail(&self.events_path(), tail)?, locked);
+            status = RunStatus::derive(&read_tail(&self.events_path(), tail)?, locked);
             if status.is_decided() {
-                return Ok(status);
+                break;
             }
         }
-        Ok(RunStatus::derive(&read_tail(&self.events_path(), u64::MAX)?, locked))
+        let episode = status.last_episode.as_ref().map_or(0, |record| record.episode);
+        if status.state == RunState::Finished
+            && !locked
+            && let Some(reason) = self.missing(episode)?
+        {
+            status.state = RunState::Incomplete(reason);
+        }
+        Ok(status)
     }
 
     /// Locks the run for writing, until the lock is dropped.
@@ -177,20 +188,27 @@ impl RunDirectory {
     /// [`RunError::InUse`] if another process, or another part of this one, holds the lock.
     pub fn lock(&self) -> Result<RunLock> {
         let path = self.path.join(LOCK);
-        let mut file = file::open_write(&path).map_err(RunError::io("write", &path))?;
         // Readers of the status hold the lock for a moment.
-        for _ in 0..10 {
-            match file.try_lock() {
-                Ok(()) => {
-                    file.set_len(0).map_err(RunError::io("write", &path))?;
-                    write!(file, "{}", std::process::id()).map_err(RunError::io("write", &path))?;
-                    return Ok(RunLock { file, path });
-                }
-                Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(20)),
-                Err(TryLockError::Error(error)) => return Err(RunError::io("lock", &path)(error)),
-            }
-        }
-        Err(self.in_use())
+        let Some(mut file) = exclusive(&path, true, Duration::from_millis(200))? else { return Err(self.in_use()) };
+        file.set_len(0).map_err(RunError::io("write", &path))?;
+        write!(file, "{}", std::process::id()).map_err(RunError::io("write", &path))?;
+        Ok(RunLock { file, path })
+    }
+
+    /// Does some work while no other process does such work on the run, which may be in training.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if others go on doing so, or if the work fails.
+    pub(super) fn in_turn<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let path = self.config_path();
+        let others = || RunError::io("lock", &path)(ErrorKind::TimedOut.into());
+        let _lock = match exclusive(&path, false, Duration::from_secs(10)) {
+            Ok(lock) => Some(lock.ok_or_else(others)?),
+            // Then the processes only have to be a little apart.
+            Err(RunError::NoLocks(_)) => None,
+            Err(error) => return Err(error),
+        };
+        work()
     }
 
     /// Checks that no process holds the run's lock, without waiting for it.
@@ -220,6 +238,8 @@ impl RunDirectory {
         match file.try_lock_shared() {
             Ok(()) => Ok(false),
             Err(TryLockError::WouldBlock) => Ok(true),
+            // Where nothing can be locked, nothing is trained.
+            Err(TryLockError::Error(error)) if has_no_locks(&error) => Ok(false),
             Err(TryLockError::Error(error)) => Err(RunError::io("lock", &path)(error)),
         }
     }
@@ -256,14 +276,6 @@ impl RunDirectory {
     /// `events.jsonl`
     pub fn events_path(&self) -> PathBuf {
         self.path.join("events.jsonl")
-    }
-
-    /// Checks that `metrics.csv` reaches to an episode.
-    ///
-    /// # Errors
-    /// When it ends before, or a row is invalid.
-    pub fn check_metrics(&self, episode: u64) -> Result<()> {
-        metrics::end_of(&self.metrics_path(), episode).map(drop)
     }
 
     /// `metrics.csv`
@@ -333,6 +345,38 @@ impl RunDirectory {
     }
 }
 
+/// Opens and locks a file; none if others hold the lock all the time. A file that is also in another folder, such as
+/// after `cp -al`, is first replaced by a new one, so that each has its own lock.
+fn exclusive(path: &Path, create: bool, patience: Duration) -> Result<Option<File>> {
+    let since = Instant::now();
+    loop {
+        let file = file::open_write(path, create).map_err(RunError::io("write", path))?;
+        match file.try_lock() {
+            Ok(()) if !is_at(&file, path) => {}
+            Ok(()) if file.metadata().map_err(RunError::io("read", path))?.nlink() == 1 => return Ok(Some(file)),
+            Ok(()) => atomic::write(path, &file::read(path)?).map_err(RunError::io("write", path))?,
+            Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(error)) if has_no_locks(&error) => return Err(RunError::NoLocks(path.to_owned())),
+            Err(TryLockError::Error(error)) => return Err(RunError::io("lock", path)(error)),
+        }
+        if since.elapsed() >= patience {
+            return Ok(None);
+        }
+        thread::sleep(LOCK_INTERVAL);
+    }
+}
+
+/// Whether an error of locking a file means that its file system has no locks.
+fn has_no_locks(error: &std::io::Error) -> bool {
+    matches!(Errno::from_io_error(error), Some(Errno::NOSYS | Errno::OPNOTSUPP | Errno::NOLCK | Errno::INVAL))
+}
+
+/// Whether an open file is the one at a path.
+fn is_at(file: &File, path: &Path) -> bool {
+    let (Ok(held), Ok(found)) = (file.metadata(), fs::symlink_metadata(path)) else { return false };
+    (held.dev(), held.ino()) == (found.dev(), found.ino())
+}
+
 /// The lock on a run for writing; released when dropped or when the process ends.
 #[derive(Debug)]
 pub struct RunLock {
@@ -343,8 +387,7 @@ pub struct RunLock {
 impl RunLock {
     /// Whether the lock file is still in place; false if the run was moved or deleted.
     pub(super) fn is_in_place(&self) -> bool {
-        let (Ok(held), Ok(found)) = (self.file.metadata(), fs::symlink_metadata(&self.path)) else { return false };
-        (held.dev(), held.ino()) == (found.dev(), found.ino())
+        is_at(&self.file, &self.path)
     }
 }
 
@@ -361,7 +404,6 @@ pub fn config_hash(config: &impl Serialize) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::RunState;
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct Config {

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::append::AppendFile;
+use super::sums::{Sum, Summing};
 use super::{Result, RunError, file};
 use crate::json;
 
@@ -88,17 +89,44 @@ pub struct PlayedEpisode {
 pub(super) fn open(path: &Path, episode: u64) -> Result<(AppendFile, u64)> {
     let mut file = AppendFile::open(path)?;
     let bytes = file::read(path)?;
+    let (kept, last) = until(&bytes, episode);
+    file.cut(kept)?;
+    Ok((file, last))
+}
+
+/// Checks the file up to `episode` against its sum when that was the last episode. It may have been removed since, or
+/// have been begun anew: only replays need it.
+///
+/// # Errors
+/// [`RunError::Malformed`], with the first line that is not the next episode, if there is one.
+pub(super) fn check(path: &Path, episode: u64, expected: &Sum) -> Result<()> {
+    let bytes = file::read_optional(path)?.unwrap_or_default();
+    let (kept, last) = until(&bytes, episode);
+    if kept.is_empty() || Summing::of(kept).sum() == *expected {
+        return Ok(());
+    }
+    let lines = (1..).zip(kept.split_inclusive(|byte| *byte == b'\n'));
+    let damage = |(line, text): (u64, &[u8])| Some((line, json::message(&parse(text).err()?)));
+    let (line, what) = match lines.into_iter().find_map(damage) {
+        Some((line, message)) => (Some(line), format!("not an episode: {message}")),
+        None if last < episode => (None, format!("it ends at episode {last} of {episode}")),
+        None => (None, "it was changed after it was written".to_owned()),
+    };
+    let reason = what + ": `mge resume` accepts it as it is, without the replays that are lost";
+    Err(RunError::Malformed { path: path.to_path_buf(), line, reason })
+}
+
+/// The beginning of the file up to `episode`, and the last episode in it.
+fn until(bytes: &[u8], episode: u64) -> (&[u8], u64) {
     let (mut end, mut kept, mut last) = (0, 0, 0);
     // A damaged line loses only its own episode, not those after it.
-    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+    for line in file::whole_lines(bytes).split_inclusive(|byte| *byte == b'\n') {
         end += line.len();
-        let played = parse(line).ok().filter(|played| line.ends_with(b"\n") && played.episode <= episode);
-        if let Some(played) = played {
-            (kept, last) = (end, played.episode);
+        if let Some(number) = number_of(line).filter(|number| *number <= episode) {
+            (kept, last) = (end, number);
         }
     }
-    file.truncate(kept as u64)?;
-    Ok((file, last))
+    (&bytes[..kept], last)
 }
 
 fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
@@ -169,8 +197,7 @@ fn find_line(file: &mut (impl BufRead + Seek), length: u64, episode: u64) -> std
 
 /// The number of a line's episode, which is its first field.
 fn number_of(line: &[u8]) -> Option<u64> {
-    let digits = line.strip_prefix(b"{\"episode\":")?.split(|byte| *byte == b',').next()?;
-    std::str::from_utf8(digits).ok()?.parse().ok()
+    file::leading_number(line, b"{\"episode\":")
 }
 
 /// The number, from 1, of the line at offset `start`; `None` if the file can no longer be read.

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::retention::CheckpointName;
+
 /// Why a run could not be read or written. Messages name the path and, where possible, a remedy.
 #[derive(Debug, Error)]
 pub enum RunError {
@@ -44,6 +46,13 @@ pub enum RunError {
         /// Process id of the writer, if it can be read.
         process: Option<u32>,
     },
+    /// The file system of a run has no locks, without which two processes could train it at the same time.
+    #[error(
+        "{} cannot be locked: its file system has no locks; mount it with them (Lustre: `flock`, NFS: without \
+         `nolock`), or train on a local disk and copy the run",
+        .0.display()
+    )]
+    NoLocks(PathBuf),
     /// The folder was moved or deleted while the run was being written.
     #[error("{} was moved or deleted while it was being trained: the training has ended", .0.display())]
     Moved(PathBuf),
@@ -84,6 +93,28 @@ pub enum RunError {
         /// Episode of the checkpoint.
         wanted: u64,
     },
+    /// The table of metrics ends before the event log.
+    #[error("{} ends at episode {found} of {wanted}: `mge resume` writes it anew", path.display())]
+    TableTooShort {
+        /// The table.
+        path: PathBuf,
+        /// Last episode in the table.
+        found: u64,
+        /// Last episode that it should have.
+        wanted: u64,
+    },
+    /// A log was changed before a checkpoint.
+    #[error(
+        "{} was changed after it was written, before the checkpoint of episode {episode}: restore it from a copy; \
+         `mge fork --at N` can only continue from a checkpoint before the change",
+        path.display()
+    )]
+    Changed {
+        /// The log.
+        path: PathBuf,
+        /// Episode of the checkpoint.
+        episode: u64,
+    },
     /// The file does not contain an episode.
     #[error("{}: there is no episode {episode} in it", path.display())]
     NoEpisode {
@@ -92,9 +123,19 @@ pub enum RunError {
         /// The requested episode.
         episode: u64,
     },
-    /// There is no checkpoint at all, or none with this name.
+    /// There is no checkpoint at all.
     #[error("there is no checkpoint in {}", .0.display())]
     NoCheckpoint(PathBuf),
+    /// There is no checkpoint with this name or of this episode.
+    #[error("there is no checkpoint {choice} in {}: it has {present}", path.display())]
+    NoSuchCheckpoint {
+        /// The folder of the checkpoints.
+        path: PathBuf,
+        /// The requested one.
+        choice: CheckpointName,
+        /// The existing ones, separated by commas.
+        present: String,
+    },
     /// The length of a checkpoint's file does not match the manifest.
     #[error(
         "{} has {found} bytes instead of {expected}: the checkpoint is incomplete, only an earlier one can be used",

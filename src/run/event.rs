@@ -135,7 +135,7 @@ pub enum Event {
         episodes: u64,
         /// Episodes already finished: 0 for a new run, the checkpoint's episode after a resume.
         episode: u64,
-        /// Checkpoints that could not be used, with the reasons.
+        /// What was wrong with the files, such as checkpoints that could not be used.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         problems: Vec<String>,
     },
@@ -261,7 +261,7 @@ impl fmt::Display for Event {
                     "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}",
                     episode + 1
                 )?;
-                problems.iter().try_for_each(|problem| write!(f, "; a checkpoint cannot be used: {problem}"))
+                problems.iter().try_for_each(|problem| write!(f, "; {problem}"))
             }
             Event::Practised(practised) => {
                 let Practised { rollouts, reached, actions } = practised.in_short();

@@ -25,9 +25,9 @@ pub(super) fn open_append(path: &Path) -> io::Result<File> {
     open_with(OpenOptions::new().create(true).append(true), path)
 }
 
-/// Opens a file for overwriting without truncating it; creates it if there is none.
-pub(super) fn open_write(path: &Path) -> io::Result<File> {
-    open_with(OpenOptions::new().create(true).write(true).truncate(false), path)
+/// Opens a file for overwriting without truncating it; may create it if there is none.
+pub(super) fn open_write(path: &Path, create: bool) -> io::Result<File> {
+    open_with(OpenOptions::new().create(create).write(true).truncate(false), path)
 }
 
 /// All bytes of a file.
@@ -70,6 +70,25 @@ pub(super) fn whole_lines(bytes: &[u8]) -> &[u8] {
     &bytes[..end]
 }
 
+/// Copies a file to a new one; neither is a link, a pipe or a folder.
+pub(crate) fn copy(from: &Path, to: &Path) -> Result<()> {
+    let copy = || io::copy(&mut open(from)?, &mut File::create_new(to)?);
+    copy().map(drop).map_err(RunError::io("copy", from))
+}
+
+/// A value as a line of JSON.
+pub(super) fn json_line(value: &impl Serialize) -> Result<Vec<u8>> {
+    let mut line = serde_json::to_vec(value).map_err(|source| RunError::Encode { what: "a line".into(), source })?;
+    line.push(b'\n');
+    Ok(line)
+}
+
+/// The whole number that follows `start` at the beginning of a line, up to a comma.
+pub(super) fn leading_number(line: &[u8], start: &[u8]) -> Option<u64> {
+    let digits = line.strip_prefix(start)?.split(|byte| *byte == b',').next()?;
+    std::str::from_utf8(digits).ok()?.parse().ok()
+}
+
 /// Replaces a file by a value as indented JSON; `what` names the value in errors.
 pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Result<()> {
     let mut text =
@@ -80,7 +99,12 @@ pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Res
 
 /// SHA-256 of some bytes, in hexadecimal.
 pub(super) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+/// Bytes as hexadecimal digits.
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Rejects a JSON file whose `format` is not in 1 to `supported`. Call this before parsing the rest
@@ -134,7 +158,7 @@ mod tests {
         symlink(&file, &link).unwrap();
         assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         for path in [&link, &pipe, Path::new("/dev/null"), folder.path()] {
-            for opened in [open(path), open_append(path), open_write(path)] {
+            for opened in [open(path), open_append(path), open_write(path, true)] {
                 assert!(opened.is_err(), "{}", path.display());
             }
         }
@@ -144,7 +168,7 @@ mod tests {
             let error = read(path).unwrap_err().to_string();
             assert!(error.ends_with(irregular), "{error}");
         }
-        let error = open_write(&pipe).unwrap_err().to_string();
+        let error = open_write(&pipe, true).unwrap_err().to_string();
         assert_eq!(error, irregular, "nobody reads the pipe");
         assert_eq!(read(&file).unwrap(), b"kept");
         assert!(read(&folder.path().join("none")).unwrap_err().is_not_found());

@@ -57,10 +57,11 @@ impl RunHistory {
     /// The whole history of a run on disk.
     ///
     /// # Errors
-    /// As [`read_events`](super::read_events).
+    /// As [`read_events`](super::read_events) and [`RunDirectory::check_logs`].
     pub fn read(directory: &RunDirectory) -> Result<Self> {
         let mut history = Self::default();
         for_each_event(&directory.events_path(), |logged| history.note(&logged.event))?;
+        directory.check_logs(&history.records)?;
         Ok(history)
     }
 

@@ -5,7 +5,8 @@ use std::io::{BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::append::AppendFile;
-use super::event::{Event, LoggedEvent};
+use super::event::{EpisodeRecord, Event, LoggedEvent};
+use super::sums::{Sum, Summing};
 use super::{Result, RunError, file};
 use crate::json;
 
@@ -13,6 +14,10 @@ use crate::json;
 #[derive(Debug)]
 pub(super) struct EventLog {
     file: AppendFile,
+    /// Of the results, without their times.
+    summing: Summing,
+    /// The episodes that were kept when it was opened.
+    pub records: Vec<EpisodeRecord>,
     /// Whether the log ends with the `Checkpointed` event of the checkpoint to which it was truncated.
     pub checkpoint_logged: bool,
 }
@@ -23,14 +28,22 @@ impl EventLog {
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
         let bytes = file::read(path)?;
-        let (length, checkpoint_logged) = cut_point(path, &bytes, episode)?;
-        file.truncate(length)?;
-        Ok(Self { file, checkpoint_logged })
+        let Cut { length, checkpoint_logged, records } = Cut::find(path, &bytes, episode)?;
+        file.cut(&bytes[..length])?;
+        Ok(Self { file, summing: results_until(&bytes[..length], episode), records, checkpoint_logged })
     }
 
     /// Appends one line.
     pub fn append(&mut self, logged: &LoggedEvent) -> Result<()> {
-        self.file.append_json(logged)
+        let line = file::json_line(logged)?;
+        self.file.append(&line)?;
+        result_of(&line).into_iter().for_each(|result| self.summing.add(result));
+        Ok(())
+    }
+
+    /// The sum of the results, without their times.
+    pub fn sum(&self) -> Sum {
+        self.summing.sum()
     }
 
     /// Waits until everything is on disk.
@@ -39,49 +52,101 @@ impl EventLog {
     }
 }
 
-/// Length of the part of a log that belongs to a checkpoint of `episode`, and whether it ends with
-/// that checkpoint's event.
-///
-/// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
-/// to the log as it was before the stop or the pause.
-///
-/// Truncation also removes damage after the last kept episode, and the final events of a process that
-/// was killed before it could log the checkpoint.
-fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
-    let mut after_checkpoint = None;
-    let (mut end, mut kept, mut is_over) = (0, 0, false);
-    let mut last_episode = 0;
-    for (number, line) in complete_lines(bytes) {
-        let event = match parse(path, number, line) {
-            Ok(logged) => logged.event,
-            Err(_) if last_episode >= episode => break,
-            Err(error) => return Err(error),
-        };
-        if let Event::EpisodeFinished(record) = &event {
-            if record.episode > episode {
-                break;
+/// The sum of the results in a log up to `episode`, without their times.
+pub(super) fn sum_until(path: &Path, episode: u64) -> Result<Sum> {
+    Ok(results_until(&file::read(path)?, episode).sum())
+}
+
+fn results_until(bytes: &[u8], episode: u64) -> Summing {
+    let mut summing = Summing::default();
+    for line in file::whole_lines(bytes).split_inclusive(|&byte| byte == b'\n') {
+        let Some(result) = result_of(line) else { continue };
+        let number = RESULTS.into_iter().find_map(|start| file::leading_number(result, start));
+        if number.is_some_and(|number| number > episode) {
+            break;
+        }
+        summing.add(result);
+    }
+    summing
+}
+
+/// How lines with results go on after their time, up to the episode.
+const RESULTS: [&[u8]; 2] = [b",\"type\":\"episode_finished\",\"episode\":", b",\"type\":\"evaluated\",\"episode\":"];
+
+/// The part of a line after its time, if it records a result: it is the same whenever the run is repeated.
+fn result_of(line: &[u8]) -> Option<&[u8]> {
+    let after_time = &line[line.iter().position(|byte| *byte == b',')?..];
+    RESULTS.iter().any(|start| after_time.starts_with(start)).then_some(after_time)
+}
+
+/// The part of a log that belongs to a checkpoint.
+struct Cut {
+    length: usize,
+    /// Whether it ends with the checkpoint's event.
+    checkpoint_logged: bool,
+    /// Its episodes.
+    records: Vec<EpisodeRecord>,
+}
+
+/// Checks that no episode is missing before that of an event; `last` is the last one before.
+fn check_order(path: &Path, line: u64, last: u64, event: &Event) -> Result<()> {
+    match event {
+        Event::EpisodeFinished(record) if record.episode > last + 1 => {
+            let reason = format!("episode {} follows episode {last}: those between are missing", record.episode);
+            Err(RunError::Malformed { path: path.to_path_buf(), line: Some(line), reason })
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Cut {
+    /// Finds the part that belongs to a checkpoint of `episode`.
+    ///
+    /// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
+    /// to the log as it was before the stop or the pause.
+    ///
+    /// Truncation also removes damage after the last kept episode, and the final events of a process that
+    /// was killed before it could log the checkpoint.
+    fn find(path: &Path, bytes: &[u8], episode: u64) -> Result<Self> {
+        let mut after_checkpoint = None;
+        let (mut end, mut kept, mut is_over) = (0, 0, false);
+        let mut records: Vec<EpisodeRecord> = Vec::new();
+        for (number, line) in complete_lines(bytes) {
+            let last = records.last().map_or(0, |record| record.episode);
+            let event = match parse(path, number, line) {
+                Ok(logged) => logged.event,
+                Err(_) if last >= episode => break,
+                Err(error) => return Err(error),
+            };
+            if let Event::EpisodeFinished(record) = &event {
+                if record.episode > episode {
+                    break;
+                }
+                check_order(path, number, last, &event)?;
+                records.push(record.clone());
             }
-            last_episode = record.episode;
+            end += line.len() + 1;
+            let ends = matches!(
+                event,
+                Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
+            );
+            is_over |= ends && event.episode() == episode;
+            if !ends && !is_over {
+                kept = end;
+            }
+            if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
+                after_checkpoint = Some(end);
+            }
         }
-        end += line.len() as u64 + 1;
-        let ends = matches!(
-            event,
-            Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
-        );
-        is_over |= ends && event.episode() == episode;
-        if !ends && !is_over {
-            kept = end;
+        let found = records.last().map_or(0, |record| record.episode);
+        if found < episode {
+            return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
         }
-        if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
-            after_checkpoint = Some(end);
-        }
+        // Without a checkpoint the run starts over, and so does its log.
+        let unlogged = if episode == 0 { 0 } else { kept };
+        let checkpoint_logged = after_checkpoint.is_some();
+        Ok(Self { length: after_checkpoint.unwrap_or(unlogged), checkpoint_logged, records })
     }
-    if last_episode < episode {
-        return Err(RunError::LogTooShort { path: path.to_path_buf(), found: last_episode, wanted: episode });
-    }
-    // Without a checkpoint the run starts over, and so does its log.
-    let unlogged = (if episode == 0 { 0 } else { kept }, false);
-    Ok(after_checkpoint.map_or(unlogged, |length| (length, true)))
 }
 
 /// Lines that end with a line feed, counted from 1; a half-written last line is left out.
@@ -203,14 +268,19 @@ pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
 /// Calls `note` for each event of a log, in order; errors are those of [`read_events`].
 pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> Result<()> {
     let mut file = BufReader::new(file::open(path).map_err(RunError::io("read", path))?);
-    let mut line = Vec::new();
+    let (mut line, mut last) = (Vec::new(), 0);
     for number in 1.. {
         line.clear();
         file.read_until(b'\n', &mut line).map_err(RunError::io("read", path))?;
         if line.pop() != Some(b'\n') {
             break;
         }
-        note(parse(path, number, &line)?);
+        let logged = parse(path, number, &line)?;
+        check_order(path, number, last, &logged.event)?;
+        if let Event::EpisodeFinished(record) = &logged.event {
+            last = record.episode;
+        }
+        note(logged);
     }
     Ok(())
 }

@@ -5,38 +5,63 @@ use std::path::Path;
 use super::append::AppendFile;
 use super::event::EpisodeRecord;
 use super::{Result, RunError, file};
+use crate::atomic;
 
-/// Opens the table for writing; removes the rows after `episode` and a half-written last row.
-pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
+/// Opens the table for writing, with the rows of these episodes; removes those after them. A table that does not have
+/// them is written anew. Then also returns what was wrong with it.
+pub(super) fn open(path: &Path, records: &[EpisodeRecord]) -> Result<(AppendFile, Option<RunError>)> {
+    let rows = encoded(path, true, records)?;
     let mut file = AppendFile::open(path)?;
-    file.truncate(end_of(path, episode)?)?;
-    Ok(file)
+    let mut damage = None;
+    if !file::read(path)?.starts_with(&rows) {
+        damage = check(path, records).err();
+        atomic::write(path, &rows).map_err(RunError::io("write", path))?;
+        file = AppendFile::open(path)?;
+    }
+    file.cut(&rows)?;
+    Ok((file, damage))
 }
 
-/// The offset at which the row of `episode` ends.
+/// Checks that the table begins with the rows of these episodes, which are those of the event log.
 ///
 /// # Errors
-/// [`RunError::LogTooShort`] if there is no such row, [`RunError::Malformed`] if a row before it is invalid.
-pub(super) fn end_of(path: &Path, episode: u64) -> Result<u64> {
+/// [`RunError::TableTooShort`] if it ends before, [`RunError::Malformed`] if a row is invalid or differs.
+pub(super) fn check(path: &Path, records: &[EpisodeRecord]) -> Result<()> {
     let bytes = file::read_optional(path)?.unwrap_or_default();
-    let (rows, ends, damage) = parse(path, file::whole_lines(&bytes));
-    let kept = rows.iter().take_while(|row| row.episode <= episode).count();
-    let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
-    if found < episode {
-        let short = RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode };
-        return Err(damage.unwrap_or(short));
+    let (rows, damage) = parse(path, file::whole_lines(&bytes));
+    for (row, record) in rows.iter().zip(records) {
+        // Rows with NaN differ from themselves, but not as text.
+        if row != record && encoded(path, false, [row])? != encoded(path, false, [record])? {
+            let reason = "it differs from events.jsonl: `mge resume` writes the table anew".to_owned();
+            return Err(RunError::Malformed { path: path.to_path_buf(), line: Some(record.episode + 1), reason });
+        }
     }
-    Ok(kept.checked_sub(1).map_or(0, |last| ends[last]))
+    let (found, wanted) = (rows.len() as u64, records.len() as u64);
+    let short = || RunError::TableTooShort { path: path.to_path_buf(), found, wanted };
+    if found < wanted { Err(damage.unwrap_or_else(short)) } else { Ok(()) }
+}
+
+/// The number of the last episode in the table; 0 if there is none.
+pub(super) fn last_episode(path: &Path) -> Result<u64> {
+    /// Far more than the bytes of a row.
+    const ROW: u64 = 1 << 12;
+    let (end, _) = file::read_end(path, ROW)?;
+    let last = file::whole_lines(&end).rsplit(|byte| *byte == b'\n').nth(1);
+    Ok(last.and_then(|row| file::leading_number(row, b"")).unwrap_or(0))
 }
 
 /// Appends one row, preceded by the header if it is the first.
 pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<()> {
-    let mut writer = csv::WriterBuilder::new().has_headers(table.is_empty()?).from_writer(Vec::new());
-    let row = writer.serialize(record).map_err(|error| error.to_string());
-    let row = row.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
-    let malformed = |reason| RunError::Malformed { path: table.path().to_path_buf(), line: None, reason };
-    let row = row.map_err(malformed)?;
+    let row = encoded(table.path(), table.is_empty()?, [record])?;
     table.append(&row)
+}
+
+/// Rows as text.
+fn encoded<'a>(path: &Path, header: bool, records: impl IntoIterator<Item = &'a EpisodeRecord>) -> Result<Vec<u8>> {
+    let mut writer = csv::WriterBuilder::new().has_headers(header).from_writer(Vec::new());
+    let rows = records.into_iter().try_for_each(|record| writer.serialize(record)).map_err(|error| error.to_string());
+    let rows = rows.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
+    rows.map_err(|reason| RunError::Malformed { path: path.to_path_buf(), line: None, reason })
 }
 
 /// All rows of a `metrics.csv`, which another process may still be writing.
@@ -46,33 +71,31 @@ pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<(
 /// line that is not a row. A half-written last row is left out and is not an error.
 pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
     let bytes = file::read(path)?;
-    let (rows, _, damage) = parse(path, file::whole_lines(&bytes));
+    let (rows, damage) = parse(path, file::whole_lines(&bytes));
     damage.map_or(Ok(rows), Err)
 }
 
-/// The rows up to the first invalid one, the end offset of each in `bytes`, and the error of the
-/// invalid row.
-fn parse(path: &Path, bytes: &[u8]) -> (Vec<EpisodeRecord>, Vec<u64>, Option<RunError>) {
+/// The rows up to the first invalid one, and the error of that.
+fn parse(path: &Path, bytes: &[u8]) -> (Vec<EpisodeRecord>, Option<RunError>) {
     let malformed = |line: Option<u64>, reason: String| RunError::Malformed { path: path.to_path_buf(), line, reason };
     let mut reader = csv::Reader::from_reader(bytes);
-    let (mut rows, mut ends) = (Vec::new(), Vec::new());
+    let mut rows: Vec<EpisodeRecord> = Vec::new();
     let header = match reader.headers() {
         Ok(header) => header.clone(),
-        Err(error) => return (rows, ends, Some(malformed(Some(1), error.to_string()))),
+        Err(error) => return (rows, Some(malformed(Some(1), error.to_string()))),
     };
     let mut row = csv::StringRecord::new();
     loop {
         let line = reader.position().line();
         match reader.read_record(&mut row) {
-            Ok(false) => return (rows, ends, None),
+            Ok(false) => return (rows, None),
             Ok(true) => {}
-            Err(error) => return (rows, ends, Some(malformed(Some(line), error.to_string()))),
+            Err(error) => return (rows, Some(malformed(Some(line), error.to_string()))),
         }
         match row.deserialize(Some(&header)) {
             Ok(record) => rows.push(record),
-            Err(error) => return (rows, ends, Some(malformed(Some(line), format!("not an episode: {error}")))),
+            Err(error) => return (rows, Some(malformed(Some(line), format!("not an episode: {error}")))),
         }
-        ends.push(reader.position().byte());
     }
 }
 
@@ -110,27 +133,36 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
 ";
 
     #[test]
-    fn a_damaged_row_is_an_error_only_if_it_is_needed() {
+    fn a_table_without_its_rows_is_written_anew() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let damaged = GOLDEN.replace("\n2,12,24", "\ntwo,12,24");
-        let reopen = |episode| {
-            std::fs::write(&path, &damaged).unwrap();
-            open(&path, episode).map(drop)
+        let records = [1, 2, 3].map(record);
+        let reopen = |table: &str, kept: usize| {
+            std::fs::write(&path, table).unwrap();
+            let damage = open(&path, &records[..kept]).unwrap().1;
+            assert_eq!(last_episode(&path).unwrap(), kept as u64);
+            assert_eq!(check(&path, &records[..kept]).map_err(|error| error.to_string()), Ok(()));
+            damage
         };
-        reopen(1).unwrap();
-        assert_eq!(read_metrics(&path).unwrap(), [record(1)]);
-        assert!(matches!(reopen(2), Err(RunError::Malformed { line: Some(3), .. })), "{:?}", reopen(2));
-        std::fs::write(&path, GOLDEN).unwrap();
-        let short = open(&path, 3).map(drop);
-        assert!(matches!(short, Err(RunError::LogTooShort { found: 2, wanted: 3, .. })), "{short:?}");
+        let damaged = GOLDEN.replace("\n2,12,24", "\ntwo,12,24");
+        assert!(reopen(&damaged, 1).is_none(), "the damage is in rows that go");
+        assert!(matches!(reopen(&damaged, 2), Some(RunError::Malformed { line: Some(3), .. })));
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), GOLDEN);
+        assert!(reopen(GOLDEN, 2).is_none());
+        assert!(matches!(reopen(GOLDEN, 3), Some(RunError::TableTooShort { found: 2, wanted: 3, .. })));
+        assert!(matches!(reopen("", 2), Some(RunError::TableTooShort { found: 0, wanted: 2, .. })));
+        let other = GOLDEN.replace("\n1,12,12,0.1", "\n1,12,12,0.9");
+        assert!(matches!(reopen(&other, 2), Some(RunError::Malformed { line: Some(2), .. })));
+        let missing =
+            GOLDEN.lines().enumerate().filter(|(number, _)| *number != 1).map(|(_, line)| line.to_owned() + "\n");
+        assert!(matches!(reopen(&missing.collect::<String>(), 2), Some(RunError::Malformed { line: Some(2), .. })));
     }
 
     #[test]
     fn table_keeps_its_format_and_round_trips() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let mut log = open(&path, 0).unwrap();
+        let (mut log, _) = open(&path, &[]).unwrap();
         append(&mut log, &record(1)).unwrap();
         append(&mut log, &record(2)).unwrap();
         log.sync().unwrap();
@@ -146,22 +178,20 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
     fn resumed_table_equals_an_uninterrupted_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let mut log = open(&path, 0).unwrap();
-        (1..=3).for_each(|episode| append(&mut log, &record(episode)).unwrap());
+        let records = [1, 2, 3].map(record);
+        let (mut log, _) = open(&path, &[]).unwrap();
+        records.iter().for_each(|record| append(&mut log, record).unwrap());
         let whole = std::fs::read(&path).unwrap();
         drop(log);
 
         std::fs::write(&path, [&whole[..], b"4,12,4"].concat()).unwrap();
         assert_eq!(read_metrics(&path).unwrap().len(), 3);
-        let mut log = open(&path, 1).unwrap();
-        (2..=3).for_each(|episode| append(&mut log, &record(episode)).unwrap());
-        assert_eq!(std::fs::read(&path).unwrap(), whole);
-
-        let mut log = open(&path, 0).unwrap();
-        (1..=3).for_each(|episode| append(&mut log, &record(episode)).unwrap());
-        assert_eq!(std::fs::read(&path).unwrap(), whole);
-        let error = open(&path, 7).unwrap_err();
-        assert!(matches!(error, RunError::LogTooShort { found: 3, wanted: 7, .. }), "{error}");
+        for kept in [1, 0] {
+            let (mut log, damage) = open(&path, &records[..kept]).unwrap();
+            assert!(damage.is_none());
+            records[kept..].iter().for_each(|record| append(&mut log, record).unwrap());
+            assert_eq!(std::fs::read(&path).unwrap(), whole);
+        }
     }
 
     fn check_refused(text: &str, line: u64, reason: &str) {

@@ -33,9 +33,15 @@
 //! the checkpoint. [`RunWriter::open`] truncates them to the checkpoint's episode and continues from
 //! there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted one.
 //! Readers ignore a half-written last line.
+//!
+//! # Changed files
+//!
+//! Each checkpoint holds checksums of the logs up to its episode. [`RunDirectory::check_logs`] compares them, and
+//! [`RunDirectory::status`] the ends and sizes of the files.
 
 mod append;
 mod branch;
+mod check;
 pub mod checkpoint;
 mod directory;
 mod episodes;
@@ -56,6 +62,7 @@ mod series;
 mod stamp;
 mod status;
 mod store;
+mod sums;
 mod tensorboard;
 mod writer;
 
@@ -65,7 +72,7 @@ pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
 pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};
 pub use error::RunError;
 pub use event::{EpisodeRecord, Event, LoggedEvent, Practised};
-pub(crate) use file::read_optional;
+pub(crate) use file::{copy, read_optional};
 pub use history::{EvaluationRecord, RunHistory};
 pub use log::{EventReader, Poll, read_events};
 pub use metric::{Direction, Metric, MetricInfo};
@@ -77,6 +84,7 @@ pub use series::Series;
 pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
+pub use sums::{LogSums, SUMS_SECTION};
 pub use writer::RunWriter;
 
 /// Result of operations on a run on disk.

@@ -66,13 +66,18 @@ impl RunDirectory {
         Ok(notes)
     }
 
-    /// Replaces the notes on the run. This is allowed during training, which does not use them.
+    /// Changes the notes on the run. This is allowed during training, which does not use them. Of changes by several
+    /// processes at the same time, none is lost.
     ///
     /// # Errors
     /// [`RunError::Notes`] if they are invalid, [`RunError::Io`] if they cannot be written.
-    pub fn write_notes(&self, notes: &Notes) -> Result<()> {
-        notes.check().map_err(RunError::Notes)?;
-        file::write_json(&self.notes_path(), "notes", notes)
+    pub fn change_notes(&self, change: impl FnOnce(&mut Notes)) -> Result<()> {
+        self.in_turn(|| {
+            let mut notes = self.notes()?;
+            change(&mut notes);
+            notes.check().map_err(RunError::Notes)?;
+            file::write_json(&self.notes_path(), "notes", &notes)
+        })
     }
 }
 
@@ -90,7 +95,8 @@ mod tests {
             note: "the first that works".into(),
             ..Notes::default()
         };
-        run.write_notes(&notes).unwrap();
+        let write = |new: &Notes| run.change_notes(|notes| notes.clone_from(new));
+        write(&notes).unwrap();
         assert_eq!(run.notes().unwrap(), notes);
         for bad in [
             Notes { note: "x".repeat(4001), ..Notes::default() },
@@ -98,12 +104,13 @@ mod tests {
             Notes { tags: vec![String::new()], ..Notes::default() },
             Notes { tags: vec!["a".into(); 21], ..Notes::default() },
         ] {
-            assert!(matches!(run.write_notes(&bad), Err(RunError::Notes(_))), "{bad:?}");
+            assert!(matches!(write(&bad), Err(RunError::Notes(_))), "{bad:?}");
             assert_eq!(run.notes().unwrap(), notes, "the notes are unchanged");
             // The same notes written by another program are rejected as well.
             std::fs::write(run.notes_path(), serde_json::to_vec(&bad).unwrap()).unwrap();
             assert!(matches!(run.notes(), Err(RunError::Malformed { .. })), "{bad:?}");
-            run.write_notes(&notes).unwrap();
+            std::fs::remove_file(run.notes_path()).unwrap();
+            write(&notes).unwrap();
         }
         std::fs::write(run.notes_path(), r#"{"format": 9}"#).unwrap();
         assert!(matches!(run.notes(), Err(RunError::UnknownFormat { .. })));

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub enum CheckpointName {
     /// `last`: the newest checkpoint.
     Last,
-    /// `best`: the checkpoint with the highest score.
+    /// `best`: the latest checkpoint with the highest score.
     Best,
     /// `episode-N`: the checkpoint of episode N.
     Episode(u64),
@@ -35,9 +35,10 @@ impl FromStr for CheckpointName {
             "best" => Ok(CheckpointName::Best),
             _ => text
                 .strip_prefix("episode-")
-                .and_then(|number| number.parse().ok())
+                .unwrap_or(text)
+                .parse()
                 .map(CheckpointName::Episode)
-                .ok_or_else(|| format!("\"{text}\" is not a checkpoint: use last, best or episode-N")),
+                .map_err(|_| format!("\"{text}\" is not a checkpoint: use last, best or the number of an episode")),
         }
     }
 }
@@ -87,12 +88,12 @@ pub enum CheckpointAction {
 /// The checkpoints to write and then to remove, in this order.
 ///
 /// Whenever something is saved, `last` is saved first, so that it is never older than any other
-/// checkpoint. A checkpoint becomes `best` if its score is strictly higher than that of the current
-/// `best`; this is never the case for NaN.
+/// checkpoint. A checkpoint becomes `best` unless its score is lower than that of the current `best`; one with NaN
+/// never does. So of equal ones the latest, which has learned most, is `best`.
 pub fn checkpoint_actions(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
     let due = |every: u64| every > 0 && moment.episode > 0 && moment.episode.is_multiple_of(every);
     let best = match (moment.score, moment.best_score) {
-        (Some(score), Some(best)) => score > best,
+        (Some(score), Some(best)) => score >= best,
         (Some(score), None) => !score.is_nan(),
         (None, _) => false,
     };
@@ -144,11 +145,12 @@ mod tests {
     }
 
     #[test]
-    fn best_must_be_strictly_better_and_a_number() {
+    fn best_is_the_latest_of_the_highest_score() {
         let with = |score, best_score| RetentionContext { score, best_score, ..QUIET };
         check(with(Some(0.5), None), &[Save(Last), Save(Best)]);
         check(with(Some(0.5), Some(0.4)), &[Save(Last), Save(Best)]);
-        check(with(Some(0.5), Some(0.5)), &[]);
+        check(with(Some(0.5), Some(0.5)), &[Save(Last), Save(Best)]);
+        check(with(Some(0.4), Some(0.5)), &[]);
         check(with(Some(f64::NAN), None), &[]);
         check(with(Some(f64::NAN), Some(0.1)), &[]);
         check(with(None, Some(0.1)), &[]);
@@ -175,6 +177,7 @@ mod tests {
         for name in [Last, Best, Episode(12)] {
             assert_eq!(name.to_string().parse(), Ok(name));
         }
+        assert_eq!("12".parse(), Ok(Episode(12)));
         assert!("episode-x".parse::<CheckpointName>().unwrap_err().contains("episode-x"));
         assert!(".writing-abc".parse::<CheckpointName>().is_err());
     }

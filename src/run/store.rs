@@ -32,7 +32,8 @@ impl CheckpointStore {
     /// # Errors
     /// [`RunError::Io`] if the folder cannot be read.
     pub fn names(&self) -> Result<Vec<CheckpointName>> {
-        let mut names: Vec<_> = self.entries()?.iter().filter_map(|name| finished_name(name).parse().ok()).collect();
+        let known = |name: &str| name.parse().ok().filter(|known: &CheckpointName| known.to_string() == name);
+        let mut names: Vec<_> = self.entries()?.iter().filter_map(|name| known(finished_name(name))).collect();
         names.sort_unstable();
         names.dedup();
         Ok(names)
@@ -53,6 +54,30 @@ impl CheckpointStore {
     /// Episode of a checkpoint; `None` if there is none with this name and a readable manifest.
     pub(super) fn episode_of(&self, name: CheckpointName) -> Option<u64> {
         Manifest::read(&self.path(name)).ok().map(|manifest| manifest.episode)
+    }
+
+    /// The name of a checkpoint that is chosen by a name, or by its episode whatever its name.
+    ///
+    /// # Errors
+    /// [`RunError::NoSuchCheckpoint`] with those that there are; [`RunError::NoCheckpoint`] if there are none.
+    pub fn chosen(&self, choice: CheckpointName) -> Result<CheckpointName> {
+        let all = self.episodes()?;
+        let is_it = |(episode, name): &&(u64, CheckpointName)| {
+            *name == choice || matches!(choice, CheckpointName::Episode(wanted) if wanted == *episode)
+        };
+        match all.iter().find(is_it) {
+            Some((_, name)) => Ok(*name),
+            // Reading it reports what is wrong with it.
+            None if all.is_empty() => Ok(choice),
+            None => {
+                let present = all.iter().map(|(episode, name)| match name {
+                    CheckpointName::Episode(_) => episode.to_string(),
+                    name => format!("{name} (episode {episode})"),
+                });
+                let present = present.collect::<Vec<_>>().join(", ");
+                Err(RunError::NoSuchCheckpoint { path: self.folder.clone(), choice, present })
+            }
+        }
     }
 
     /// Reads and verifies one checkpoint.
@@ -89,10 +114,16 @@ impl CheckpointStore {
     /// # Errors
     /// [`RunError::NoCheckpoint`] if there is none at all; the first error if none is valid.
     pub fn load_newest(&self) -> Result<(Checkpoint, Vec<RunError>)> {
+        self.load_newest_until(u64::MAX)
+    }
+
+    /// Like [`CheckpointStore::load_newest`], of those that are not after an episode.
+    pub(super) fn load_newest_until(&self, latest: u64) -> Result<(Checkpoint, Vec<RunError>)> {
         let mut problems = Vec::new();
         let mut candidates = Vec::new();
         for name in self.names()? {
             match Manifest::read(&self.path(name)) {
+                Ok(manifest) if manifest.episode > latest => {}
                 Ok(manifest) => candidates.push((manifest.episode, name)),
                 Err(problem) => problems.push(problem),
             }

@@ -11,6 +11,7 @@ use super::log::EventLog;
 use super::metrics;
 use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
 use super::scalars::Scalars;
+use super::sums::LogSums;
 use super::tensorboard::TensorBoardWriter;
 use super::{Result, RunError, file};
 use crate::atomic;
@@ -27,6 +28,8 @@ pub struct RunWriter {
     log: AppendFile,
     opened: f64,
     lock: RunLock,
+    /// What was wrong with logs that are not needed to continue.
+    problems: Vec<String>,
 }
 
 impl RunWriter {
@@ -49,8 +52,13 @@ impl RunWriter {
         directory.checkpoints().tidy()?;
         atomic::remove_leftovers(directory.path());
         let events = EventLog::open(&directory.events_path(), episode)?;
-        let metrics = metrics::open(&directory.metrics_path(), episode)?;
+        let (metrics, damage) = metrics::open(&directory.metrics_path(), &events.records)?;
+        let mut problems = Vec::from_iter(damage.map(|damage| format!("{damage}; that has been done")));
         let (episodes, last_played) = episodes::open(&directory.episodes_path(), episode)?;
+        // Training does not need the file, so the run goes on.
+        if last_played < episode {
+            problems.push(format!("episodes.jsonl ends after episode {last_played}: no replays up to {episode}"));
+        }
         let first_step = if episode == 0 { 0 } else { episode + 1 };
         let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
         if episode == 0 {
@@ -58,7 +66,7 @@ impl RunWriter {
             let config = file::read(&path)?;
             tensorboard.text(0, time, "config", &format!("```json\n{}```\n", String::from_utf8_lossy(&config)))?;
         }
-        let mut writer = Self {
+        Ok(Self {
             directory: directory.clone(),
             events,
             metrics,
@@ -68,12 +76,18 @@ impl RunWriter {
             log: AppendFile::open(&directory.log_path())?,
             opened: time,
             lock,
-        };
-        // Training does not need the file, so the run goes on.
-        if last_played < episode {
-            writer.note(&format!("episodes.jsonl ends after episode {last_played}: no replays up to {episode}"))?;
-        }
-        Ok(writer)
+            problems,
+        })
+    }
+
+    /// What was wrong with logs that are not needed to continue.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// The checksums of the logs so far, to be saved with a checkpoint.
+    pub fn sums(&self) -> LogSums {
+        LogSums { events: self.events.sum(), episodes: self.episodes.sum() }
     }
 
     /// Writes an event to the log and to all other files that record it. The order of events is

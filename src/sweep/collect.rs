@@ -9,7 +9,7 @@ use super::models::{MODEL, RESULT};
 use super::results::{Kind, common_kind, kind_of};
 use crate::dynamics::{Model, checkpoint_of};
 use crate::evidence::find_runs;
-use crate::run::{RunDirectory, RunError, RunState, read_optional};
+use crate::run::{self, RunDirectory, RunError, RunState, read_optional};
 
 /// Copies the runs of several sweep folders into the folder `out`, which may already hold runs. Of
 /// several copies of a run, the one with the most episodes or epochs is kept. Returns the number of
@@ -118,15 +118,16 @@ fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
     Ok(())
 }
 
+/// Copies the folders and files in a folder. Links, which may lead out of it, and pipes are refused.
 fn copy(from: &Path, to: &Path) -> Result<(), SweepError> {
     fs::create_dir_all(to).map_err(RunError::io("create", to))?;
     for entry in fs::read_dir(from).map_err(RunError::io("read", from))? {
-        let path = entry.map_err(RunError::io("read", from))?.path();
-        let target = to.join(path.file_name().unwrap_or_default());
-        if path.is_dir() {
+        let entry = entry.map_err(RunError::io("read", from))?;
+        let (path, target) = (entry.path(), to.join(entry.file_name()));
+        if entry.file_type().map_err(RunError::io("read", &path))?.is_dir() {
             copy(&path, &target)?;
-        } else if path.file_name().is_some_and(|name| name != "lock") {
-            fs::copy(&path, &target).map_err(RunError::io("copy", &path))?;
+        } else if entry.file_name() != "lock" {
+            run::copy(&path, &target)?;
         }
     }
     Ok(())

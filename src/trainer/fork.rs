@@ -118,7 +118,7 @@ pub fn fork(
     }
     stop.check().map_err(TrainingError::from)?;
     let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
-    Ok(branch.finish(&config, &checkpoint)?)
+    Ok(branch.finish(&config, checkpoint)?)
 }
 
 /// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own

@@ -48,7 +48,7 @@ pub use method::{Method, PriorSource};
 pub use misuse::{Chosen, warnings};
 pub use parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, PastTask, Practice, Refinement};
 pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
-pub use run_loop::{Control, Ending, TrainerError, check_continuation, train};
+pub use run_loop::{Control, Ending, TrainerError, check_continuation, checked_history, train};
 pub use setting::{SettingError, config_keys, non_default_settings};
 pub use thread::Trainer;
 pub use tools::{can_play, chosen_tool, observed};

@@ -13,12 +13,12 @@ use super::config::RunConfig;
 use super::panic_message;
 use super::prior::{PriorError, build_priors};
 use super::trace::Trace;
-use super::training::{Training, TrainingError};
+use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::ActionPrior;
 use crate::run::{
     Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
-    RunDirectory, RunError, RunWriter, checkpoint_actions,
+    RunDirectory, RunError, RunHistory, RunWriter, SUMS_SECTION, checkpoint_actions,
 };
 use crate::stop::Pieces;
 
@@ -63,16 +63,15 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     // Lock before reading anything, because another process may be writing it.
     let lock = directory.lock()?;
     let config: RunConfig = directory.config()?;
-    let (checkpoint, mut problems) = match directory.checkpoints().names()?.is_empty() {
-        true => (None, Vec::new()),
-        false => directory.checkpoints().load_newest().map(|(newest, problems)| (Some(newest), problems))?,
-    };
+    let (checkpoint, mut problems) = directory.newest_checkpoint()?;
     if checkpoint.is_none() && config.fork.is_some() {
         // A run without a checkpoint starts over with an empty log, which a fork cannot do.
         return Err(TrainingError::MissingForkCheckpoint.into());
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
     let mut writer = RunWriter::locked(directory, lock, episode)?;
+    // Otherwise the next one accepts what is left of the logs.
+    let is_saved = checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.has_sums(&writer.sums()));
     if let Some(checkpoint) = &checkpoint {
         let is_finished = checkpoint.episode >= u64::from(config.episodes);
         writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
@@ -84,6 +83,8 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         None
     });
     let existing = store.names()?;
+    let of_checkpoint = |problem: &RunError| format!("a checkpoint cannot be used: {problem}");
+    let problems = writer.take_problems().into_iter().chain(problems.iter().map(of_checkpoint)).collect();
     watch.set_episode(episode);
     let mut run_loop = RunLoop {
         writer,
@@ -94,10 +95,10 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         pause_after: None,
         best_score,
         existing,
-        problems: problems.iter().map(ToString::to_string).collect(),
+        problems,
         pieces: Pieces::default(),
         score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
-        is_saved: checkpoint.is_some(),
+        is_saved,
         is_changed: false,
     };
     let outcome = record_panic(&mut run_loop, |run_loop| run_loop.start(config, checkpoint.as_ref()));
@@ -114,12 +115,28 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
 /// # Errors
 /// When its newest checkpoint or its metrics cannot be used.
 pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Result<(), TrainerError> {
-    if directory.checkpoints().names()?.is_empty() {
-        return Ok(());
-    }
-    let (checkpoint, _) = directory.checkpoints().load_newest()?;
+    let (Some(checkpoint), _) = directory.newest_checkpoint()? else { return Ok(()) };
     Training::resume(config.clone(), &checkpoint)?;
-    Ok(directory.check_metrics(checkpoint.episode)?)
+    Ok(checked_history(directory, config).map(drop)?)
+}
+
+/// The history of a run, after checking that its files agree with each other and with its checkpoint `last`.
+///
+/// # Errors
+/// As [`RunHistory::read`], and when the configuration was changed.
+pub fn checked_history(directory: &RunDirectory, config: &RunConfig) -> Result<RunHistory, RunError> {
+    let history = RunHistory::read(directory)?;
+    if !directory.is_locked()?
+        && let Some(last) = directory.last_with(&[CONFIG_SECTION])?
+    {
+        let changed = |error: TrainingError| RunError::Malformed {
+            path: directory.config_path(),
+            line: None,
+            reason: error.to_string(),
+        };
+        check_settings(config, &last).map_err(changed)?;
+    }
+    Ok(history)
 }
 
 /// Runs `work`; records a panic as the run's end before resuming it.
@@ -142,8 +159,8 @@ pub(super) struct EpisodeOutcome {
     practised: Option<(Practised, Arc<ActionPrior>)>,
     /// The action prior, if the episode changed it.
     refined: Option<Arc<ActionPrior>>,
-    /// The evaluation, if one was due.
-    evaluated: Option<Event>,
+    /// The evaluation, if one was due, and the score that decides about `best`.
+    evaluated: Option<(Event, f64)>,
 }
 
 /// Computes an episode without writing any files.
@@ -151,8 +168,12 @@ pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingEr
     let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
     let refined = training.refine()?;
-    let evaluated = training.is_evaluated_after(training.episode());
-    let evaluated = evaluated.then(|| training.evaluate(training.config().evaluation.episodes)).transpose()?;
+    let is_due = training.is_evaluated_after(training.episode());
+    let evaluated = is_due.then(|| training.evaluate(training.config().evaluation.episodes)).transpose()?;
+    let evaluated = match evaluated {
+        Some(event @ Event::Evaluated { mean_return, .. }) => Some((event, training.score(mean_return)?)),
+        _ => None,
+    };
     Ok(EpisodeOutcome { record, trace, practised, refined, evaluated })
 }
 
@@ -170,13 +191,13 @@ struct RunLoop<'a> {
     best_score: Option<f64>,
     /// The existing checkpoints.
     existing: Vec<CheckpointName>,
-    /// Checkpoints that could not be used.
+    /// What was wrong with the files, such as checkpoints that could not be used.
     problems: Vec<String>,
     /// Ends long episodes.
     pieces: Pieces,
     /// Score of the networks, if they were evaluated at the latest episode.
     score: Option<f64>,
-    /// A checkpoint of the latest episode is saved.
+    /// A checkpoint of the latest episode, and of these logs, is saved.
     is_saved: bool,
     /// The schedule or the prior was changed since the checkpoint.
     is_changed: bool,
@@ -237,6 +258,7 @@ impl RunLoop<'_> {
             }
             self.episode(&mut training)?;
         }
+        self.save_now(&training)?;
         self.writer.record(&Event::Finished { episode: training.episode() })?;
         Ok(Ending::Finished)
     }
@@ -269,10 +291,8 @@ impl RunLoop<'_> {
         if let Some(prior) = refined {
             self.record_prior(prior, training.episode(), false)?;
         }
-        if let Some(event) = evaluated {
-            if let Event::Evaluated { mean_return, .. } = event {
-                self.score = Some(mean_return);
-            }
+        if let Some((event, score)) = evaluated {
+            self.score = Some(score);
             self.writer.record(&event)?;
         }
         self.save_due(training)
@@ -299,6 +319,7 @@ impl RunLoop<'_> {
 
     fn checkpoint(&self, training: &Training) -> Result<Checkpoint, TrainerError> {
         let mut checkpoint = training.checkpoint()?;
+        checkpoint.insert_json(SUMS_SECTION, &self.writer.sums())?;
         // The next `best` is compared with this score.
         checkpoint.score = self.score;
         Ok(checkpoint)
@@ -367,7 +388,7 @@ impl RunLoop<'_> {
     /// original error.
     fn fail(&mut self, error: &dyn std::fmt::Display) {
         for problem in std::mem::take(&mut self.problems) {
-            let _ = self.writer.note(&format!("a checkpoint cannot be used: {problem}"));
+            let _ = self.writer.note(&problem);
         }
         let _ = self.writer.record(&Event::Failed { episode: self.watch.episode(), reason: error.to_string() });
     }

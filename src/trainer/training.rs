@@ -39,7 +39,7 @@ pub use error::TrainingError;
 pub use evaluation::greedy_episode;
 use means::UpdateMeans;
 use multi_task::TaskState;
-pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, priors_at};
+pub use saved::{CONFIG_SECTION, NETWORKS_SECTION, PROGRESS_SECTION, check_settings, priors_at};
 
 /// Everything that changes during a run except the learner, which is saved separately.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::guidance::ActionPrior;
 use crate::run::{
-    EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Practised, Request, RunDirectory, RunError,
-    RunHistory, RunState,
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Practised, Request, RunDirectory,
+    RunError, RunHistory, RunState,
 };
 use crate::stop::Stop;
 use crate::task::Task;
@@ -42,6 +42,8 @@ pub struct RunView {
     trained_here: bool,
     /// The latest requested episode of its greedy policy.
     greedy: Option<Arc<Trace>>,
+    /// The checkpoint of the agent that plays.
+    checkpoint: CheckpointName,
     /// The existing log is still being read in the background.
     unread: bool,
     turn: Option<Turn>,
@@ -180,6 +182,7 @@ impl RunView {
             leaving_pause: false,
             trained_here: false,
             greedy: None,
+            checkpoint: CheckpointName::Last,
             unread: false,
             turn: None,
         })
@@ -476,7 +479,7 @@ impl RunView {
     pub fn state(&self) -> RunState {
         let working = self.is_active();
         match &self.history.last {
-            Some(Event::Finished { .. }) => RunState::Finished,
+            Some(Event::Finished { .. }) if working || self.trained_here => RunState::Finished,
             Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
             Some(Event::Failed { reason, .. }) if !working => RunState::Failed(reason.clone()),
             Some(Event::Paused { .. }) if working && !self.leaving_pause => RunState::Paused,
@@ -490,7 +493,11 @@ impl RunView {
 
     /// Access to its recorded episodes and checkpoints.
     pub fn saved(&self) -> SavedRun {
-        SavedRun::new(self.directory.clone(), self.config.clone())
+        SavedRun::new(self.directory.clone(), self.config.clone(), self.checkpoint)
+    }
+
+    pub(super) fn set_checkpoint(&mut self, checkpoint: CheckpointName) {
+        self.checkpoint = checkpoint;
     }
 
     /// The latest requested episode of its greedy policy.

@@ -10,10 +10,11 @@ use super::SessionError;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 use crate::physics::ToolSplit;
-use crate::run::{Checkpoint, CheckpointName, RunDirectory, RunError, read_episode};
+use crate::run::{Checkpoint, CheckpointName, RunDirectory, RunError, RunState, read_episode};
 use crate::task::Task;
 use crate::trainer::{
-    NETWORKS_SECTION, Observation, PROGRESS_SECTION, RunConfig, Trace, can_play, greedy_episode, observed, priors_at,
+    NETWORKS_SECTION, Observation, PROGRESS_SECTION, RunConfig, Trace, can_play, checked_history, greedy_episode,
+    observed, priors_at,
 };
 
 /// The agent of a checkpoint.
@@ -52,11 +53,19 @@ fn nearest(checkpoints: impl Iterator<Item = u64>, episode: u64) -> Option<u64> 
 pub struct SavedRun {
     directory: RunDirectory,
     config: Arc<RunConfig>,
+    /// The checkpoint of the agent that plays.
+    checkpoint: CheckpointName,
 }
 
 impl SavedRun {
-    pub(super) fn new(directory: RunDirectory, config: Arc<RunConfig>) -> Self {
-        Self { directory, config }
+    pub(super) fn new(directory: RunDirectory, config: Arc<RunConfig>, checkpoint: CheckpointName) -> Self {
+        Self { directory, config, checkpoint }
+    }
+
+    /// The same run with the agent of another checkpoint.
+    #[must_use]
+    pub fn at(self, checkpoint: CheckpointName) -> Self {
+        Self { checkpoint, ..self }
     }
 
     /// The saved data of the run in a folder; `config` is the configuration of the run.
@@ -64,7 +73,7 @@ impl SavedRun {
     /// # Errors
     /// When there is no run.
     pub fn open(folder: &Path, config: Arc<RunConfig>) -> Result<Self, RunError> {
-        Ok(Self::new(RunDirectory::open(folder)?, config))
+        Ok(Self::new(RunDirectory::open(folder)?, config, CheckpointName::Last))
     }
 
     /// Replays a recorded episode.
@@ -96,30 +105,31 @@ impl SavedRun {
         Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), priors, checkpoints }))
     }
 
-    /// The agent of the latest checkpoint.
+    /// The agent of the checkpoint, with the number of episodes that it has finished.
     ///
     /// # Errors
-    /// When the method does not learn, there is no checkpoint yet, or it cannot be read.
-    pub fn agent(&self) -> Result<Ddpg, SessionError> {
-        Ok(self.last_agent()?.1)
-    }
-
-    /// The agent of the latest checkpoint, with the number of episodes that it has finished.
-    ///
-    /// # Errors
-    /// As [`SavedRun::agent`].
-    pub fn last_agent(&self) -> Result<(u64, Ddpg), SessionError> {
+    /// When the method does not learn, there is no such checkpoint yet, or the run's files do not agree.
+    pub fn agent(&self) -> Result<(u64, Ddpg), SessionError> {
         if !self.config.method.learns() {
             return Err(SessionError::Failed(format!(
                 "{} learns no policy: there is none to play or export",
                 self.config.method
             )));
         }
-        let checkpoint = self.directory.checkpoints().load_sections(CheckpointName::Last, &[NETWORKS_SECTION])?;
+        let store = self.directory.checkpoints();
+        let name = store.chosen(self.checkpoint)?;
+        checked_history(&self.directory, &self.config)?;
+        if let RunState::Incomplete(reason) = self.directory.status()?.state
+            && self.checkpoint == CheckpointName::Last
+        {
+            let run = self.directory.path().display();
+            return Err(SessionError::Failed(format!("{run}: {reason}: `mge resume` continues it")));
+        }
+        let checkpoint = store.load_sections(name, &[NETWORKS_SECTION])?;
         Ok((checkpoint.episode, networks(&checkpoint)?))
     }
 
-    /// An episode of the greedy policy of the latest checkpoint.
+    /// An episode of the greedy policy of the checkpoint.
     ///
     /// # Errors
     /// As [`SavedRun::agent`].
@@ -127,14 +137,14 @@ impl SavedRun {
         Ok(self.player(None, None)?.episode(seed))
     }
 
-    /// The agent of the latest checkpoint, to play greedy episodes: on another task than the first of the run, if
+    /// The agent of the checkpoint, to play greedy episodes: on another task than the first of the run, if
     /// given (with its own start noise), and with action sets drawn from these tools; None for those of the training.
     ///
     /// # Errors
     /// As [`SavedRun::agent`], when the agent's observations do not fit the task, and when tools are given but the agent
     /// does not choose among tools.
     pub fn player(&self, task: Option<Arc<Task>>, tools: Option<ToolSplit>) -> Result<Player, SessionError> {
-        let agent = self.agent()?;
+        let (trained, agent) = self.agent()?;
         if tools.is_some() && agent.options().is_none() {
             let reason = "the agent of this run has the task's own tool: it does not choose among others";
             return Err(SessionError::Failed(reason.to_owned()));
@@ -147,13 +157,14 @@ impl SavedRun {
             let reason = format!("the observation of this run's agent has another length on {}{hint}", task.name);
             return Err(SessionError::Failed(reason));
         }
-        Ok(Player { agent, task, observation, tools: tools.or(self.config.tools) })
+        Ok(Player { trained, agent, task, observation, tools: tools.or(self.config.tools) })
     }
 }
 
 /// An agent with a task on which it plays.
 #[derive(Debug)]
 pub struct Player {
+    trained: u64,
     agent: Ddpg,
     task: Arc<Task>,
     observation: Observation,
@@ -161,6 +172,11 @@ pub struct Player {
 }
 
 impl Player {
+    /// The number of episodes after which the agent was saved.
+    pub fn trained(&self) -> u64 {
+        self.trained
+    }
+
     /// The task.
     pub fn task(&self) -> &Arc<Task> {
         &self.task

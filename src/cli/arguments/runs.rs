@@ -8,6 +8,7 @@ use clap::Args;
 use super::{Print, first_seed};
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolSplit;
+use crate::run::CheckpointName;
 use crate::trainer::{Method, PriorSource};
 
 #[derive(Debug, Args)]
@@ -111,6 +112,9 @@ pub struct Evaluate {
     /// Seed of the start noise
     #[arg(long, default_value_t = 0, value_parser = first_seed())]
     pub seed: u64,
+    /// Checkpoint of the agent: last, best or the number of its episode
+    #[arg(long, value_name = "NAME", default_value_t = CheckpointName::Last)]
+    pub checkpoint: CheckpointName,
     /// Task to play on, with its own start noise: a name or a file; agents that observe by rays play any task [default:
     /// the first of the run, with the start noise of the run]
     #[arg(long)]
@@ -131,6 +135,9 @@ pub struct Export {
     /// Safetensors file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
+    /// Checkpoint of the actor: last, best or the number of its episode
+    #[arg(long, value_name = "NAME", default_value_t = CheckpointName::Last)]
+    pub checkpoint: CheckpointName,
 }
 
 #[derive(Debug, Args)]
@@ -147,6 +154,9 @@ pub struct Figures {
     /// PDF instead of PNG
     #[arg(long, conflicts_with_all = ["dpi", "svg"])]
     pub pdf: bool,
+    /// Also draw an animation of an episode of the agent in this checkpoint: last, best or the number of its episode
+    #[arg(long, value_name = "NAME")]
+    pub checkpoint: Option<CheckpointName>,
     /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
     /// (training or greedy), against (episodes or steps), width (single or double), font (points), axis (linear or log)
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -153,7 +153,7 @@ fn a_checkpoint_with_other_settings_is_not_resumed() {
     let text = std::fs::read_to_string(run.config_path()).unwrap();
     let gamma = format!("\"gamma\": {}", config.ddpg.gamma);
     let seed = format!("\"seed\": {}", config.seed);
-    for (name, written, changed) in [("ddpg", gamma, "\"gamma\": 0.5"), ("seed", seed, "\"seed\": 99")] {
+    for (name, written, changed) in [("ddpg.gamma", gamma, "\"gamma\": 0.5"), ("seed", seed, "\"seed\": 99")] {
         assert!(text.contains(&written), "{text}");
         std::fs::write(run.config_path(), text.replace(&written, changed)).unwrap();
         let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();

@@ -33,7 +33,7 @@ pub enum TrainingError {
     Run(#[from] RunError),
     /// The settings were changed after the run began.
     #[error("the run began with another `{0}` than config.json has now: restore it, or start a new run")]
-    OtherSettings(&'static str),
+    OtherSettings(String),
     /// The checkpoint from which a fork continues is missing.
     #[error("the run is a fork, and the checkpoint from which it continues is missing: fork the other run again")]
     MissingForkCheckpoint,

@@ -62,7 +62,12 @@ impl Training {
     pub(super) fn evaluated_task(&self, number: u32) -> &Arc<Task> {
         let evaluation = self.config.evaluation;
         let before = self.progress.episode / u64::from(evaluation.every.max(1)) * u64::from(evaluation.episodes);
-        match ((before + u64::from(number)) % self.task_count()) as usize {
+        self.loaded_task(((before + u64::from(number)) % self.task_count()) as usize)
+    }
+
+    /// A task, counted from 0. Only between episodes.
+    pub(super) fn loaded_task(&self, task: usize) -> &Arc<Task> {
+        match task {
             0 => self.env.loaded_task(),
             further => self.further[further - 1].loaded_task(),
         }

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use super::{Training, TrainingError, TrainingState};
 use crate::agent::{self, Ddpg, Learner};
 use crate::guidance::ActionPrior;
+use crate::json;
 use crate::run::{Checkpoint, RunError};
 use crate::trainer::config::RunConfig;
 use crate::trainer::exploration::Attempts;
@@ -34,6 +35,32 @@ pub fn priors_at(checkpoint: &Checkpoint) -> Result<Vec<Arc<ActionPrior>>, RunEr
     Ok(prior.into_iter().chain(further.into_iter().filter_map(|state| state.prior)).collect())
 }
 
+/// The checkpoint section that holds the configuration of the run, as JSON.
+pub const CONFIG_SECTION: &str = "config.json";
+
+/// Checks that a run has the settings with which a checkpoint was saved; it may have been extended since.
+///
+/// # Errors
+/// The first setting that differs.
+pub fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(), TrainingError> {
+    // Checkpoints of earlier versions do not have the section.
+    if !checkpoint.names().any(|name| name == CONFIG_SECTION) {
+        return Ok(());
+    }
+    let mut saved: RunConfig = checkpoint.json(CONFIG_SECTION)?;
+    if saved.episodes < config.episodes {
+        saved = saved.extended(config.episodes);
+    }
+    if saved == *config {
+        return Ok(());
+    }
+    let [saved, now] = [&saved, config].map(json::as_written);
+    let (saved, now) = (json::leaves(&saved), json::leaves(&now));
+    let differing =
+        saved.iter().find(|leaf| !now.contains(leaf)).or_else(|| now.iter().find(|leaf| !saved.contains(leaf)));
+    Err(TrainingError::OtherSettings(differing.map_or_else(String::new, |(path, _)| path.clone())))
+}
+
 /// Whether an agent's vectors and options match those of a run's agent.
 fn fits(agent: &Ddpg, config: &RunConfig) -> bool {
     let space = Space::of(config);
@@ -48,6 +75,7 @@ impl Training {
     /// When the checkpoint does not belong to this configuration.
     pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
         config.validate()?;
+        check_settings(&config, checkpoint)?;
         let learner = Learner::load(&agent::SavedLearner {
             networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
             replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
@@ -56,11 +84,11 @@ impl Training {
             return Err(agent::StateError::ReplayMismatch.into());
         }
         if *learner.ddpg().config() != config.ddpg {
-            return Err(TrainingError::OtherSettings("ddpg"));
+            return Err(TrainingError::OtherSettings("ddpg".to_owned()));
         }
         let progress: TrainingState = checkpoint.json(PROGRESS_SECTION)?;
         if progress.seed.is_some_and(|seed| seed != config.seed) {
-            return Err(TrainingError::OtherSettings("seed"));
+            return Err(TrainingError::OtherSettings("seed".to_owned()));
         }
         if progress.further.len() != config.further_tasks.len() {
             return Err(agent::StateError::ReplayMismatch.into());
@@ -120,7 +148,7 @@ impl Training {
             return Err(TrainingError::OtherObservations);
         }
         if *agent.config() != self.config.ddpg {
-            return Err(TrainingError::OtherSettings("ddpg"));
+            return Err(TrainingError::OtherSettings("ddpg".to_owned()));
         }
         agent.set_candidates(self.config.tool_candidates);
         *self.learner.ddpg_mut() = agent;
@@ -137,6 +165,7 @@ impl Training {
         checkpoint.insert(NETWORKS_SECTION, saved.networks)?;
         checkpoint.insert(REPLAY_SECTION, saved.replay)?;
         checkpoint.insert_json(PROGRESS_SECTION, &self.progress)?;
+        checkpoint.insert_json(CONFIG_SECTION, &self.config)?;
         Ok(checkpoint)
     }
 }

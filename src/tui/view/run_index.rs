@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
+use crate::evidence::is_listed_run;
 use crate::run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use crate::trainer::RunConfig;
 
@@ -226,10 +227,10 @@ impl Reader {
 /// # Errors
 /// When the run is damaged.
 fn glance(path: &Path) -> Result<Option<RunSummary>, RunError> {
-    let directory = match RunDirectory::open(path) {
-        Err(RunError::NotARun(_)) if !path.join("events.jsonl").is_file() => return Ok(None),
-        opened => opened?,
-    };
+    if !is_listed_run(path) {
+        return Ok(None);
+    }
+    let directory = RunDirectory::open(path)?;
     if directory.is_of_model()? {
         return Ok(None);
     }
@@ -291,9 +292,7 @@ mod tests {
         }
         finish(&first, 7);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7)]));
-        let mut notes = first.notes().unwrap();
-        notes.tags.push("paper".to_owned());
-        first.write_notes(&notes).unwrap();
+        first.change_notes(|notes| notes.tags.push("paper".to_owned())).unwrap();
         assert!(look(&mut reader, &reports, folder.path()).is_some(), "a tag is news");
         finish(&make(folder.path(), "b"), 3);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7), named("b", 3)]));

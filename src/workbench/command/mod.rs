@@ -28,7 +28,7 @@ pub use clusters::{Clusters, Guide};
 pub use hand_play::{Place, Reset};
 pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
-pub use runs::{Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
+pub use runs::{Checkpoint, Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
 
@@ -207,7 +207,7 @@ commands! {
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Evaluate, Note, Tag,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Evaluate, Checkpoint, Note, Tag,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{Argument, Changes, Index, Keyword, List, Number, OptionalUnless, Or, Place, Rest, Within};
+use super::arguments::{
+    Argument, Changes, Index, Keyword, List, Number, OptionalUnless, Or, Parsed, Place, Rest, Within,
+};
 use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
-use crate::run::{Notes, RunDirectory};
+use crate::run::{CheckpointName, Notes, RunDirectory};
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
@@ -225,6 +227,25 @@ impl Execute for Evaluate {
     }
 }
 
+/// Chooses the checkpoint of the current run whose agent plays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint(pub CheckpointName);
+
+impl Execute for Checkpoint {
+    syntax! {
+        "checkpoint" "last|best|EPISODE" "choose the checkpoint of the watched run that `evaluate` and `figure episode` play"
+            => Checkpoint { 0: Parsed("a checkpoint") };
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.choose_checkpoint(self.0)
+    }
+
+    fn in_scripts(&self) -> InScripts {
+        InScripts { depends_on: DependsOn::Checkpoint, ..InScripts::default() }
+    }
+}
+
 /// Replaces the note on a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
@@ -268,8 +289,6 @@ impl Execute for Tag {
 /// Changes the notes in the folder of a run.
 fn annotate(folder: &Path, change: impl FnOnce(&mut Notes)) -> Result<String, SessionError> {
     let directory = RunDirectory::open(folder)?;
-    let mut notes = directory.notes()?;
-    change(&mut notes);
-    directory.write_notes(&notes)?;
+    directory.change_notes(change)?;
     Ok(format!("noted in {}", directory.notes_path().display()))
 }

@@ -14,8 +14,8 @@ use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use super::setup::Setup;
-use crate::run::{RunDirectory, RunError, RunState};
-use crate::trainer::{Control, RunConfig, check_continuation, check_model};
+use crate::run::{CheckpointName, RunDirectory, RunError, RunState};
+use crate::trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
 
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
@@ -61,9 +61,9 @@ impl Session {
             return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
         }
         let Some(episodes) = self.extends_to().filter(|episodes| *episodes > config.episodes) else {
-            // A run that was extended before, but not started, has episodes left.
+            // A run that was extended before, but not started, has episodes left, and a damaged one may be mended.
             let done = status.last_episode.map_or(0, |record| record.episode);
-            if !is_finished || done < u64::from(config.episodes) {
+            if !is_finished || done < u64::from(config.episodes) || checked_history(directory, &config).is_err() {
                 return Ok(None);
             }
             return Err(SessionError::Finished { run, episodes: done });
@@ -251,6 +251,13 @@ impl Session {
             self.current = None;
         }
         Ok(report)
+    }
+
+    pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
+        let run = self.run_mut().ok_or(SessionError::NoRun)?;
+        let name = run.directory().checkpoints().chosen(choice)?;
+        run.set_checkpoint(choice);
+        Ok(format!("the agent of checkpoint {name} plays"))
     }
 
     /// Starts playing an episode of the greedy policy of the current run.
