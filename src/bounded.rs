@@ -3,24 +3,49 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::os::unix::fs::FileTypeExt;
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_setfl};
+use rustix::io::Errno;
 
 /// Largest text file, in bytes.
 pub(crate) const TEXT: u64 = 16 << 20;
 /// Largest dynamics model, in bytes.
 pub(crate) const MODEL: u64 = 1 << 30;
 
-/// Opens a file named by the user for reading. A named pipe is refused, because opening it would wait for a writer;
-/// other pipes, such as of `<(..)` in a shell, have one.
+/// Opens a file named by the user for reading. A named pipe may have no writer, for which opening it would wait
+/// forever; other pipes, such as of `<(..)` in a shell, have one.
 ///
 /// # Errors
-/// When it cannot be opened, or is a named pipe.
+/// When it cannot be opened, or is a named pipe to which no process writes within [`PATIENCE`].
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     // Other pipes have no path.
     let named = path.canonicalize().and_then(|place| place.metadata());
-    if named.is_ok_and(|data| data.file_type().is_fifo()) { Err(irregular()) } else { File::open(path) }
+    if !named.is_ok_and(|data| data.file_type().is_fifo()) {
+        return File::open(path);
+    }
+    let file = File::options().read(true).custom_flags(OFlags::NONBLOCK.bits() as i32).open(path)?;
+    let since = Instant::now();
+    while let Some(left) = PATIENCE.checked_sub(since.elapsed()) {
+        let left = Timespec::try_from(left).map_err(io::Error::other)?;
+        match poll(&mut [PollFd::new(&file, PollFlags::IN)], Some(&left)) {
+            // A signal, which others handle.
+            Ok(0) | Err(Errno::INTR) => {}
+            outcome => {
+                outcome?;
+                fcntl_setfl(&file, OFlags::empty())?;
+                return Ok(file);
+            }
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::TimedOut, "a pipe to which no process writes"))
 }
+
+/// How long to wait for the writer of a named pipe.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// All bytes of a file.
 ///
@@ -57,11 +82,7 @@ pub(crate) fn regular(path: &Path) -> io::Result<()> {
     if path.metadata()?.is_file() {
         return Ok(());
     }
-    Err(irregular())
-}
-
-fn irregular() -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a pipe, a device or a folder")
+    Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a pipe, a device or a folder"))
 }
 
 #[cfg(test)]
@@ -87,15 +108,19 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn a_named_pipe_is_refused_at_once_and_another_pipe_is_read() {
+    fn a_pipe_is_read_unless_it_has_no_writer() {
         use std::process::{Command, Stdio};
         let folder = tempfile::tempdir().unwrap();
         let [pipe, link] = ["pipe", "link"].map(|name| folder.path().join(name));
         assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         std::os::unix::fs::symlink(&pipe, &link).unwrap();
-        for path in [&pipe, &link] {
-            assert_eq!(read(path, 9).unwrap_err().kind(), io::ErrorKind::InvalidInput);
-        }
+        assert_eq!(read(&link, 9).unwrap_err().kind(), io::ErrorKind::TimedOut);
+        let writer = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::write(pipe, "text").unwrap()
+        });
+        assert_eq!(read(&pipe, 9).unwrap(), b"text");
+        writer.join().unwrap();
         let echo = Command::new("echo").arg("text").stdout(Stdio::piped()).spawn().unwrap();
         let output = std::os::fd::AsRawFd::as_raw_fd(echo.stdout.as_ref().unwrap());
         assert_eq!(read(Path::new(&format!("/dev/fd/{output}")), 9).unwrap(), b"text\n");

@@ -54,12 +54,16 @@ impl RunDirectory {
     /// Checks that the event log up to a checkpoint is that of when it was saved.
     ///
     /// # Errors
-    /// [`RunError::Changed`].
+    /// [`RunError::Malformed`] if it was changed.
     pub fn check_events(&self, checkpoint: &Checkpoint) -> Result<()> {
         let Some(sums) = checkpoint.sums()? else { return Ok(()) };
-        let path = self.events_path();
-        let episode = checkpoint.episode;
-        if log::sum_until(&path, episode)? == sums.events { Ok(()) } else { Err(RunError::Changed { path, episode }) }
+        let (path, episode) = (self.events_path(), checkpoint.episode);
+        if log::sum_until(&path, episode)? == sums.events {
+            return Ok(());
+        }
+        let what = format!("it was changed after it was written, before the checkpoint of episode {episode}");
+        let reason = what + ": restore it from a copy; `mge fork --at N` can continue from an earlier checkpoint";
+        Err(RunError::malformed(&path, None, reason))
     }
 
     /// Checks that the logs agree with each other and with the checkpoint `last`, up to its episode; what is after it
@@ -67,21 +71,18 @@ impl RunDirectory {
     /// process writes the run.
     ///
     /// # Errors
-    /// [`RunError::LogTooShort`], [`RunError::TableTooShort`], [`RunError::Changed`] or [`RunError::Malformed`], with
-    /// the file.
+    /// [`RunError::LogTooShort`] or [`RunError::Malformed`], with the file.
     pub fn check_logs(&self, records: &[EpisodeRecord]) -> Result<()> {
         if self.is_locked()? {
             return Ok(());
         }
-        let found = records.last().map_or(0, |record| record.episode);
-        let last = self.last_with(&[SUMS_SECTION])?;
-        let wanted = last.as_ref().map_or(found, |last| last.episode);
+        let Some(last) = self.last_with(&[SUMS_SECTION])? else { return Ok(()) };
+        let (found, wanted) = (records.last().map_or(0, |record| record.episode), last.episode);
         if found < wanted {
             return Err(RunError::LogTooShort { path: self.events_path(), found, wanted });
         }
         let needed = records.partition_point(|record| record.episode <= wanted);
         metrics::check(&self.metrics_path(), &records[..needed])?;
-        let Some(last) = last else { return Ok(()) };
         self.check_events(&last)?;
         last.sums()?.map_or(Ok(()), |sums| episodes::check(&self.episodes_path(), wanted, &sums.episodes))
     }

@@ -113,7 +113,7 @@ pub(super) fn check(path: &Path, episode: u64, expected: &Sum) -> Result<()> {
         None => (None, "it was changed after it was written".to_owned()),
     };
     let reason = what + ": `mge resume` accepts it as it is, without the replays that are lost";
-    Err(RunError::Malformed { path: path.to_path_buf(), line, reason })
+    Err(RunError::malformed(path, line, reason))
 }
 
 /// The beginning of the file up to `episode`, and the last episode in it.

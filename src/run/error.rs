@@ -93,28 +93,6 @@ pub enum RunError {
         /// Episode of the checkpoint.
         wanted: u64,
     },
-    /// The table of metrics ends before the event log.
-    #[error("{} ends at episode {found} of {wanted}: `mge resume` writes it anew", path.display())]
-    TableTooShort {
-        /// The table.
-        path: PathBuf,
-        /// Last episode in the table.
-        found: u64,
-        /// Last episode that it should have.
-        wanted: u64,
-    },
-    /// A log was changed before a checkpoint.
-    #[error(
-        "{} was changed after it was written, before the checkpoint of episode {episode}: restore it from a copy; \
-         `mge fork --at N` can only continue from a checkpoint before the change",
-        path.display()
-    )]
-    Changed {
-        /// The log.
-        path: PathBuf,
-        /// Episode of the checkpoint.
-        episode: u64,
-    },
     /// The file does not contain an episode.
     #[error("{}: there is no episode {episode} in it", path.display())]
     NoEpisode {
@@ -186,6 +164,11 @@ impl RunError {
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunError + use<> {
         let path = path.to_path_buf();
         move |source| RunError::Io { action, path, source }
+    }
+
+    /// A file whose content is wrong, possibly in a line, counted from 1.
+    pub(super) fn malformed(path: &Path, line: Option<u64>, reason: impl Into<String>) -> RunError {
+        RunError::Malformed { path: path.to_path_buf(), line, reason: reason.into() }
     }
 
     /// Whether the cause is a file or folder that does not exist.

@@ -28,7 +28,7 @@ impl EventLog {
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
         let bytes = file::read(path)?;
-        let Cut { length, checkpoint_logged, records } = Cut::find(path, &bytes, episode)?;
+        let (length, checkpoint_logged, records) = cut_point(path, &bytes, episode)?;
         file.cut(&bytes[..length])?;
         Ok(Self { file, summing: results_until(&bytes[..length], episode), records, checkpoint_logged })
     }
@@ -79,76 +79,64 @@ fn result_of(line: &[u8]) -> Option<&[u8]> {
     RESULTS.iter().any(|start| after_time.starts_with(start)).then_some(after_time)
 }
 
-/// The part of a log that belongs to a checkpoint.
-struct Cut {
-    length: usize,
-    /// Whether it ends with the checkpoint's event.
-    checkpoint_logged: bool,
-    /// Its episodes.
-    records: Vec<EpisodeRecord>,
-}
-
 /// Checks that no episode is missing before that of an event; `last` is the last one before.
 fn check_order(path: &Path, line: u64, last: u64, event: &Event) -> Result<()> {
     match event {
         Event::EpisodeFinished(record) if record.episode > last + 1 => {
             let reason = format!("episode {} follows episode {last}: those between are missing", record.episode);
-            Err(RunError::Malformed { path: path.to_path_buf(), line: Some(line), reason })
+            Err(RunError::malformed(path, Some(line), reason))
         }
         _ => Ok(()),
     }
 }
 
-impl Cut {
-    /// Finds the part that belongs to a checkpoint of `episode`.
-    ///
-    /// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
-    /// to the log as it was before the stop or the pause.
-    ///
-    /// Truncation also removes damage after the last kept episode, and the final events of a process that
-    /// was killed before it could log the checkpoint.
-    fn find(path: &Path, bytes: &[u8], episode: u64) -> Result<Self> {
-        let mut after_checkpoint = None;
-        let (mut end, mut kept, mut is_over) = (0, 0, false);
-        let mut records: Vec<EpisodeRecord> = Vec::new();
-        for (number, line) in complete_lines(bytes) {
-            let last = records.last().map_or(0, |record| record.episode);
-            let event = match parse(path, number, line) {
-                Ok(logged) => logged.event,
-                Err(_) if last >= episode => break,
-                Err(error) => return Err(error),
-            };
-            if let Event::EpisodeFinished(record) = &event {
-                if record.episode > episode {
-                    break;
-                }
-                check_order(path, number, last, &event)?;
-                records.push(record.clone());
+/// Length of the part of a log that belongs to a checkpoint of `episode`, whether it ends with that checkpoint's event,
+/// and its episodes.
+///
+/// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
+/// to the log as it was before the stop or the pause.
+///
+/// Truncation also removes damage after the last kept episode, and the final events of a process that
+/// was killed before it could log the checkpoint.
+fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(usize, bool, Vec<EpisodeRecord>)> {
+    let mut after_checkpoint = None;
+    let (mut end, mut kept, mut is_over) = (0, 0, false);
+    let mut records: Vec<EpisodeRecord> = Vec::new();
+    for (number, line) in complete_lines(bytes) {
+        let last = records.last().map_or(0, |record| record.episode);
+        let event = match parse(path, number, line) {
+            Ok(logged) => logged.event,
+            Err(_) if last >= episode => break,
+            Err(error) => return Err(error),
+        };
+        if let Event::EpisodeFinished(record) = &event {
+            if record.episode > episode {
+                break;
             }
-            end += line.len() + 1;
-            let ends = matches!(
-                event,
-                Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
-            );
-            is_over |= ends && event.episode() == episode;
-            if !ends && !is_over {
-                kept = end;
-            }
-            if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
-                after_checkpoint = Some(end);
-            }
+            check_order(path, number, last, &event)?;
+            records.push(record.clone());
         }
-        let found = records.last().map_or(0, |record| record.episode);
-        if found < episode {
-            return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
+        end += line.len() + 1;
+        let ends = matches!(
+            event,
+            Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
+        );
+        is_over |= ends && event.episode() == episode;
+        if !ends && !is_over {
+            kept = end;
         }
-        // Without a checkpoint the run starts over, and so does its log.
-        let unlogged = if episode == 0 { 0 } else { kept };
-        let checkpoint_logged = after_checkpoint.is_some();
-        Ok(Self { length: after_checkpoint.unwrap_or(unlogged), checkpoint_logged, records })
+        if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
+            after_checkpoint = Some(end);
+        }
     }
+    let found = records.last().map_or(0, |record| record.episode);
+    if found < episode {
+        return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
+    }
+    // Without a checkpoint the run starts over, and so does its log.
+    let unlogged = if episode == 0 { 0 } else { kept };
+    Ok((after_checkpoint.unwrap_or(unlogged), after_checkpoint.is_some(), records))
 }
-
 /// Lines that end with a line feed, counted from 1; a half-written last line is left out.
 fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
     let lines = file::whole_lines(bytes).split_inclusive(|&byte| byte == b'\n');

@@ -10,34 +10,38 @@ use crate::atomic;
 /// Opens the table for writing, with the rows of these episodes; removes those after them. A table that does not have
 /// them is written anew. Then also returns what was wrong with it.
 pub(super) fn open(path: &Path, records: &[EpisodeRecord]) -> Result<(AppendFile, Option<RunError>)> {
-    let rows = encoded(path, true, records)?;
     let mut file = AppendFile::open(path)?;
-    let mut damage = None;
-    if !file::read(path)?.starts_with(&rows) {
-        damage = check(path, records).err();
-        atomic::write(path, &rows).map_err(RunError::io("write", path))?;
+    let mut bytes = file::read(path)?;
+    let damage = check(path, records).err();
+    if damage.is_some() {
+        bytes = encoded(path, true, records)?;
+        atomic::write(path, &bytes).map_err(RunError::io("write", path))?;
         file = AppendFile::open(path)?;
     }
-    file.cut(&rows)?;
+    // With the header.
+    let lines = if records.is_empty() { 0 } else { 1 + records.len() };
+    let kept = bytes.split_inclusive(|byte| *byte == b'\n').take(lines).map(<[u8]>::len).sum();
+    file.cut(&bytes[..kept])?;
     Ok((file, damage))
 }
 
 /// Checks that the table begins with the rows of these episodes, which are those of the event log.
 ///
 /// # Errors
-/// [`RunError::TableTooShort`] if it ends before, [`RunError::Malformed`] if a row is invalid or differs.
+/// [`RunError::Malformed`] if it ends before, or a row is invalid or differs.
 pub(super) fn check(path: &Path, records: &[EpisodeRecord]) -> Result<()> {
     let bytes = file::read_optional(path)?.unwrap_or_default();
     let (rows, damage) = parse(path, file::whole_lines(&bytes));
     for (row, record) in rows.iter().zip(records) {
         // Rows with NaN differ from themselves, but not as text.
         if row != record && encoded(path, false, [row])? != encoded(path, false, [record])? {
-            let reason = "it differs from events.jsonl: `mge resume` writes the table anew".to_owned();
-            return Err(RunError::Malformed { path: path.to_path_buf(), line: Some(record.episode + 1), reason });
+            let reason = "it differs from events.jsonl: `mge resume` writes the table anew";
+            return Err(RunError::malformed(path, Some(record.episode + 1), reason));
         }
     }
-    let (found, wanted) = (rows.len() as u64, records.len() as u64);
-    let short = || RunError::TableTooShort { path: path.to_path_buf(), found, wanted };
+    let (found, wanted) = (rows.len(), records.len());
+    let reason = || format!("it ends at episode {found} of {wanted}: `mge resume` writes it anew");
+    let short = || RunError::malformed(path, None, reason());
     if found < wanted { Err(damage.unwrap_or_else(short)) } else { Ok(()) }
 }
 
@@ -61,7 +65,7 @@ fn encoded<'a>(path: &Path, header: bool, records: impl IntoIterator<Item = &'a 
     let mut writer = csv::WriterBuilder::new().has_headers(header).from_writer(Vec::new());
     let rows = records.into_iter().try_for_each(|record| writer.serialize(record)).map_err(|error| error.to_string());
     let rows = rows.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
-    rows.map_err(|reason| RunError::Malformed { path: path.to_path_buf(), line: None, reason })
+    rows.map_err(|reason| RunError::malformed(path, None, reason))
 }
 
 /// All rows of a `metrics.csv`, which another process may still be writing.
@@ -77,7 +81,7 @@ pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
 
 /// The rows up to the first invalid one, and the error of that.
 fn parse(path: &Path, bytes: &[u8]) -> (Vec<EpisodeRecord>, Option<RunError>) {
-    let malformed = |line: Option<u64>, reason: String| RunError::Malformed { path: path.to_path_buf(), line, reason };
+    let malformed = |line, reason: String| RunError::malformed(path, line, reason);
     let mut reader = csv::Reader::from_reader(bytes);
     let mut rows: Vec<EpisodeRecord> = Vec::new();
     let header = match reader.headers() {
@@ -149,8 +153,8 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
         assert!(matches!(reopen(&damaged, 2), Some(RunError::Malformed { line: Some(3), .. })));
         assert_eq!(std::fs::read_to_string(&path).unwrap(), GOLDEN);
         assert!(reopen(GOLDEN, 2).is_none());
-        assert!(matches!(reopen(GOLDEN, 3), Some(RunError::TableTooShort { found: 2, wanted: 3, .. })));
-        assert!(matches!(reopen("", 2), Some(RunError::TableTooShort { found: 0, wanted: 2, .. })));
+        assert!(matches!(reopen(GOLDEN, 3), Some(RunError::Malformed { line: None, .. })));
+        assert!(matches!(reopen("", 2), Some(RunError::Malformed { line: None, .. })));
         let other = GOLDEN.replace("\n1,12,12,0.1", "\n1,12,12,0.9");
         assert!(matches!(reopen(&other, 2), Some(RunError::Malformed { line: Some(2), .. })));
         let missing =

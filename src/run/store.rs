@@ -70,10 +70,7 @@ impl CheckpointStore {
             // Reading it reports what is wrong with it.
             None if all.is_empty() => Ok(choice),
             None => {
-                let present = all.iter().map(|(episode, name)| match name {
-                    CheckpointName::Episode(_) => episode.to_string(),
-                    name => format!("{name} (episode {episode})"),
-                });
+                let present = all.iter().map(|(episode, name)| format!("{name} (episode {episode})"));
                 let present = present.collect::<Vec<_>>().join(", ");
                 Err(RunError::NoSuchCheckpoint { path: self.folder.clone(), choice, present })
             }

@@ -283,6 +283,11 @@ impl RunConfig {
                 return wrong(&place, "is also the name of another task of the run: tasks are known by their names");
             }
         }
+        if let Some(fork) = &self.fork
+            && !fork.tasks.iter().map(|past| past.until).chain([fork.episode]).is_sorted()
+        {
+            return wrong("fork.tasks", "must be in the order of `until`, none after `fork.episode`");
+        }
         let past = self.fork.iter().flat_map(|fork| &fork.tasks);
         for task in past.flat_map(|past| std::iter::once(&past.task).chain(&past.further)) {
             task.validate().map_err(|error| error.within("fork.tasks"))?;

@@ -70,8 +70,11 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
     let mut writer = RunWriter::locked(directory, lock, episode)?;
-    // Otherwise the next one accepts what is left of the logs.
-    let is_saved = checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.has_sums(&writer.sums()));
+    // Otherwise `last` is saved again, with what is left of the logs.
+    let last = directory.last_with(&[]).ok().flatten().map(|last| last.episode);
+    let is_saved = problems.is_empty()
+        && last == Some(episode)
+        && checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.has_sums(&writer.sums()));
     if let Some(checkpoint) = &checkpoint {
         let is_finished = checkpoint.episode >= u64::from(config.episodes);
         writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;

@@ -62,12 +62,12 @@ fn a_run_whose_table_was_cut_is_not_finished_and_is_completed() {
     let whole = read(&table);
     edit(&table, |text| without(&text, 10..99));
     assert!(matches!(state(&run), RunState::Incomplete(reason) if reason.contains("ends at episode 9 of 16")));
-    fail(mge(&folder, ["evaluate", "run"]), "metrics.csv ends at episode 9 of 16: `mge resume` writes it anew");
-    fail(mge(&folder, ["report", "run", "--out", "report"]), "metrics.csv ends at episode 9 of 16");
+    fail(mge(&folder, ["evaluate", "run"]), "metrics.csv: it ends at episode 9 of 16: `mge resume` writes it anew");
+    fail(mge(&folder, ["report", "run", "--out", "report"]), "metrics.csv: it ends at episode 9 of 16");
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
     assert_eq!(read(&table), whole);
     assert_eq!(state(&run), RunState::Finished);
-    assert!(read(&run.join("log.txt")).contains("metrics.csv ends at episode 9 of 16"));
+    assert!(read(&run.join("log.txt")).contains("metrics.csv: it ends at episode 9 of 16"));
 }
 
 #[test]
@@ -120,7 +120,6 @@ fn damage_before_the_checkpoint_is_found_by_every_reader() {
             &["evaluate", "run"][..],
             &["export", "run", "--out", "actor.safetensors"],
             &["report", "run", "--out", "report"],
-            &["compare", "run"],
             &["resume", "run", "--episodes", "20", "--quiet"],
         ] {
             let message = fail(mge(&folder, command), name);
@@ -169,7 +168,6 @@ fn every_command_with_an_agent_takes_a_checkpoint() {
         succeed(mge(&folder, ["export", "run", "--out", "actor.safetensors", "--checkpoint", name]));
         std::fs::read(folder.path().join("actor.safetensors")).unwrap()
     };
-    assert_ne!(actor("8"), actor("last"));
     assert_eq!(actor("16"), actor("last"));
     fail(mge(&folder, ["evaluate", "run", "--checkpoint", "7"]), "there is no checkpoint episode-7");
     succeed(mge(&folder, ["figures", "run", "--out", "figures", "--checkpoint", "best"]));

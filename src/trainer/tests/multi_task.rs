@@ -178,7 +178,7 @@ fn a_checkpoint_of_other_tasks_is_not_resumed() {
     let checkpoint = Training::new(config.clone(), None).unwrap().checkpoint().unwrap();
     assert!(Training::resume(config.clone(), &checkpoint).is_ok());
     let fewer = config.with_setting("more_tasks", "task2").unwrap();
-    assert!(matches!(Training::resume(fewer, &checkpoint), Err(TrainingError::State(_))));
+    assert!(matches!(Training::resume(fewer, &checkpoint), Err(TrainingError::OtherSettings(_))));
 }
 
 #[test]

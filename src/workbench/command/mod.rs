@@ -346,6 +346,7 @@ mod tests {
         "continue runs/a until 300",
         "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
         "evaluate",
+        "checkpoint best",
         "puzzle 13",
         "note runs/a 'holds, but late'",
         "tag runs/a paper,best",

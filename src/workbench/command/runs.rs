@@ -233,7 +233,7 @@ pub struct Checkpoint(pub CheckpointName);
 
 impl Execute for Checkpoint {
     syntax! {
-        "checkpoint" "last|best|EPISODE" "choose the checkpoint of the watched run that `evaluate` and `figure episode` play"
+        "checkpoint" "last|best|EPISODE" "choose the checkpoint whose agent `evaluate` and `figure episode` play"
             => Checkpoint { 0: Parsed("a checkpoint") };
     }
 
