@@ -86,11 +86,13 @@ fn a_copy_made_during_training_continues_where_its_files_allow() {
     assert_eq!(read(&run.join("metrics.csv")), whole);
     assert_eq!(state(&run), RunState::Finished);
     // As if the log had been copied before `last` was saved: an earlier checkpoint has to do.
+    let (folder, run) = finished();
     edit(&run.join("events.jsonl"), |text| text[..text.find("\"episode\":12,").unwrap()].to_owned());
     let output = mge(&folder, ["resume", "run"]);
     assert!(text(&output.stderr).contains("ends at episode 11, before the checkpoint of episode 16"));
     succeed(output);
     assert_eq!(read(&run.join("metrics.csv")), whole);
+    assert_eq!(state(&run), RunState::Finished);
 }
 
 #[test]
@@ -148,7 +150,7 @@ fn resuming_mends_what_follows_from_the_log_and_refuses_the_rest() {
     let before = read(&events);
     edit(&events, |text| text.replacen("\"mean_return\":", "\"mean_return\":1", 1));
     let changed = read(&events);
-    fail(mge(&folder, ["resume", "run", "--quiet"]), "events.jsonl was changed after it was written");
+    fail(mge(&folder, ["resume", "run", "--quiet"]), "events.jsonl: it was changed after it was written");
     assert_eq!(read(&events), changed, "nothing else was changed");
     std::fs::write(&events, before).unwrap();
     edit(&run.join("config.json"), |text| text.replacen("\"method\": \"ddpg\"", "\"method\": \"ddpg-uniform\"", 1));

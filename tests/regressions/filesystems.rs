@@ -55,7 +55,7 @@ fn a_copy_by_hard_links_does_not_change_the_original() {
 #[test]
 fn collecting_a_sweep_follows_no_links_and_waits_for_no_pipe() {
     let folder = tempfile::tempdir().unwrap();
-    let sweep = r#"{"base": {"task": "task1", "method": "ddpg", "episodes": 2, "ddpg.hidden": 8}, "seeds": 1}"#;
+    let sweep = r#"{"task": ["task1"], "method": ["ddpg"], "seed": [0], "episodes": 2, "ddpg.hidden": 8}"#;
     std::fs::write(folder.path().join("sweep.json"), sweep).unwrap();
     succeed(mge(&folder, ["sweep", "sweep.json", "--out", "one", "--quiet"]));
     let runs = folder.path().join("one/runs");
