@@ -39,9 +39,7 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
         };
         return Err(format!("{} has no action clusters, so epsilon has no effect: {remedy}", run.display()).into());
     }
-    for warning in warnings([(&RunConfig { epsilon: schedule.clone(), ..config }, &BTreeSet::new())]) {
-        output::message(format_args!("warning: {warning}"));
-    }
+    output::warnings(warnings([(&RunConfig { epsilon: schedule.clone(), ..config }, &BTreeSet::new())]));
     let request = Request::Epsilon { schedule: schedule.to_string() };
     ask(run, &request, |event| matches!(event, Event::ScheduleChanged { .. }))
 }

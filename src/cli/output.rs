@@ -67,6 +67,11 @@ pub fn message(text: impl Display) {
     message_lines(&shown(&text.to_string()));
 }
 
+/// Writes warnings, one line each, to standard error.
+pub fn warnings(warnings: Vec<String>) {
+    warnings.iter().for_each(|warning| message(format_args!("warning: {warning}")));
+}
+
 /// Writes a message that may have several lines to standard error.
 pub fn message_lines(text: &str) {
     // Writing fails if the terminal is closed.

@@ -55,9 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 /// Shows the warnings about the trainings of a sweep.
 pub fn warn(sweep: &Sweep) {
-    for warning in sweep.warnings() {
-        output::message(format_args!("warning: {warning}"));
-    }
+    output::warnings(sweep.warnings());
 }
 
 /// Runs a sweep with a progress display. Returns the failures: names and reasons.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::{Cluster, ToolCluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
-use crate::dynamics::DynamicsError;
+use crate::dynamics::Result;
 use crate::env::{Action, uniform_action};
 use crate::json;
 use crate::task::Task;
@@ -116,12 +116,7 @@ impl ActionPrior {
     ///
     /// # Errors
     /// When an action is not finite.
-    pub fn with_actions<P: AsRef<[f32]>>(
-        &self,
-        stage: usize,
-        actions: &[P],
-        rng: &ChaCha8Rng,
-    ) -> Result<Self, DynamicsError> {
+    pub fn with_actions<P: AsRef<[f32]>>(&self, stage: usize, actions: &[P], rng: &ChaCha8Rng) -> Result<Self> {
         let mut refined = self.clone();
         if let Some(stage) = refined.stages.get_mut(stage) {
             stage.cluster(actions, &self.config, rng)?;
@@ -148,10 +143,11 @@ impl StagePrior {
         actions: &[P],
         config: &GuidanceConfig,
         rng: &ChaCha8Rng,
-    ) -> Result<(), DynamicsError> {
-        let (clusters, tools): (_, Vec<_>) =
-            cluster(actions, config.clusters, config.std_floor, rng)?.into_iter().unzip();
-        (self.clusters, self.tools) = (clusters, tools.into_iter().flatten().collect());
+    ) -> Result<()> {
+        let clusters = cluster(actions, config.clusters, config.std_floor, rng)?;
+        let tools: Vec<_>;
+        (self.clusters, tools) = clusters.into_iter().unzip();
+        self.tools = tools.into_iter().flatten().collect();
         self.actions = actions.iter().map(|action| [action.as_ref()[0], action.as_ref()[1]]).collect();
         Ok(())
     }

@@ -424,6 +424,45 @@ mod tests {
         assert_eq!(lines, ["open a", "open b", "watch 1", "expect episodes = 3"]);
     }
 
+    fn lines(journal: &Journal) -> String {
+        journal.to_script().lines().skip(1).collect::<Vec<_>>().join("; ")
+    }
+
+    #[test]
+    fn a_training_is_given_the_clusters_of_the_time_when_they_were_sent() {
+        let mut journal = Journal::default();
+        journal.note(command("train a"), Some(0));
+        journal.note(command("clusters"), Some(0));
+        journal.note_guide(0);
+        assert_eq!(lines(&journal), "train a; wait; clusters; wait", "it has not taken them");
+        journal.note(command("clusters"), Some(0));
+        journal.note_at(command("figure dashboard b.png"), vec![(0, 5)]);
+        journal.note_guided(0, 7);
+        let first = "train a until 5; wait; clusters; wait; figure dashboard b.png; resume until 7; wait; ";
+        assert_eq!(lines(&journal), format!("{first}guide; resume; wait; clusters; wait"));
+    }
+
+    #[test]
+    fn a_schedule_from_another_process_is_not_that_of_the_next_run() {
+        let schedule = |text: &str| text.parse::<EpsilonSchedule>().unwrap();
+        let mut journal = Journal::default();
+        journal.note(command("train a"), Some(0));
+        journal.note_schedule(schedule("0.2"), &schedule("0.5"), 0, 4);
+        let run = "train a until 4; wait; epsilon 0.2; resume; wait";
+        assert_eq!(lines(&journal), format!("{run}; set epsilon 0.5"));
+    }
+
+    #[test]
+    fn a_figure_of_several_trainings_is_drawn_while_all_are_paused() {
+        let mut journal = Journal::default();
+        journal.note(command("train a"), Some(0));
+        journal.note(command("train b"), Some(1));
+        journal.note_at(command("figure learning c.png"), vec![(1, 3), (0, 8)]);
+        journal.note(command("delete %1"), Some(1));
+        let paused = "train a until 8; wait; train b until 3; wait; figure learning c.png";
+        assert_eq!(lines(&journal), format!("{paused}; resume; wait; watch 1; resume; wait; delete '%1'"));
+    }
+
     #[test]
     fn a_stopped_run_is_not_resumed_after_a_figure() {
         check(
