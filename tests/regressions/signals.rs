@@ -120,6 +120,7 @@ fn interrupt(folder: &Path, line: &str, signal: Signal, after: Duration) -> Dura
 }
 
 /// Interrupts every command at these of ten moments, each a fixed pseudo-random time of up to 1.5 s after its start.
+#[allow(clippy::print_stderr, reason = "the measured times")]
 fn at_moments(chosen: impl Fn(usize, usize) -> bool) {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
@@ -157,7 +158,7 @@ fn at_moments(chosen: impl Fn(usize, usize) -> bool) {
     });
     for (line, mut times) in worst.into_inner().unwrap() {
         times.sort();
-        println!(
+        eprintln!(
             "{:.2} s, at most {:.2} s: {line}",
             times[times.len() / 2].as_secs_f32(),
             times[times.len() - 1].as_secs_f32()
