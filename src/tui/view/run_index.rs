@@ -282,8 +282,13 @@ mod tests {
         let broken = folder.path().join("broken");
         std::fs::create_dir(&broken).unwrap();
         std::fs::write(broken.join("config.json"), "{").unwrap();
+        // As while a fork is being copied.
+        let unfinished = folder.path().join(".writing-x");
+        std::fs::create_dir(&unfinished).unwrap();
+        std::fs::write(unfinished.join("events.jsonl"), "").unwrap();
         let named = |name: &str, done| (name.to_owned(), done);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 0)]));
+        assert_eq!(reader.known.values().filter(|known| known.damage.is_some()).count(), 1, "only the broken one");
         assert_eq!(look(&mut reader, &reports, folder.path()), None, "nothing has changed");
         for path in [first.path(), broken.as_path()] {
             let file = std::fs::File::options().write(true).open(path.join("config.json")).unwrap();
