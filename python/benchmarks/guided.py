@@ -21,7 +21,7 @@ SEEDS, EPISODES = 2, 500
 
 def goals(task: mge.Task, prior: mge.ActionPrior, seed: int) -> int:
     """The number of episodes out of `EPISODES` that reach the goal."""
-    env = mge.PuzzleVectorEnv(EPISODES, task, autoreset_mode=AutoresetMode.DISABLED)
+    env = mge.PuzzleVectorEnv(task, EPISODES, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=seed)
     shape = (task.max_actions, EPISODES, 2)
     # Drawn for every stage; each episode uses those of its current stage.

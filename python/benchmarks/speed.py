@@ -63,13 +63,13 @@ def part_random(options):
     for task in ("task1", "task5"):
         for number in (1, 64, 1024):
             for threads in dict.fromkeys((1, os.cpu_count())):
-                envs = mge.PuzzleVectorEnv(number, task, num_threads=threads)
+                envs = mge.PuzzleVectorEnv(task, number, num_threads=threads)
                 row(f"`make_vec`, {task}, {number} environments", f"{threads} threads", *shown(random_actions(envs, options.seconds)))
-        envs = mge.PuzzleVectorEnv(1024, task, num_threads=1, copy=False)
+        envs = mge.PuzzleVectorEnv(task, 1024, num_threads=1, copy=False)
         row(f"`make_vec`, {task}, 1024 environments, without copies", "1 threads", *shown(random_actions(envs, options.seconds)))
     for level in ("Push", "Seesaw"):
         for threads in dict.fromkeys((1, os.cpu_count())):
-            envs = mge.PuzzleVectorEnv(1024, f"create/{level}", num_threads=threads, tools="train")
+            envs = mge.PuzzleVectorEnv(f"create/{level}", 1024, num_threads=threads, tools="train")
             row(f"`make_vec`, create/{level} with tools, 1024 environments", f"{threads} threads", *shown(random_actions(envs, options.seconds)))
     env = gymnasium.make("mge/task5-v0").unwrapped
     env.reset(seed=0)
@@ -88,7 +88,7 @@ def part_rust(options):
     """The same environments and actions with and without Python, alternating; and `env_action` of
     `mge bench`: a single environment of task5 under random play, including resets."""
     for threads in dict.fromkeys((1, os.cpu_count())):
-        envs = mge.PuzzleVectorEnv(1024, "task5", num_threads=threads)
+        envs = mge.PuzzleVectorEnv("task5", 1024, num_threads=threads)
         envs.reset(seed=0)
         actions = np.random.default_rng(0).uniform(-1, 1, (32, 1024, 2)).astype(np.float32)
         envs._core.time_alone(actions)
@@ -160,7 +160,7 @@ def part_create(options):
                     env.reset()
 
             row(f"CREATE's {name}, {what}", "1 threads", *shown(rate(step, 1, options.seconds)))
-            envs = mge.PuzzleVectorEnv(64, level, num_threads=1, tools="train", observation="image" if image else "vector")
+            envs = mge.PuzzleVectorEnv(level, 64, num_threads=1, tools="train", observation="image" if image else "vector")
             row(f"`make_vec`, {level}, 64 environments, {what}", "1 threads", *shown(random_actions(envs, options.seconds)))
         if options.program is not None:
             command = [options.program, "bench", "--only", f"level_{name}", "--threads", "1"]
@@ -255,7 +255,7 @@ def environment_time(envs, steps=4096):
 
 def part_memory(options):
     """Resident memory after the first and after ten million steps."""
-    envs = mge.PuzzleVectorEnv(1024)
+    envs = mge.PuzzleVectorEnv(num_envs=1024)
     envs.reset(seed=0)
     actions = [envs.action_space.sample() for _ in range(64)]
     steps = options.steps

@@ -28,7 +28,7 @@ from mge._mge import (
 )
 from mge.environments import PuzzleEnv, PuzzleVectorEnv, register
 from mge.library import Rollouts, rollout
-from mge.results import Run, Table, read_report, read_results, read_run, write_report
+from mge.results import Report, Run, Table, read_report, read_results, read_run, write_report
 
 __all__ = [
     "ActionPrior",
@@ -36,6 +36,7 @@ __all__ = [
     "Model",
     "PuzzleEnv",
     "PuzzleVectorEnv",
+    "Report",
     "Rollouts",
     "Run",
     "State",

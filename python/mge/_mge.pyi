@@ -9,16 +9,47 @@ from numpy.typing import ArrayLike, NDArray
 
 from mge.library import DynamicsModel, Rollouts
 
+__all__ = [
+    "ActionPrior",
+    "Actor",
+    "Figure",
+    "Model",
+    "State",
+    "Task",
+    "VectorCore",
+    "__version__",
+    "build_prior",
+    "figure_clusters",
+    "figure_learning",
+    "figure_methods",
+    "figure_tasks",
+    "level_names",
+    "model_names",
+    "read_results",
+    "read_run",
+    "rollout",
+    "task_names",
+    "tool_feature_names",
+    "tool_features",
+    "tool_numbers",
+    "tool_types",
+    "whole",
+    "words",
+    "write_report",
+]
+
 __version__: str
 
 _Path = str | os.PathLike[str]
+_Task = Task | _Path
+_Model = Model | DynamicsModel | _Path
 _Float32 = NDArray[np.float32]
 
 @final
 class Task:
     """Task(name): a shipped task by its name, or the task in the file at that path."""
 
-    def __new__(cls, name: _Path) -> Task: ...
+    def __new__(cls, name: _Task) -> Task: ...
     @staticmethod
     def parse(text: str, origin: str = "task") -> Task:
         """A task from its JSON text, in the format of task files or that of CREATE's level files."""
@@ -75,10 +106,10 @@ class VectorCore:
 
     def __new__(
         cls,
-        task: Task,
-        count: int,
+        task: _Task,
+        num_envs: int,
         autoreset: str,
-        threads: int | None = None,
+        num_threads: int | None = None,
         tools: str | None = None,
         images: bool = False,
         pictures: _Path | None = None,
@@ -132,7 +163,11 @@ class Model:
 
     def __new__(cls, name: _Path) -> Model: ...
     @staticmethod
-    def shipped_for(task: Task) -> Model:
+    def from_bytes(file: bytes) -> Model:
+        """The model in the bytes of a model file."""
+
+    @staticmethod
+    def shipped_for(task: _Task) -> Model:
         """The shipped model for the tools of a task."""
 
     @property
@@ -151,7 +186,7 @@ class Model:
     def provenance(self) -> str:
         """How it was trained, as JSON."""
 
-    def predict(self, task: Task, balls: ArrayLike, placed: ArrayLike | None = None, steps: int = 1) -> _Float32:
+    def predict(self, task: _Task, balls: ArrayLike, placed: ArrayLike | None = None, steps: int = 1) -> _Float32:
         """Predicts the balls `steps` prediction intervals later, among the tools of a task and those placed.
 
         Args:
@@ -159,7 +194,7 @@ class Model:
             placed: n x m x 2, normalised places of further tools; rows with NaN are ignored.
         """
 
-    def rollout(self, task: Task, actions: ArrayLike, start: State | None = None) -> Rollouts:
+    def rollout(self, task: _Task, actions: ArrayLike, start: State | None = None) -> Rollouts:
         """Same as `mge.rollout` with this model."""
 
 @final
@@ -168,7 +203,7 @@ class ActionPrior:
     exploration samples."""
 
     @staticmethod
-    def parse(text: str, task: Task, origin: str = "prior") -> ActionPrior:
+    def parse(text: str, task: _Task, origin: str = "prior") -> ActionPrior:
         """The prior from the text of a `prior.json`."""
 
     @staticmethod
@@ -254,10 +289,13 @@ def model_names() -> list[str]:
 def tool_types() -> list[str]:
     """Names of the tool types, indexed by their number in observations and in `advance`."""
 
+def whole(value: Any, name: str, least: int, most: int) -> int:
+    """A whole number from `least` to `most`; `name` is that of the argument in errors."""
+
 def words() -> list[list[str | None]]:
     """The names of the codes of `placement` and `end`; None for code 0."""
 
-def build_prior(task: Task, model: Model | DynamicsModel | str, seed: int = 0, settings: str = "{}") -> ActionPrior:
+def build_prior(task: _Task, model: _Model, seed: int = 0, settings: str = "{}") -> ActionPrior:
     """Builds the action prior of a task from rollouts in a model.
 
     Args:
@@ -266,7 +304,7 @@ def build_prior(task: Task, model: Model | DynamicsModel | str, seed: int = 0, s
     """
 
 def rollout(
-    task: Task, model: Model | DynamicsModel | str, actions: ArrayLike, start: State | None = None
+    task: _Task, model: _Model, actions: ArrayLike, start: State | None = None
 ) -> dict[str, NDArray[Any]]: ...
 def read_run(path: _Path) -> tuple[str, str, dict[str, Any], dict[str, Any]]: ...
 def read_results(folders: Sequence[_Path]) -> dict[str, Any]: ...
@@ -278,7 +316,7 @@ def write_report(
     seed: int = 0,
     dpi: int | None = None,
 ) -> str: ...
-def figure_tasks(tasks: Sequence[Task]) -> Figure: ...
+def figure_tasks(tasks: Sequence[_Task]) -> Figure: ...
 def figure_learning(folders: Sequence[_Path], greedy: bool = False, steps: bool = False) -> Figure: ...
 def figure_methods(folders: Sequence[_Path]) -> Figure: ...
-def figure_clusters(task: Task, prior: ActionPrior, seed: int = 0) -> Figure: ...
+def figure_clusters(task: _Task, prior: ActionPrior, seed: int = 0) -> Figure: ...

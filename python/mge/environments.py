@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from math import prod
-from typing import Any
+from typing import Any, ParamSpec
 
 import gymnasium
 import numpy as np
@@ -42,10 +44,6 @@ def register() -> None:
             )
 
 
-def _task(task: Task | str | os.PathLike[str]) -> Task:
-    return task if isinstance(task, Task) else Task(task)
-
-
 class _Parts:
     """The requested parts of observations, and where they are in the arrays.
 
@@ -71,8 +69,8 @@ class _Parts:
                 continue
             if name not in places:
                 raise ValueError(f"an observation has no part {name!r}: use 'image', or some of {list(places)}")
-            at, shape = self._places[name] = places[name]
-            spaces[name] = Box(low[at].reshape(shape), high[at].reshape(shape), shape, np.float32)
+            at, sides = self._places[name] = places[name]
+            spaces[name] = Box(low[at].reshape(sides), high[at].reshape(sides), sides, np.float32)
         self.space: Space[Any] = next(iter(spaces.values())) if self._is_one else Dict(spaces)
 
     def of(self, rows: np.ndarray, images: np.ndarray | None, copy: bool) -> Any:
@@ -125,7 +123,7 @@ def _step(core: _mge.VectorCore, tools: int | None, actions: Any, shape: tuple[i
         index, places = actions[..., 0], actions[..., 1:]
     if index.dtype.kind == "f":
         if not np.isfinite(index).all():
-            raise ValueError("an index of a tool is not a finite number")
+            raise ValueError(f"the index of a tool is not a finite number: {index.tolist()}")
         index = np.round(index)
     core.step(_floats(places), np.ascontiguousarray(index, dtype=np.int64).reshape(-1))
 
@@ -134,20 +132,69 @@ def _floats(places: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(places, dtype=np.float32).reshape(-1, 2)
 
 
-def _render_mode(render_mode: str | None, size: tuple[int, int]) -> None:
-    if render_mode not in (None, "rgb_array"):
-        raise ValueError(f"there is no render mode {render_mode!r}: use None or 'rgb_array'")
-    if len(size) != 2:
-        raise ValueError("`render_size` is a pair: width and height in pixels")
+def _seed(seed: Any) -> int | None:
+    return None if seed is None else _mge.whole(seed, "seed", 0, 2**64 - 1)
 
 
-def _seed(seed: int | None) -> int | None:
-    if seed is not None and not 0 <= int(seed) < 2**64:
-        raise ValueError(f"the seed {seed} is not in 0 to 2**64 - 1")
-    return None if seed is None else int(seed)
+class _Puzzles:
+    """What a single environment and a vector have in common: their part in Rust. It is pickled as its state."""
+
+    def _begin(
+        self,
+        task: Task | str | os.PathLike[str],
+        num_envs: int,
+        autoreset_mode: str,
+        num_threads: int | None,
+        tools: str | None,
+        observation: str | Sequence[str],
+        pictures: str | os.PathLike[str] | None,
+        render_mode: str | None,
+        render_size: tuple[int, int],
+    ) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"there is no render mode {render_mode!r}: use None or 'rgb_array'")
+        if len(render_size) != 2:
+            raise ValueError("`render_size` is a pair: width and height in pixels")
+        width, height = (_mge.whole(side, "render_size", 1, 2**32 - 1) for side in render_size)
+        self.task = Task(task)
+        self.render_mode = render_mode
+        self.render_size = width, height
+        names = _names(observation)
+        has_images, has_rays = "image" in names, "rays" in names
+        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools, has_images, pictures, has_rays
+        core = self._make()
+        self._parts = _Parts(core, observation)
+        self._tools = core.tool_count
+
+    def _make(self) -> _mge.VectorCore:
+        core = _mge.VectorCore(*self._made_by)
+        self._core: _mge.VectorCore | None = core
+        self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
+        self._images, self._facts = core.images(), core.facts()
+        return core
+
+    def _open(self) -> _mge.VectorCore:
+        if self._core is None:
+            raise ClosedEnvironmentError("the environment is closed: make another")
+        return self._core
+
+    def __getstate__(self) -> dict[str, Any]:
+        of_core = ("_core", "_observations", "_rewards", "_terminated", "_truncated", "_images", "_facts")
+        kept = {name: value for name, value in self.__dict__.items() if name not in of_core}
+        saved = None if self._core is None else self._core.state(range(self._made_by[1]))
+        return {**kept, "_saved": saved}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        saved = state["_saved"]
+        self.__dict__.update({name: value for name, value in state.items() if name != "_saved"})
+        core = self._make()
+        if saved is None:
+            self._core = None
+        else:
+            core.restore(range(self._made_by[1]), saved)
 
 
-class PuzzleEnv(gymnasium.Env[Any, Any]):
+class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
     """A puzzle: each action places one tool and simulates 1.33 seconds.
 
     Args:
@@ -182,18 +229,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         render_mode: str | None = None,
         render_size: tuple[int, int] = DEFAULT_SIZE,
     ) -> None:
-        _render_mode(render_mode, render_size)
-        self.task = _task(task)
-        self.render_mode = render_mode
-        self.render_size = render_size
-        names = _names(observation)
-        core = _mge.VectorCore(self.task, 1, "Disabled", 1, tools, "image" in names, pictures, "rays" in names)
-        self._core: _mge.VectorCore | None = core
-        self._parts = _Parts(core, observation)
-        self._tools = core.tool_count
+        self._begin(task, 1, "Disabled", 1, tools, observation, pictures, render_mode, render_size)
         self.observation_space, self.action_space = self._parts.space, _action_space(self._tools)
-        self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
-        self._images, self._facts = core.images(), core.facts()
         self._seeded = False
 
     def reset(
@@ -201,8 +238,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
     ) -> tuple[Any, dict[str, Any]]:
         """Begins an episode. Without a seed the random streams continue; the first reset without one uses a
         random seed."""
-        core = self._open()
-        super().reset(seed=_seed(seed))
+        core, seed = self._open(), _seed(seed)
+        super().reset(seed=seed)
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**63))
         core.reset([seed])
@@ -235,8 +272,6 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
 
     def set_state(self, state: State) -> tuple[Any, dict[str, Any]]:
         """Continues from a state of an environment of the same task. Returns the same as `reset`."""
-        if len(state) != 1:
-            raise ValueError(f"{len(state)} states cannot be that of one environment: use state[i]")
         self._open().restore([0], state)
         self._seeded = True
         return self._seen(), self._info()
@@ -261,18 +296,34 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
             info["tools"] = facts["tools"][0].copy()
         return info
 
-    def _open(self) -> _mge.VectorCore:
-        if self._core is None:
-            raise ClosedEnvironmentError("the environment is closed: make another")
-        return self._core
+
+_P = ParamSpec("_P")
 
 
-class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
+def _task_first(init: Callable[_P, None]) -> Callable[_P, None]:
+    """Also accepts the former order of arguments, with the number of environments before the task."""
+
+    @functools.wraps(init)
+    def either_order(*arguments: Any, **kwargs: Any) -> None:
+        environment, *rest = arguments
+        if rest and isinstance(rest[0], (int, np.integer)):
+            message = "the task comes before the number of environments: PuzzleVectorEnv(task, num_envs)"
+            warnings.warn(message, DeprecationWarning, stacklevel=2)
+            if len(rest) > 1:
+                rest[:2] = rest[1::-1]
+            else:
+                kwargs["num_envs"] = rest.pop()
+        init(environment, *rest, **kwargs)
+
+    return either_order
+
+
+class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
     """Many environments of one puzzle, stepped by one call on all cores.
 
     Args:
-        num_envs: number of environments.
         task, tools, observation, pictures: as in `PuzzleEnv`.
+        num_envs: number of environments.
         autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
             `SAME_STEP` or `DISABLED`.
         copy: whether `reset` and `step` return copies of the observations. If False, they return one
@@ -281,16 +332,20 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
+    Ctrl-C interrupts `reset`, `step` and `set_state`; only some environments may then have changed, and all need a
+    reset.
+
     Behaves like a `SyncVectorEnv` of as many `PuzzleEnv`: environment i of a vector reset with seed s equals
     a `PuzzleEnv` reset with seed s + i, to the bit.
     """
 
     metadata: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
+    @_task_first
     def __init__(
         self,
-        num_envs: int = 1,
         task: Task | str | os.PathLike[str] = "task1",
+        num_envs: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         num_threads: int | None = None,
@@ -300,27 +355,15 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         observation: str | Sequence[str] = "vector",
         pictures: str | os.PathLike[str] | None = None,
     ) -> None:
-        _render_mode(render_mode, render_size)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
-        self.task = _task(task)
+        mode = self.autoreset_mode.value
+        self._begin(task, num_envs, mode, num_threads, tools, observation, pictures, render_mode, render_size)
         self.num_envs = num_envs
-        self.render_mode = render_mode
-        self.render_size = render_size
         self.copy = copy
-        names = _names(observation)
-        has_images, has_rays = "image" in names, "rays" in names
-        core = _mge.VectorCore(
-            self.task, num_envs, self.autoreset_mode.value, num_threads, tools, has_images, pictures, has_rays
-        )
-        self._core: _mge.VectorCore | None = core
-        self._parts = _Parts(core, observation)
-        self._tools = core.tool_count
         self.single_observation_space, self.single_action_space = self._parts.space, _action_space(self._tools)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
-        self._images, self._facts = core.images(), core.facts()
         self._seeded = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
@@ -338,14 +381,14 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """
         core = self._open()
         mask = self._mask(options)
-        if seed is None or isinstance(seed, (int, np.integer)):
-            super().reset(seed=_seed(seed))
-            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        if isinstance(seed, (list, tuple, np.ndarray)):
+            if len(seed) != self.num_envs:
+                raise ValueError(f"there are {len(seed)} seeds for {self.num_envs} environments")
+            seeds = [_seed(one) for one in seed]
         else:
-            seeds = list(seed)
-            if len(seeds) != self.num_envs:
-                raise ValueError(f"there are {len(seeds)} seeds for {self.num_envs} environments")
-        seeds = [_seed(one) for one in seeds]
+            first = _seed(seed)
+            super().reset(seed=first)
+            seeds = [None if first is None else _seed(first + i) for i in range(self.num_envs)]
         for i in np.flatnonzero(~self._seeded & (True if mask is None else mask)):
             if seeds[i] is None:
                 seeds[i] = int(self.np_random.integers(2**63))
@@ -389,15 +432,10 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """Closes the environments; called by `close`."""
         self._core = None
 
-    def _open(self) -> _mge.VectorCore:
-        if self._core is None:
-            raise ClosedEnvironmentError("the environments are closed: make others")
-        return self._core
-
     def _indices(self, indices: Sequence[int] | None) -> list[int]:
         if indices is None:
             return list(range(self.num_envs))
-        places = [int(i) for i in indices]
+        places = [_mge.whole(i, "index of an environment", -(2**63), 2**63 - 1) for i in indices]
         for place in places:
             if not 0 <= place < self.num_envs:
                 raise IndexError(f"there is no environment {place}: they are counted from 0 to {self.num_envs - 1}")

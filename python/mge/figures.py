@@ -20,8 +20,8 @@ def folder_list(folders: Folders) -> list[str]:
     return [os.fspath(folder) for folder in folders]
 
 
-def tasks(*tasks: Task) -> Figure:
-    """Tasks side by side."""
+def tasks(*tasks: Task | str | os.PathLike[str]) -> Figure:
+    """Tasks side by side: each a `Task`, the name of a shipped one, or the path of a task file."""
     return _mge.figure_tasks(list(tasks))
 
 
@@ -30,7 +30,7 @@ def scene(state: State) -> Figure:
     return state.figure()
 
 
-def clusters(task: Task, prior: ActionPrior, seed: int = 0) -> Figure:
+def clusters(task: Task | str | os.PathLike[str], prior: ActionPrior, seed: int = 0) -> Figure:
     """Actions drawn from the clusters of each stage of a task."""
     return _mge.figure_clusters(task, prior, seed)
 

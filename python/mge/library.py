@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -54,14 +55,21 @@ class Rollouts(NamedTuple):
     path: np.ndarray
     balls: np.ndarray
 
+    def __repr__(self) -> str:
+        sequences, actions = self.placed.shape
+        return f"<Rollouts of {sequences} sequences of up to {actions} actions, {self.hit.sum()} hits>"
+
 
 def rollout(
-    task: Task, model: Model | DynamicsModel | str, actions: npt.ArrayLike, start: State | None = None
+    task: Task | str | os.PathLike[str],
+    model: Model | DynamicsModel | str | os.PathLike[str],
+    actions: npt.ArrayLike,
+    start: State | None = None,
 ) -> Rollouts:
     """Rolls out sequences of actions in one batch.
 
     Args:
-        task: the task.
+        task: a `Task`, the name of a shipped one, or the path of a task file.
         model: a `Model`, `"physics"`, `"rapier"` (another engine), the name or path of a model, or a
             custom one.
         actions: n x length x 2, normalised places of tools.

@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mge import _mge
 from mge.figures import Folders, folder_list
 
 if TYPE_CHECKING:
-    import pandas
-    import polars
+    import pandas as _pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
+    import polars as _polars  # type: ignore[import-not-found, unused-ignore]
 
 
 class Table(dict[str, Any]):
     """Columns by name: NumPy arrays of bool, int64 or float64 (NaN where a number is missing), or lists."""
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def __repr__(self) -> str:
+        rows = max((len(column) for column in self.values()), default=0)
+        return f"<Table of {rows} rows and {len(self)} columns: {_few(self)}>"
+
+    def to_pandas(self) -> _pandas.DataFrame:
         """The table as a pandas `DataFrame`; needs pandas."""
         import pandas
 
         return pandas.DataFrame(dict(self))
 
-    def to_polars(self) -> polars.DataFrame:
+    def to_polars(self) -> _polars.DataFrame:
         """The table as a polars `DataFrame`; needs polars."""
         import polars
 
@@ -45,6 +50,23 @@ class Run(NamedTuple):
     episodes: Table
     evaluations: Table
 
+    def __repr__(self) -> str:
+        episodes = len(next(iter(self.episodes.values()), ()))
+        return f"<Run of {self.config['task']['name']}, {self.state}, {episodes} episodes>"
+
+
+class Report(dict[str, Any]):
+    """The content of a `report.json`."""
+
+    def __repr__(self) -> str:
+        return f"<Report: {_few(self)}>"
+
+
+def _few(names: Iterable[str]) -> str:
+    """The first few names of many."""
+    names = list(names)
+    return ", ".join(names[:4]) + (", ..." if len(names) > 4 else "")
+
 
 def read_run(path: str | os.PathLike[str]) -> Run:
     """Reads the run in a folder; it may still be training."""
@@ -64,11 +86,11 @@ def write_report(
     confidence: float = 0.95,
     seed: int = 0,
     dpi: int | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Writes a report of all finished runs in folders to `out`, like `mge report`, and returns the content of its
-    `report.json`."""
+    `report.json`. If Ctrl-C interrupts it, the report may still be written in the background."""
     text = _mge.write_report(folder_list(folders), out, resamples, confidence, seed, dpi)
-    return json.loads(text)
+    return Report(json.loads(text))
 
 
 def read_report(path: str | os.PathLike[str], part: str = "aggregates") -> Table:
@@ -77,8 +99,11 @@ def read_report(path: str | os.PathLike[str], part: str = "aggregates") -> Table
     `path` is the folder of the report or its `report.json`.
     """
     file = os.path.join(path, "report.json") if os.path.isdir(path) else path
-    with open(file, encoding="utf-8") as text:
-        report = json.load(text)
+    try:
+        with open(file, encoding="utf-8-sig") as text:
+            report = dict(json.load(text))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{os.fspath(file)} is not a report: {error}") from None
     rows = report.get(part)
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         lists = [name for name, value in report.items() if isinstance(value, list) and value and isinstance(value[0], dict)]

@@ -5,16 +5,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
-from stable_baselines3.common.vec_env import VecEnv
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from mge._mge import Task
 from mge.environments import PuzzleVectorEnv
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.vec_env import (  # type: ignore[import-not-found, unused-ignore]
+        base_vec_env as _types,
+    )
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv  # type: ignore[import-not-found, unused-ignore]
+except ImportError:
+    # Tools that import every module need not have it.
+    VecEnv = object  # type: ignore[assignment, misc, unused-ignore]
 
 
 class PuzzleVecEnv(VecEnv):
@@ -37,22 +46,24 @@ class PuzzleVecEnv(VecEnv):
         observation: str | Sequence[str] = "vector",
         pictures: str | os.PathLike[str] | None = None,
     ) -> None:
+        if VecEnv is object:
+            raise ImportError("mge.sb3 needs Stable-Baselines3: pip install stable-baselines3")
         self.envs = PuzzleVectorEnv(
-            num_envs,
-            task,
-            AutoresetMode.SAME_STEP,
+            task=task,
+            num_envs=num_envs,
+            autoreset_mode=AutoresetMode.SAME_STEP,
             num_threads=num_threads,
             tools=tools,
             observation=observation,
             pictures=pictures,
         )
         self.render_mode = None
-        self._tools = 0 if tools is None else int(self.envs.single_action_space["index"].n)
+        self._tools = self.envs._tools or 0
         numbers = 2 if tools is None else 3
         self._actions = np.zeros((num_envs, numbers), np.float32)
         super().__init__(num_envs, self.envs.single_observation_space, Box(-1.0, 1.0, (numbers,), np.float32))
 
-    def reset(self) -> VecEnvObs:
+    def reset(self) -> _types.VecEnvObs:
         # `seed()` keeps the seeds for the next reset.
         seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
         observations, _ = self.envs.reset(seed=seeds)
@@ -62,7 +73,7 @@ class PuzzleVecEnv(VecEnv):
     def step_async(self, actions: np.ndarray) -> None:
         self._actions = actions
 
-    def step_wait(self) -> VecEnvStepReturn:
+    def step_wait(self) -> _types.VecEnvStepReturn:
         actions: Any = self._actions
         if self._tools:
             part = np.floor((actions[:, 0] + 1) / 2 * self._tools)
@@ -81,16 +92,16 @@ class PuzzleVecEnv(VecEnv):
     def close(self) -> None:
         self.envs.close()
 
-    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: _types.VecEnvIndices = None) -> list[Any]:
         return [getattr(self.envs, attr_name) for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: _types.VecEnvIndices = None) -> None:
         raise AttributeError(f"`{attr_name}` cannot be set on single environments: use `envs`")
 
-    def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
+    def env_method(self, method_name: str, *method_args: Any, indices: _types.VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
         raise AttributeError(f"there is no `{method_name}` of single environments: use `envs`")
 
-    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type, indices: _types.VecEnvIndices = None) -> list[bool]:
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[np.ndarray | None]:

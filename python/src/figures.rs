@@ -1,13 +1,15 @@
 //! The library's figures for Python.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use super::arguments::{dpi, height, width};
 use super::error::exception;
-use super::pool::work;
+use super::pool::abandonable;
 use super::runs::found;
 use super::task::Task;
 use mge::evidence::TrainedRun;
@@ -17,7 +19,9 @@ use mge::stats::Bootstrap;
 
 /// A figure: displayed by notebooks, written by `save`.
 #[pyclass(module = "mge.figures", frozen)]
-pub struct Figure {
+pub struct Figure(Arc<Drawn>);
+
+struct Drawn {
     figure: Box<dyn figures::Figure + Send + Sync>,
     provenance: Provenance,
 }
@@ -25,54 +29,71 @@ pub struct Figure {
 impl Figure {
     /// A figure made by the call `command`, which its metadata records.
     pub fn new(figure: impl figures::Figure + Send + Sync + 'static, command: &str) -> Self {
-        Self { figure: Box::new(figure), provenance: Provenance::new(command, &[], "") }
+        Self(Arc::new(Drawn { figure: Box::new(figure), provenance: Provenance::new(command, &[], "") }))
+    }
+
+    /// Draws without holding the GIL.
+    fn drawn<T: Send + 'static>(&self, py: Python<'_>, draw: impl FnOnce(&Drawn) -> T + Send + 'static) -> PyResult<T> {
+        let drawn = self.0.clone();
+        abandonable(py, move || draw(&drawn))
     }
 }
 
 #[pymethods]
 impl Figure {
     /// The figure as SVG.
-    fn svg(&self) -> String {
-        self.figure.to_svg(&self.provenance)
+    fn svg(&self, py: Python<'_>) -> PyResult<String> {
+        self.drawn(py, |drawn| drawn.figure.to_svg(&drawn.provenance))
     }
 
-    fn _repr_svg_(&self) -> String {
-        self.svg()
+    fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
+        self.svg(py)
     }
 
     /// Width and height in print, in points (1/72 inch).
     #[getter]
     fn size(&self) -> [f64; 2] {
-        self.figure.size()
+        self.0.figure.size()
     }
 
     /// The figure as pixels, uint8 of height x width x 3.
-    fn rgb<'py>(&self, py: Python<'py>, width: u32, height: u32) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let pixels = work(py, || self.figure.to_rgb(width, height))?.map_err(exception)?;
+    fn rgb<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = width)] width: u32,
+        #[pyo3(from_py_with = height)] height: u32,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let pixels = self.drawn(py, move |drawn| drawn.figure.to_rgb(width, height))?.map_err(exception)?;
         pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }
 
     /// The figure's data as CSV.
-    fn csv(&self) -> String {
-        String::from_utf8_lossy(&self.figure.table().to_csv()).into_owned()
+    fn csv(&self, py: Python<'_>) -> PyResult<String> {
+        self.drawn(py, |drawn| String::from_utf8_lossy(&drawn.figure.table().to_csv()).into_owned())
     }
 
     /// Writes the figure in the format of the path's extension (.png, .svg, .pdf), and its data
     /// beside it as CSV.
     #[pyo3(signature = (path, dpi = None))]
-    fn save(&self, py: Python<'_>, path: PathBuf, dpi: Option<u32>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf, #[pyo3(from_py_with = dpi)] dpi: Option<u32>) -> PyResult<()> {
         let dpi = dpi.unwrap_or(DEFAULT_DPI);
-        work(py, || self.figure.write(&path, &self.provenance, dpi))?.map_err(exception)
+        self.drawn(py, move |drawn| drawn.figure.write(&path, &drawn.provenance, dpi))?.map_err(exception)
     }
 
     fn __repr__(&self) -> String {
-        format!("<Figure of {}>", self.provenance.command)
+        format!("<Figure of {}>", self.0.provenance.command)
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a figure cannot be pickled: keep its `svg()` or `csv()`, or the file that `save` writes",
+        ))
     }
 }
 
 /// Tasks side by side.
 #[pyfunction]
-pub fn figure_tasks(tasks: Vec<PyRef<'_, Task>>) -> Figure {
+pub fn figure_tasks(tasks: Vec<Task>) -> Figure {
     let tasks = tasks.iter().map(|task| task.0.as_ref().clone()).collect();
     Figure::new(TaskGrid { tasks }, "mge.figures.tasks()")
 }
@@ -88,7 +109,7 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
     let runs: Vec<TrainedRun> = found(py, folders)?.into_iter().map(|run| run.trained).collect();
     let success = if greedy { Success::Greedy } else { Success::Training };
     let bootstrap = Bootstrap::default();
-    let curves = work(py, || match steps {
+    let curves = abandonable(py, move || match steps {
         true => step_curves(&runs, &bootstrap),
         false => learning_curves(&runs, &bootstrap, success),
     })?;
@@ -99,6 +120,6 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
 #[pyfunction]
 pub fn figure_methods(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Figure> {
     let rows: Vec<_> = found(py, folders)?.into_iter().map(|run| run.trained.row).collect();
-    let scores = work(py, || method_scores(&rows, &Bootstrap::default()))?;
+    let scores = abandonable(py, move || method_scores(&rows, &Bootstrap::default()))?;
     Ok(Figure::new(scores.map_err(exception)?, "mge.figures.methods()"))
 }

@@ -4,7 +4,7 @@
 // Functions called from Python take arguments by value and return tuples.
 #![allow(clippy::needless_pass_by_value, clippy::type_complexity)]
 
-mod arrays;
+mod arguments;
 mod error;
 mod facts;
 mod figures;
@@ -17,33 +17,30 @@ mod task;
 mod tools;
 mod vector;
 
-use pyo3::prelude::*;
-
-#[pymodule]
-fn _mge(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<task::Task>()?;
-    module.add_class::<vector::VectorCore>()?;
-    module.add_class::<state::State>()?;
-    module.add_class::<model::Model>()?;
-    module.add_class::<prior::ActionPrior>()?;
-    module.add_class::<prior::Actor>()?;
-    module.add_class::<figures::Figure>()?;
-    module.add_function(wrap_pyfunction!(task::task_names, module)?)?;
-    module.add_function(wrap_pyfunction!(task::level_names, module)?)?;
-    module.add_function(wrap_pyfunction!(tools::tool_numbers, module)?)?;
-    module.add_function(wrap_pyfunction!(tools::tool_features, module)?)?;
-    module.add_function(wrap_pyfunction!(tools::tool_feature_names, module)?)?;
-    module.add_function(wrap_pyfunction!(facts::words, module)?)?;
-    module.add_function(wrap_pyfunction!(model::rollout, module)?)?;
-    module.add_function(wrap_pyfunction!(model::model_names, module)?)?;
-    module.add_function(wrap_pyfunction!(model::tool_types, module)?)?;
-    module.add_function(wrap_pyfunction!(prior::build_prior, module)?)?;
-    module.add_function(wrap_pyfunction!(runs::read_run, module)?)?;
-    module.add_function(wrap_pyfunction!(runs::read_results, module)?)?;
-    module.add_function(wrap_pyfunction!(runs::write_report, module)?)?;
-    module.add_function(wrap_pyfunction!(figures::figure_tasks, module)?)?;
-    module.add_function(wrap_pyfunction!(figures::figure_learning, module)?)?;
-    module.add_function(wrap_pyfunction!(figures::figure_methods, module)?)?;
-    module.add_function(wrap_pyfunction!(prior::figure_clusters, module)?)
+/// The extension module.
+#[pyo3::pymodule]
+mod _mge {
+    #[pymodule_export]
+    use super::arguments::checked;
+    #[pymodule_export]
+    use super::facts::words;
+    #[pymodule_export]
+    use super::figures::{Figure, figure_learning, figure_methods, figure_tasks};
+    #[pymodule_export]
+    use super::model::{Model, model_names, rollout, tool_types};
+    #[pymodule_export]
+    use super::prior::{ActionPrior, Actor, build_prior, figure_clusters};
+    #[pymodule_export]
+    use super::runs::{read_results, read_run, write_report};
+    #[pymodule_export]
+    use super::state::State;
+    #[pymodule_export]
+    use super::task::{Task, level_names, task_names};
+    #[pymodule_export]
+    use super::tools::{tool_feature_names, tool_features, tool_numbers};
+    #[pymodule_export]
+    use super::vector::VectorCore;
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "the name in Python")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

@@ -8,19 +8,21 @@ use numpy::{
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
-use super::arrays::numbers;
+use super::arguments::{numbers, numbers_or_nan, steps};
 use super::error::exception;
-use super::pool::{pool, work};
+use super::pool::{Caller, abandonable, build, work, work_on};
 use super::state::{BALL, State, ball_row};
 use super::task::Task;
 use mge::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
 use mge::env::{Action, Environment, Snapshot};
-use mge::guidance::{RapierPhysics, RolloutModel, TruePhysics};
+use mge::guidance::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
 use mge::physics::{BallState, Tool, to_normalised, to_units};
 use mge::task::{self, ToolSpec};
 
+/// Number of balls predicted between two looks at the stop request.
+const AT_ONCE: usize = 1024;
 /// Columns of a tool: type, x, y, size, angle, radius, elasticity, friction.
 const TOOL: usize = 8;
 
@@ -46,13 +48,24 @@ pub struct Model(Arc<dynamics::Model>);
 #[pymethods]
 impl Model {
     #[new]
-    fn new(name: PathBuf) -> PyResult<Self> {
-        dynamics::named(&name.to_string_lossy()).map(Self).map_err(exception)
+    fn new(py: Python<'_>, name: PathBuf) -> PyResult<Self> {
+        abandonable(py, move || dynamics::named(&name.to_string_lossy()))?.map(Self).map_err(exception)
+    }
+
+    /// The model in the bytes of a model file.
+    #[staticmethod]
+    fn from_bytes(file: &[u8]) -> PyResult<Self> {
+        dynamics::Model::from_bytes(file, "model").map(|model| Self(Arc::new(model))).map_err(exception)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let file = PyBytes::new(py, &self.0.to_file().to_bytes());
+        Ok((py.get_type::<Self>().getattr("from_bytes")?, (file,)))
     }
 
     /// The shipped model for the tools of a task.
     #[staticmethod]
-    fn shipped_for(task: &Task) -> PyResult<Self> {
+    fn shipped_for(task: Task) -> PyResult<Self> {
         let tools = task.0.tool_set();
         dynamics::shipped_for(&tools).map(Self).ok_or_else(|| {
             PyValueError::new_err(format!("no shipped model knows the tools of `{}`: train one", task.0.name))
@@ -92,19 +105,23 @@ impl Model {
     fn predict<'py>(
         &self,
         py: Python<'py>,
-        task: &Task,
+        task: Task,
         balls: &Bound<'py, PyAny>,
         placed: Option<Bound<'py, PyAny>>,
-        steps: u32,
+        #[pyo3(from_py_with = steps)] steps: u32,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let model = self.0.for_task(&task.0).map_err(exception)?;
-        let mut states = balls_of(&numbers(balls, "balls", "[n, 5]")?)?;
-        let placed = placed.map(|placed| numbers(&placed, "placed", "[n, m, 2]")).transpose()?;
-        let tools = tools_of(&task.0, states.len(), placed)?;
+        let mut states = balls_of(&numbers(balls, "balls", "[n, 5]")?);
+        let wanted = format!("[{}, m, 2]", states.len());
+        let placed = placed.map(|placed| numbers_or_nan(&placed, "placed", &wanted)).transpose()?;
+        let tools = tools_of(&task.0, states.len(), placed);
         let tools: Vec<&[Tool]> = tools.iter().map(Vec::as_slice).collect();
-        let predicted = work(py, || -> Result<Vec<BallState>, DynamicsError> {
-            for _ in 0..steps {
-                states = model.advance(&states, &tools)?;
+        let predicted = work(py, |caller| -> Result<Vec<BallState>, DynamicsError> {
+            for (balls, tools) in states.chunks_mut(AT_ONCE).zip(tools.chunks(AT_ONCE)) {
+                for _ in 0..steps {
+                    caller.stop().check()?;
+                    balls.copy_from_slice(&model.advance(balls, tools)?);
+                }
             }
             Ok(states)
         })?;
@@ -115,9 +132,9 @@ impl Model {
     #[pyo3(signature = (task, actions, start = None))]
     fn rollout<'py>(
         slf: Bound<'py, Self>,
-        task: Bound<'py, Task>,
+        task: Bound<'py, PyAny>,
         actions: Bound<'py, PyAny>,
-        start: Option<Bound<'py, State>>,
+        start: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("mge")?.call_method1("rollout", (task, &slf, actions, start))
     }
@@ -127,15 +144,8 @@ impl Model {
     }
 }
 
-fn balls_of(balls: &PyReadonlyArray2<'_, f32>) -> PyResult<Vec<BallState>> {
-    let [count, columns] = [balls.shape()[0], balls.shape()[1]];
-    if columns != BALL {
-        let wanted = "x, y, velocity x, velocity y, spin";
-        return Err(PyValueError::new_err(format!(
-            "the balls have the shape [{count}, {columns}], and should have [n, {BALL}]: {wanted}"
-        )));
-    }
-    Ok(balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect())
+fn balls_of(balls: &PyReadonlyArray2<'_, f32>) -> Vec<BallState> {
+    balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect()
 }
 
 fn ball_array<'py>(py: Python<'py>, balls: &[BallState]) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -144,22 +154,16 @@ fn ball_array<'py>(py: Python<'py>, balls: &[BallState]) -> PyResult<Bound<'py, 
 }
 
 /// The tools around each of `count` balls.
-fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_, f32>>) -> PyResult<Vec<Vec<Tool>>> {
+fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_, f32>>) -> Vec<Vec<Tool>> {
     let fixed: Vec<Tool> = task.tools.iter().map(ToolSpec::tool).collect();
     let mut scenes = vec![fixed; count];
-    let Some(placed) = placed else { return Ok(scenes) };
-    let shape = placed.shape();
-    if shape[0] != count || shape[2] != 2 {
-        return Err(PyValueError::new_err(format!(
-            "`placed` has the shape {shape:?}, and should have [{count}, m, 2]"
-        )));
-    }
+    let Some(placed) = placed else { return scenes };
     for (scene, places) in scenes.iter_mut().zip(placed.as_array().outer_iter()) {
         let places = places.outer_iter().map(|place| [place[0], place[1]]);
         scene
             .extend(places.filter(|place| !place.iter().any(|value| value.is_nan())).map(|at| task.placeable.tool(at)));
     }
-    Ok(scenes)
+    scenes
 }
 
 /// Any model that predicts rollouts.
@@ -167,7 +171,7 @@ pub enum AnyModel {
     Learned(Arc<dynamics::Model>),
     Physics,
     Rapier,
-    Python(PythonModel),
+    Python(Arc<PythonModel>),
 }
 
 impl AnyModel {
@@ -180,17 +184,17 @@ impl AnyModel {
             match &*name.to_string_lossy() {
                 "physics" => return Ok(Self::Physics),
                 "rapier" => return Ok(Self::Rapier),
-                name => dynamics::named(name).map_err(exception)?,
+                _ => Model::new(model.py(), name)?.0,
             }
         } else {
-            return PythonModel::of(model, task).map(Self::Python);
+            return PythonModel::of(model, task).map(Arc::new).map(Self::Python);
         };
         learned.check_task(task).map_err(exception)?;
         Ok(Self::Learned(learned))
     }
 
-    /// Runs `using` with this model on the default pool, without holding the GIL. An exception raised by a model in
-    /// Python is returned unchanged.
+    /// Runs `using` with this model on a pool, without holding the GIL. An exception raised by a model in Python is
+    /// returned unchanged.
     pub fn used<T: Send>(
         &self,
         py: Python<'_>,
@@ -200,18 +204,9 @@ impl AnyModel {
             Self::Learned(model) => &**model,
             Self::Physics => &TruePhysics,
             Self::Rapier => &RapierPhysics,
-            Self::Python(model) => model,
+            Self::Python(model) => return model.used(py, using),
         };
-        let pool = pool(None)?;
-        let result = py.detach(|| pool.install(|| using(model)));
-        let raised = match self {
-            Self::Python(model) => model.raised.lock().unwrap_or_else(PoisonError::into_inner).take(),
-            _ => None,
-        };
-        match raised {
-            Some(raised) => Err(raised),
-            None => result.map_err(exception),
-        }
+        work(py, |caller| using(&InterruptibleModel::new(model, caller.stop())))?.map_err(exception)
     }
 }
 
@@ -220,13 +215,19 @@ pub struct PythonModel {
     object: Py<PyAny>,
     name: String,
     interval: u32,
-    /// The exception that its latest use raised.
-    raised: Mutex<Option<PyErr>>,
 }
 
-impl std::fmt::Debug for PythonModel {
+/// A use of a model that is a Python object.
+struct Asked<'a> {
+    model: &'a Arc<PythonModel>,
+    caller: &'a Caller,
+    /// The exception that the model raised.
+    raised: &'a Mutex<Option<PyErr>>,
+}
+
+impl std::fmt::Debug for Asked<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "PythonModel({})", self.name)
+        write!(f, "Asked({})", self.model.name)
     }
 }
 
@@ -246,10 +247,41 @@ impl PythonModel {
             )));
         }
         let name = object.get_type().name()?.to_string();
-        Ok(Self { object: object.clone().unbind(), name, interval, raised: Mutex::new(None) })
+        Ok(Self { object: object.clone().unbind(), name, interval })
     }
 
-    fn ask(&self, py: Python<'_>, balls: &[BallState], tools: &[&[Tool]]) -> PyResult<Vec<BallState>> {
+    fn used<T: Send>(
+        self: &Arc<Self>,
+        py: Python<'_>,
+        using: impl FnOnce(&dyn RolloutModel) -> Result<T, DynamicsError> + Send,
+    ) -> PyResult<T> {
+        let raised = Mutex::new(None);
+        // Threads of its own: `advance` may itself wait for work in the shared pool.
+        let result = work_on(py, Some(&*build(0)?), |caller| using(&Asked { model: self, caller, raised: &raised }))?;
+        match raised.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(raised) => Err(raised),
+            None => result.map_err(exception),
+        }
+    }
+
+    /// The answer of `advance` for balls among tools, of which `tools` has the rows, equally many for each ball.
+    fn ask(&self, py: Python<'_>, balls: &[BallState], tools: Vec<f32>) -> PyResult<Vec<BallState>> {
+        let most = tools.len() / TOOL / balls.len();
+        let tools = tools.into_pyarray(py).reshape([balls.len(), most, TOOL])?;
+        let answer = self.object.bind(py).call_method1("advance", (ball_array(py, balls)?, tools))?;
+        Ok(balls_of(&numbers(&answer, "advance(...)", &format!("[{}, {BALL}]", balls.len()))?))
+    }
+}
+
+impl Predictor for Asked<'_> {
+    fn interval(&self) -> u32 {
+        self.model.interval
+    }
+
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+        if balls.is_empty() {
+            return Ok(Vec::new());
+        }
         let most = tools.iter().map(|tools| tools.len()).max().unwrap_or(0);
         let mut values = vec![f32::NAN; balls.len() * most * TOOL];
         for (scene, tools) in tools.iter().enumerate() {
@@ -257,41 +289,22 @@ impl PythonModel {
                 values[(scene * most + place) * TOOL..][..TOOL].copy_from_slice(&tool_row(tool));
             }
         }
-        let tools = values.into_pyarray(py).reshape([balls.len(), most, TOOL])?;
-        let answer = self.object.bind(py).call_method1("advance", (ball_array(py, balls)?, tools))?;
-        let answer: PyReadonlyArray2<'_, f32> = numbers(&answer, "advance(...)", "[balls, 5]")?;
-        let next = balls_of(&answer)?;
-        if next.len() != balls.len() {
-            let (found, wanted) = (next.len(), balls.len());
-            return Err(PyValueError::new_err(format!("`advance` answered with {found} balls for {wanted}")));
-        }
-        if next.iter().any(|ball| ball_row(ball).iter().any(|value| !value.is_finite())) {
-            return Err(PyValueError::new_err("`advance` answered with a number that is not finite"));
-        }
-        Ok(next)
-    }
-}
-
-impl Predictor for PythonModel {
-    fn interval(&self) -> u32 {
-        self.interval
-    }
-
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
-        if balls.is_empty() {
-            return Ok(Vec::new());
-        }
-        Python::attach(|py| self.ask(py, balls, tools)).map_err(|error| {
-            let reason = error.to_string();
+        let (model, balls) = (self.model.clone(), balls.to_vec());
+        let answer = self.caller.call(move |py| model.ask(py, &balls, values)).ok_or(DynamicsError::Stopped)?;
+        answer.map_err(|error| {
             *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-            DynamicsError::Content { origin: self.name.clone(), reason }
+            DynamicsError::Stopped
         })
     }
 }
 
-impl RolloutModel for PythonModel {
+impl RolloutModel for Asked<'_> {
     fn name(&self) -> String {
-        self.name.clone()
+        self.model.name.clone()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.caller.stop().is_requested()
     }
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>, DynamicsError> {
@@ -308,22 +321,14 @@ impl RolloutModel for PythonModel {
 #[pyo3(signature = (task, model, actions, start = None))]
 pub fn rollout<'py>(
     py: Python<'py>,
-    task: &Task,
+    task: Task,
     model: &Bound<'py, PyAny>,
     actions: &Bound<'py, PyAny>,
     start: Option<&State>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let actions: PyReadonlyArray3<'_, f32> = numbers(actions, "actions", "[n, length, 2]")?;
-    let [count, length, columns] = [actions.shape()[0], actions.shape()[1], actions.shape()[2]];
-    if columns != 2 {
-        return Err(PyValueError::new_err(format!(
-            "the actions have the shape [{count}, {length}, {columns}], and should have [n, length, 2]"
-        )));
-    }
+    let [count, length] = [actions.shape()[0], actions.shape()[1]];
     let actions = actions.as_array();
-    if !actions.iter().all(|value| value.is_finite()) {
-        return Err(PyValueError::new_err("a number of the actions is not finite"));
-    }
     let sequence = |rows: numpy::ndarray::ArrayView2<'_, f32>| rows.outer_iter().map(|row| [row[0], row[1]]).collect();
     let sequences: Vec<Vec<Action>> = actions.outer_iter().map(sequence).collect();
     let beginning = Environment::new(task.0.clone());

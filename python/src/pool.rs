@@ -1,16 +1,24 @@
-//! Thread pools for work requested by Python.
+//! Work requested by Python: on threads, without holding the GIL, and ended by signals such as Ctrl-C.
 
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::time::Duration;
 
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use mge::env::FEW;
+use mge::stop::{Stop, run_abandonable};
 
 /// The pools by number of threads.
 static POOLS: Mutex<Vec<(usize, Arc<ThreadPool>)>> = Mutex::new(Vec::new());
 /// The process that created them.
 static OWNER: AtomicU32 = AtomicU32::new(0);
+
+/// Time between two looks at Python's signals.
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The shared pool with this number of threads; by default `RAYON_NUM_THREADS` or the number of cores.
 /// Sharing keeps many environments from creating many threads.
@@ -24,10 +32,10 @@ pub fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
         Ok(pools) => pools,
         Err(TryLockError::Poisoned(error)) => error.into_inner(),
         // A process forked while another thread held the lock inherits it locked for ever.
-        Err(TryLockError::WouldBlock) if OWNER.load(Ordering::Relaxed) != process => return build(threads),
+        Err(TryLockError::WouldBlock) if OWNER.load(Ordering::Acquire) != process => return build(threads),
         Err(TryLockError::WouldBlock) => POOLS.lock().unwrap_or_else(PoisonError::into_inner),
     };
-    if OWNER.swap(process, Ordering::Relaxed) != process {
+    if OWNER.swap(process, Ordering::AcqRel) != process {
         std::mem::forget(std::mem::take(&mut *pools));
     }
     if let Some((_, pool)) = pools.iter().find(|(of, _)| *of == threads) {
@@ -38,13 +46,105 @@ pub fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-fn build(threads: usize) -> PyResult<Arc<ThreadPool>> {
+/// A new pool.
+pub fn build(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let built = ThreadPoolBuilder::new().num_threads(threads).thread_name(|index| format!("mge-{index}")).build();
     built.map(Arc::new).map_err(|error| PyRuntimeError::new_err(format!("no threads: {error}")))
 }
 
-/// Runs `work` on the default pool without holding the GIL.
-pub fn work<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let pool = pool(None)?;
-    Ok(py.detach(|| pool.install(work)))
+/// The shared pool, or none for work on few things, which ends sooner than it would be handed over.
+pub fn pool_for(things: usize, threads: Option<usize>) -> PyResult<Option<Arc<ThreadPool>>> {
+    (things >= FEW).then(|| pool(threads)).transpose()
+}
+
+/// A call to Python.
+type Call = Box<dyn FnOnce(Python<'_>) + Send>;
+
+/// The Python thread that waits for some work.
+pub struct Caller {
+    stop: Stop,
+    calls: Sender<Call>,
+}
+
+impl Caller {
+    /// Requested by a signal: the work should end within a tenth of a second.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
+    }
+
+    /// The result of a call to Python, made on the waiting thread, so that signals interrupt it and libraries with data
+    /// per thread see only one. None once the work should end.
+    pub fn call<T: Send + 'static>(&self, call: impl FnOnce(Python<'_>) -> T + Send + 'static) -> Option<T> {
+        let (sender, receiver) = channel();
+        // The receiver waits below.
+        let answer = move |py: Python<'_>| drop(sender.send(call(py)));
+        self.calls.send(Box::new(answer)).ok()?;
+        receiver.recv().ok()
+    }
+}
+
+/// Runs `work`, which polls [`Caller::stop`], on a pool without holding the GIL. A signal stops it and is raised. Without
+/// a pool the work, which is then short, runs on the caller's thread.
+pub fn work_on<T: Send>(
+    py: Python<'_>,
+    pool: Option<&ThreadPool>,
+    work: impl FnOnce(&Caller) -> T + Send,
+) -> PyResult<T> {
+    let (calls, wanted) = channel::<Call>();
+    let caller = Caller { stop: Stop::default(), calls };
+    let Some(pool) = pool else { return Ok(py.detach(|| work(&caller))) };
+    let (stop, mut result, mut signals) = (caller.stop.clone(), None, Ok(()));
+    py.detach(|| {
+        let wanted = wanted;
+        pool.in_place_scope(|scope| {
+            let result = &mut result;
+            // The end of the work drops `caller`, which ends the loop.
+            scope.spawn(move |_| *result = Some(work(&caller)));
+            loop {
+                match wanted.recv_timeout(CHECK_INTERVAL) {
+                    Ok(call) if signals.is_ok() => Python::attach(call),
+                    Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+                if signals.is_ok() {
+                    signals = Python::attach(|py| py.check_signals());
+                    if signals.is_err() {
+                        stop.request();
+                    }
+                }
+            }
+        });
+    });
+    signals?;
+    // A panic of the work has already left the scope.
+    result.ok_or_else(|| PyRuntimeError::new_err("the work has no result"))
+}
+
+/// Like [`work_on`] with the default pool.
+pub fn work<T: Send>(py: Python<'_>, work: impl FnOnce(&Caller) -> T + Send) -> PyResult<T> {
+    work_on(py, Some(&*pool(None)?), work)
+}
+
+/// Runs `work`, which cannot be stopped, on a thread without holding the GIL. A signal is raised at once, and the result
+/// of the work is then lost.
+pub fn abandonable<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    let raised = Mutex::new(None);
+    let is_stopped = || {
+        let signal = Python::attach(|py| py.check_signals()).err();
+        let is_stopped = signal.is_some();
+        *raised.lock().unwrap_or_else(PoisonError::into_inner) = signal;
+        is_stopped
+    };
+    let done = py.detach(|| run_abandonable(is_stopped, Duration::ZERO, work));
+    let raised = raised.into_inner().unwrap_or_else(PoisonError::into_inner);
+    done.ok_or_else(|| raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(())))
+}
+
+/// Like [`abandonable`], for work on several threads. They are its own, so that abandoned work keeps no other waiting.
+pub fn abandonable_on_threads<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let pool = build(0)?;
+    abandonable(py, move || pool.install(work))
 }

@@ -1,30 +1,35 @@
 //! Action priors and trained actors.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arrays::numbers;
+use super::arguments::{count, numbers, room, seed, stage};
 use super::error::exception;
 use super::figures::Figure;
 use super::model::AnyModel;
-use super::pool::work;
+use super::pool::{abandonable, pool_for, work, work_on};
 use super::task::Task;
 use mge::agent::Ddpg;
 use mge::figures::{ActionSamples, TaskActions};
 use mge::guidance::{self, GuidanceConfig, StagePrior};
 use mge::run::RunDirectory;
 use mge::streams::Stream;
+use mge::task;
 use mge::trainer::{RunConfig, saved_prior};
 use mge::workbench::RunView;
 
 /// Clusters of rewarding actions for every stage of a task: the distributions from which
 /// guided exploration samples.
 #[pyclass(module = "mge", frozen)]
-pub struct ActionPrior(pub guidance::ActionPrior);
+pub struct ActionPrior {
+    prior: guidance::ActionPrior,
+    task: Arc<task::Task>,
+}
 
 /// Builds the action prior of a task from rollouts in a model.
 ///
@@ -37,15 +42,16 @@ pub struct ActionPrior(pub guidance::ActionPrior);
 #[pyo3(signature = (task, model, seed = 0, settings = "{}"))]
 pub fn build_prior(
     py: Python<'_>,
-    task: &Task,
+    task: Task,
     model: &Bound<'_, PyAny>,
-    seed: u64,
+    #[pyo3(from_py_with = seed)] seed: u64,
     settings: &str,
 ) -> PyResult<ActionPrior> {
     let config: GuidanceConfig = serde_json::from_str(settings).map_err(exception)?;
     config.validate().map_err(exception)?;
     let model = AnyModel::of(model, &task.0)?;
-    model.used(py, |model| guidance::build(&task.0, model, &config, seed, |_| ())).map(ActionPrior)
+    let prior = model.used(py, |model| guidance::build(&task.0, model, &config, seed, |_| ()))?;
+    Ok(ActionPrior { prior, task: task.0 })
 }
 
 #[pymethods]
@@ -53,44 +59,57 @@ impl ActionPrior {
     /// The prior from the text of a `prior.json`.
     #[staticmethod]
     #[pyo3(signature = (text, task, origin = "prior"))]
-    fn parse(text: &str, task: &Task, origin: &str) -> PyResult<Self> {
-        guidance::ActionPrior::parse(text, origin, &task.0).map(Self).map_err(exception)
+    fn parse(text: &str, task: Task, origin: &str) -> PyResult<Self> {
+        let prior = guidance::ActionPrior::parse(text, origin, &task.0).map_err(exception)?;
+        Ok(Self { prior, task: task.0 })
     }
 
     /// The prior that a run used last.
     #[staticmethod]
-    fn of_run(path: PathBuf) -> PyResult<Self> {
-        let directory = RunDirectory::open(&path).map_err(exception)?;
-        let config: RunConfig = directory.config().map_err(exception)?;
-        let prior = saved_prior(&directory, &config.task).map_err(exception)?;
-        prior.map(Self).ok_or_else(|| PyValueError::new_err(format!("the run {} has no action prior", path.display())))
+    fn of_run(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let missing = format!("the run {} has no action prior", path.display());
+        let read = move || -> PyResult<_> {
+            let directory = RunDirectory::open(path).map_err(exception)?;
+            let config: RunConfig = directory.config().map_err(exception)?;
+            let prior = saved_prior(&directory, &config.task).map_err(exception)?;
+            Ok(prior.map(|prior| Self { prior, task: config.task }))
+        };
+        abandonable(py, read)??.ok_or_else(|| PyValueError::new_err(missing))
     }
 
     /// The JSON text, as in a run's `prior.json`.
     fn to_json(&self) -> String {
-        self.0.to_json()
+        self.prior.to_json()
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Task))> {
+        Ok((py.get_type::<Self>().getattr("parse")?.unbind(), (self.to_json(), Task(self.task.clone()))))
     }
 
     /// Name of the task.
     #[getter]
     fn task(&self) -> &str {
-        &self.0.task
+        &self.prior.task
     }
 
     /// Name of the model that predicted the rollouts.
     #[getter]
     fn model(&self) -> &str {
-        &self.0.model
+        &self.prior.model
     }
 
     /// Number of stages: subgoals, then the goal.
     fn __len__(&self) -> usize {
-        self.0.stages.len()
+        self.prior.stages.len()
     }
 
     /// The clusters of a stage, the largest first: arrays `mean` and `std` (k x 2, float32), `weight`
     /// and `count` (k).
-    fn clusters<'py>(&self, py: Python<'py>, stage: usize) -> PyResult<Bound<'py, PyDict>> {
+    fn clusters<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = stage)] stage: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let clusters = &self.stage(stage)?.clusters;
         let pairs = |values: Vec<[f32; 2]>| values.concat().into_pyarray(py).reshape([clusters.len(), 2]);
         let dict = PyDict::new(py);
@@ -104,13 +123,17 @@ impl ActionPrior {
     }
 
     /// The rewarding actions from which the clusters of a stage were computed, float32 of n x 2.
-    fn actions<'py>(&self, py: Python<'py>, stage: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    fn actions<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = stage)] stage: usize,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let actions = &self.stage(stage)?.actions;
         actions.concat().into_pyarray(py).reshape([actions.len(), 2])
     }
 
     /// Rollouts made for a stage and how many reached it, in the model; the same in the real environment.
-    fn rollouts(&self, stage: usize) -> PyResult<[usize; 4]> {
+    fn rollouts(&self, #[pyo3(from_py_with = stage)] stage: usize) -> PyResult<[usize; 4]> {
         let stage = self.stage(stage)?;
         Ok([stage.model_rollouts, stage.model_hits, stage.environment_rollouts, stage.environment_hits])
     }
@@ -119,25 +142,29 @@ impl ActionPrior {
     fn sample<'py>(
         &self,
         py: Python<'py>,
-        stage: usize,
-        count: usize,
-        seed: u64,
+        #[pyo3(from_py_with = stage)] stage: usize,
+        #[pyo3(from_py_with = count)] count: usize,
+        #[pyo3(from_py_with = seed)] seed: u64,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let stage = self.stage(stage)?;
         let mut rng = Stream::Episode.of(seed);
-        let actions: Vec<f32> = (0..count).flat_map(|_| stage.sample(&mut rng)).collect();
+        let mut actions = room(count.saturating_mul(2))?;
+        let actions: Vec<f32> = work_on(py, pool_for(count, None)?.as_deref(), |caller| {
+            actions.extend(caller.stop().until(0..count).flat_map(|_| stage.sample(&mut rng)));
+            actions
+        })?;
         actions.into_pyarray(py).reshape([count, 2])
     }
 
     fn __repr__(&self) -> String {
-        format!("<ActionPrior of {} by {}, {} stages>", self.0.task, self.0.model, self.0.stages.len())
+        format!("<ActionPrior of {} by {}, {} stages>", self.prior.task, self.prior.model, self.prior.stages.len())
     }
 }
 
 impl ActionPrior {
     fn stage(&self, stage: usize) -> PyResult<&StagePrior> {
         let missing = || PyIndexError::new_err(format!("there is no stage {stage}: they are counted from 0"));
-        self.0.stages.get(stage).ok_or_else(missing)
+        self.prior.stages.get(stage).ok_or_else(missing)
     }
 }
 
@@ -148,25 +175,19 @@ pub struct Actor(Ddpg);
 #[pymethods]
 impl Actor {
     #[new]
-    fn new(run: PathBuf) -> PyResult<Self> {
-        let run = RunView::open(&run).map_err(exception)?;
-        run.saved().agent().map(|(_, agent)| Self(agent)).map_err(exception)
+    fn new(py: Python<'_>, run: PathBuf) -> PyResult<Self> {
+        let read = move || RunView::open(&run).map_err(exception)?.saved().agent().map_err(exception);
+        abandonable(py, read)?.map(|(_, agent)| Self(agent))
     }
 
     /// The actions for observations: float32 of n x 2 for n x length.
     fn act<'py>(&self, py: Python<'py>, observations: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let agent = &self.0;
-        let observations: PyReadonlyArray2<'_, f32> = numbers(observations, "observations", "[n, length]")?;
-        let [count, length] = [observations.shape()[0], observations.shape()[1]];
-        if length != agent.observation_len() {
-            let wanted = agent.observation_len();
-            return Err(PyValueError::new_err(format!(
-                "the observations have the shape [{count}, {length}], and should have [n, {wanted}]"
-            )));
-        }
-        let observations: Vec<f32> = observations.as_array().iter().copied().collect();
-        let actions = work(py, || agent.act(&observations))?;
-        actions.into_pyarray(py).reshape([count, agent.action_len()])
+        let observations = self.observations(observations)?;
+        let count = observations.shape()[0];
+        let rows = observations.as_slice()?.chunks(AT_ONCE * agent.observation_len());
+        let actions = work(py, |caller| caller.stop().until(rows).flat_map(|rows| agent.act(rows)).collect())?;
+        Vec::into_pyarray(actions, py).reshape([count, agent.action_len()])
     }
 
     /// The critic's values of pairs of observations and actions, float32 of n.
@@ -177,25 +198,39 @@ impl Actor {
         actions: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
         let agent = &self.0;
-        let observations: PyReadonlyArray2<'_, f32> = numbers(observations, "observations", "[n, length]")?;
-        let actions: PyReadonlyArray2<'_, f32> = numbers(actions, "actions", "[n, 2]")?;
-        let count = observations.shape()[0];
-        if observations.shape()[1] != agent.observation_len() || actions.shape() != [count, agent.action_len()] {
-            let (s, a) = (observations.shape(), actions.shape());
-            return Err(PyValueError::new_err(format!(
-                "observations of the shape {s:?} and actions of {a:?} do not fit this agent"
-            )));
-        }
-        let observations: Vec<f32> = observations.as_array().iter().copied().collect();
-        let actions: Vec<f32> = actions.as_array().iter().copied().collect();
-        Ok(work(py, || agent.q_values(&observations, &actions))?.into_pyarray(py))
+        let observations = self.observations(observations)?;
+        let wanted = format!("[{}, {}]", observations.shape()[0], agent.action_len());
+        let actions: PyReadonlyArray2<'_, f32> = numbers(actions, "actions", &wanted)?;
+        let rows = observations.as_slice()?.chunks(AT_ONCE * agent.observation_len());
+        let pairs = rows.zip(actions.as_slice()?.chunks(AT_ONCE * agent.action_len()));
+        let values = work(py, |caller| caller.stop().until(pairs).flat_map(|(o, a)| agent.q_values(o, a)).collect())?;
+        Ok(Vec::into_pyarray(values, py))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Actor: {} numbers to {}>", self.0.observation_len(), self.0.action_len())
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "an actor cannot be pickled: give the path of its run, and open it with mge.Actor there",
+        ))
     }
 }
+
+impl Actor {
+    fn observations<'py>(&self, values: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray2<'py, f32>> {
+        numbers(values, "observations", &format!("[n, {}]", self.0.observation_len()))
+    }
+}
+
+/// Number of observations that networks evaluate between two looks at the stop request.
+const AT_ONCE: usize = 256;
 
 /// Actions drawn from the clusters of each stage, on the scene.
 #[pyfunction]
 #[pyo3(signature = (task, prior, seed = 0))]
-pub fn figure_clusters(task: &Task, prior: &ActionPrior, seed: u64) -> Figure {
-    let tasks = vec![TaskActions::sample(&task.0, &prior.0, seed)];
+pub fn figure_clusters(task: Task, prior: &ActionPrior, #[pyo3(from_py_with = seed)] seed: u64) -> Figure {
+    let tasks = vec![TaskActions::sample(&task.0, &prior.prior, seed)];
     Figure::new(ActionSamples { tasks }, "mge.figures.clusters()")
 }

@@ -9,11 +9,12 @@ use pyo3::types::{PyDict, PyList, PySlice};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use super::arguments::{dpi, resamples, seed};
 use super::error::exception;
-use super::pool::work;
+use super::pool::{abandonable, abandonable_on_threads};
 use mge::evidence::{self, FoundRun, find_runs, read_runs};
 use mge::figures::DEFAULT_DPI;
-use mge::run::{EpisodeRecord, RunDirectory, RunHistory};
+use mge::run::{EpisodeRecord, RunDirectory, RunError, RunHistory};
 use mge::stats::Bootstrap;
 use mge::trainer::RunConfig;
 
@@ -88,15 +89,17 @@ pub fn read_run<'py>(
     py: Python<'py>,
     path: PathBuf,
 ) -> PyResult<(String, String, Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-    let directory = RunDirectory::open(path).map_err(exception)?;
-    let config: RunConfig = directory.config().map_err(exception)?;
-    let history = py.detach(|| RunHistory::read(&directory));
-    let history = match history {
-        // The run was created but has not begun.
-        Err(error) if error.is_not_found() => RunHistory::default(),
-        read => read.map_err(exception)?,
+    let read = move || -> Result<_, RunError> {
+        let directory = RunDirectory::open(path)?;
+        let config: RunConfig = directory.config()?;
+        let history = match RunHistory::read(&directory) {
+            // The run was created but has not begun.
+            Err(error) if error.is_not_found() => RunHistory::default(),
+            read => read?,
+        };
+        Ok((config, history, directory.status()?.state))
     };
-    let state = directory.status().map_err(exception)?.state;
+    let (config, history, state) = abandonable(py, read)?.map_err(exception)?;
     let episodes: Vec<_> = history.records.iter().map(row).collect();
     let episodes = columns_like(py, &episodes, row(&EpisodeRecord::default()))?;
     let evaluation = |episode: u64, success: f64, mean_return: f64| {
@@ -110,7 +113,7 @@ pub fn read_run<'py>(
 
 /// Finds and reads the runs in folders.
 pub fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
-    work(py, || read_runs(&find_runs(&folders)?))?.map_err(exception)
+    abandonable_on_threads(py, move || read_runs(&find_runs(&folders)?))?.map_err(exception)
 }
 
 /// The results of the runs in folders, as columns: one row per run, with its label in figures.
@@ -138,17 +141,17 @@ pub fn write_report(
     py: Python<'_>,
     folders: Vec<PathBuf>,
     out: PathBuf,
-    resamples: u32,
+    #[pyo3(from_py_with = resamples)] resamples: u32,
     confidence: f64,
-    seed: u64,
-    dpi: Option<u32>,
+    #[pyo3(from_py_with = seed)] seed: u64,
+    #[pyo3(from_py_with = dpi)] dpi: Option<u32>,
 ) -> PyResult<String> {
-    if resamples == 0 || !(confidence > 0.0 && confidence < 1.0) {
-        return Err(PyValueError::new_err("`resamples` is at least 1, `confidence` between 0 and 1"));
+    if !(confidence > 0.0 && confidence < 1.0) {
+        return Err(PyValueError::new_err(format!("`confidence` is {confidence}, and should be between 0 and 1")));
     }
     let bootstrap = Bootstrap { resamples, confidence, seed };
     let dpi = dpi.unwrap_or(DEFAULT_DPI);
-    let written = work(py, || evidence::report(&folders, &out, &bootstrap, "mge.write_report()", dpi, &mut |_, _| {}))?;
-    let report = written.map_err(exception)?;
+    let write = move || evidence::report(&folders, &out, &bootstrap, "mge.write_report()", dpi, &mut |_, _| {});
+    let report = abandonable_on_threads(py, write)?.map_err(exception)?;
     serde_json::to_string(&report).map_err(exception)
 }

@@ -6,8 +6,10 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 
+use super::arguments::whole;
 use super::error::exception;
 use super::figures::Figure;
+use super::pool::{pool_for, work_on};
 use mge::env;
 use mge::figures::{Animation, Moment, Mover};
 use mge::physics::{BallState, PHYSICS_DT, to_normalised};
@@ -61,9 +63,15 @@ pub struct State(pub Vec<env::State>);
 impl State {
     /// The states from JSON, as written by `__reduce__`; `task` is the JSON of their task.
     #[staticmethod]
-    fn parse(task: &str, states: Vec<String>) -> PyResult<Self> {
+    fn parse(py: Python<'_>, task: &str, states: Vec<String>) -> PyResult<Self> {
+        if states.is_empty() {
+            return Ok(Self(Vec::new()));
+        }
         let task = Arc::new(mge::task::parse(task, "state").map_err(exception)?);
-        let states: Result<Vec<env::State>, _> = states.iter().map(|text| env::State::parse(text, &task)).collect();
+        let parse = |text: &String| env::State::parse(text, &task);
+        let states: Result<Vec<env::State>, _> = work_on(py, pool_for(states.len(), None)?.as_deref(), |caller| {
+            caller.stop().until(states.iter()).map(parse).collect()
+        })?;
         states.map(Self).map_err(exception)
     }
 
@@ -71,11 +79,12 @@ impl State {
         self.0.len()
     }
 
-    fn __getitem__(&self, index: isize) -> PyResult<Self> {
-        let place = if index < 0 { index + self.0.len() as isize } else { index };
+    fn __getitem__(&self, index: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let missing = || PyIndexError::new_err(format!("there is no state {index}: there are {}", self.0.len()));
+        let place: i128 = whole(index, "index of a state", i64::MIN.into()..=i64::MAX.into())?;
+        let place = if place < 0 { place.saturating_add(self.0.len() as i128) } else { place };
         let state = usize::try_from(place).ok().and_then(|place| self.0.get(place));
-        let state = state.ok_or_else(|| PyIndexError::new_err(format!("there is no state {index}")))?;
-        Ok(Self(vec![state.clone()]))
+        Ok(Self(vec![state.ok_or_else(missing)?.clone()]))
     }
 
     /// The scene of the first state as a figure.
@@ -100,6 +109,9 @@ impl State {
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<String>))> {
         let parse = py.get_type::<Self>().getattr("parse")?.unbind();
         let task = self.0.first().map_or_else(String::new, |state| mge::task::to_json(state.task()));
-        Ok((parse, (task, self.0.iter().map(env::State::to_json).collect())))
+        let states = work_on(py, pool_for(self.0.len(), None)?.as_deref(), |caller| {
+            caller.stop().until(self.0.iter()).map(env::State::to_json).collect()
+        })?;
+        Ok((parse, (task, states)))
     }
 }

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::error::exception;
+use super::pool::abandonable;
 use mge::env::{observation_bounds, observation_len};
 use mge::task::{self, load, parse, save, shipped_names, to_json};
 
@@ -15,11 +17,30 @@ use mge::task::{self, load, parse, save, shipped_names, to_json};
 #[derive(PartialEq)]
 pub struct Task(pub Arc<task::Task>);
 
+/// What every call that takes a task accepts.
+impl FromPyObject<'_, '_> for Task {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        if let Ok(task) = value.cast::<Self>() {
+            return Ok(Self(task.get().0.clone()));
+        }
+        let Ok(name) = value.extract::<PathBuf>() else {
+            let kind = value.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "{kind} is not a task: give a mge.Task, the name of a shipped task, or the path of a task file"
+            )));
+        };
+        let loaded = abandonable(value.py(), move || load(&name.to_string_lossy()))?;
+        loaded.map(|task| Self(Arc::new(task))).map_err(exception)
+    }
+}
+
 #[pymethods]
 impl Task {
     #[new]
-    fn new(name: PathBuf) -> PyResult<Self> {
-        load(&name.to_string_lossy()).map(|task| Self(Arc::new(task))).map_err(exception)
+    fn new(name: Self) -> Self {
+        name
     }
 
     /// A task from its JSON text, in the format of task files or that of CREATE's level files.

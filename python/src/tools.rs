@@ -4,6 +4,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use super::arguments::whole;
 use mge::env::{self, TOOL_FEATURES, TOOL_PROPERTIES};
 use mge::physics::{NO_OP, ToolKind, ToolSplit, catalogue_tool};
 
@@ -17,10 +18,9 @@ pub fn tool_numbers<'py>(py: Python<'py>, split: &str) -> PyResult<Bound<'py, Py
 
 /// Features of tools, one row per number: one-hot of the type, then properties; float32.
 #[pyfunction]
-pub fn tool_features(py: Python<'_>, numbers: Vec<usize>) -> PyResult<Bound<'_, PyArray2<f32>>> {
-    if let Some(number) = numbers.iter().find(|number| **number > NO_OP) {
-        return Err(PyValueError::new_err(format!("there is no tool {number}: the last, {NO_OP}, is the no-op")));
-    }
+pub fn tool_features<'py>(py: Python<'py>, numbers: Vec<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let number = |number: &Bound<'py, PyAny>| whole(number, "number of a tool", 0..=NO_OP as i128);
+    let numbers: Vec<usize> = numbers.iter().map(number).collect::<PyResult<_>>()?;
     let rows: Vec<f32> = numbers.iter().flat_map(|number| env::tool_features(catalogue_tool(*number))).collect();
     rows.into_pyarray(py).reshape([numbers.len(), TOOL_FEATURES])
 }

@@ -11,17 +11,20 @@ use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments::{num_envs, num_threads, numbers, room};
 use super::error::{exception, vector_exception};
 use super::facts::{Facts, fill, zeros};
-use super::pool::pool;
+use super::pool::{Caller, abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;
-use mge::env::{self, Action, ActionSet, Autoreset, Choice, IMAGE_SIDE, Pictures, VectorEnvironment};
+use mge::env::{
+    self, Action, ActionSet, Autoreset, Choice, IMAGE_LEN, IMAGE_SIDE, Pictures, VectorEnvironment, VectorError,
+};
 use mge::figures::Figure;
 use mge::physics::ToolSplit;
 
-/// Fewer environments than this are stepped on the caller's thread, because a hand-over to the pool would take longer.
-const FEW: usize = 64;
+/// Memory of an environment without its observation and image, in bytes.
+const ENVIRONMENT: usize = 4096;
 
 /// Ended episodes: indices of their environments, last observations, last images, facts.
 type Ended<'py> =
@@ -44,14 +47,14 @@ pub struct VectorCore {
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, count, autoreset, threads = None, tools = None, images = false, pictures = None, rays = false))]
+    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None, images = false, pictures = None, rays = false))]
     #[expect(clippy::too_many_arguments)] // Keyword arguments in Python.
     fn new(
         py: Python<'_>,
-        task: &Task,
-        count: usize,
+        task: Task,
+        #[pyo3(from_py_with = num_envs)] num_envs: usize,
         autoreset: &str,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = num_threads)] num_threads: Option<usize>,
         tools: Option<&str>,
         images: bool,
         pictures: Option<PathBuf>,
@@ -66,13 +69,12 @@ impl VectorCore {
                 return Err(PyValueError::new_err(format!("there is no autoreset mode `{other}`: use {known}")));
             }
         };
-        if count == 0 || threads == Some(0) {
-            return Err(PyValueError::new_err("the numbers of environments and of threads are at least 1"));
-        }
         let tools: Option<ToolSplit> = tools.map(str::parse).transpose().map_err(PyValueError::new_err)?;
+        let pixels = if images { IMAGE_LEN } else { 0 };
+        drop(room::<u8>(num_envs.saturating_mul(ENVIRONMENT + pixels))?);
         let mut env = match tools {
-            None => VectorEnvironment::new(task.0.clone(), count, autoreset),
-            Some(tools) => VectorEnvironment::with_tools(task.0.clone(), tools, count, autoreset),
+            None => VectorEnvironment::new(task.0, num_envs, autoreset),
+            Some(tools) => VectorEnvironment::with_tools(task.0, tools, num_envs, autoreset),
         };
         if rays && tools.is_some() {
             let reason = "an agent that chooses among tools observes their properties: leave out 'rays' or `tools`";
@@ -85,16 +87,17 @@ impl VectorCore {
             env = env.with_images();
         }
         if let Some(folder) = pictures {
-            env = env.with_pictures(&Arc::new(Pictures::load(&folder).map_err(exception)?));
+            let pictures = abandonable(py, move || Pictures::load(&folder))?.map_err(exception)?;
+            env = env.with_pictures(&Arc::new(pictures));
         }
         Ok(Self {
-            images: images.then(|| PyArray4::zeros(py, [count, IMAGE_SIDE, IMAGE_SIDE, 3], false).unbind()),
-            threads,
-            observations: PyArray2::zeros(py, [count, env.observation_len()], false).unbind(),
-            rewards: zeros(py, count),
-            terminated: zeros(py, count),
-            truncated: zeros(py, count),
-            facts: Facts::new(py, count, &env),
+            images: images.then(|| PyArray4::zeros(py, [num_envs, IMAGE_SIDE, IMAGE_SIDE, 3], false).unbind()),
+            threads: num_threads,
+            observations: PyArray2::zeros(py, [num_envs, env.observation_len()], false).unbind(),
+            rewards: zeros(py, num_envs),
+            terminated: zeros(py, num_envs),
+            truncated: zeros(py, num_envs),
+            facts: Facts::new(py, num_envs, &env),
             env,
         })
     }
@@ -111,10 +114,10 @@ impl VectorCore {
         }
         // A copy, because a mask need not be contiguous.
         let mask: Option<Vec<bool>> = mask.map(|mask| mask.as_array().to_vec());
-        let mut observations = this.observations.bind(py).try_readwrite()?;
-        this.env.reset(&seeds, mask.as_deref(), observations.as_slice_mut()?);
-        drop(observations);
-        this.note(py)
+        this.change(py, count, |env, rows, _| {
+            env.reset(&seeds, mask.as_deref(), rows);
+            Ok(())
+        })
     }
 
     /// Number of tools an agent chooses among; None if it has only the task's own tool.
@@ -171,40 +174,22 @@ impl VectorCore {
 
     /// Seconds that the Rust library alone needs for these actions, float32 of steps x count x 2: the baseline
     /// for `step`.
-    fn time_alone(&mut self, py: Python<'_>, actions: PyReadonlyArray3<'_, f32>) -> PyResult<f64> {
-        let count = self.env.count();
-        if actions.shape()[1..] != [count, 2] {
-            return Err(PyValueError::new_err(format!("the actions should have the shape [steps, {count}, 2]")));
-        }
+    fn time_alone(slf: &Bound<'_, Self>, actions: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let (py, this) = (slf.py(), &mut *alone(slf)?);
+        let count = this.env.count();
+        let actions: PyReadonlyArray3<'_, f32> = numbers(actions, "actions", &format!("[steps, {count}, 2]"))?;
         let (actions, _) = actions.as_slice()?.as_chunks::<2>();
-        let mut rows = vec![0.0; count * self.env.observation_len()];
-        let is_alone = self.is_alone();
-        let pool = pool(self.threads)?;
-        let env = &mut self.env;
-        let mut play = || {
-            let start = std::time::Instant::now();
-            for actions in actions.chunks(count) {
-                if is_alone { env.step(actions, &mut rows)? } else { env.par_step(actions, &mut rows)? }
-            }
-            Ok(start.elapsed().as_secs_f64())
-        };
-        let played = py.detach(|| if is_alone { play() } else { pool.install(play) });
-        played.map_err(|error| vector_exception(py, error))
+        let start = std::time::Instant::now();
+        this.change(py, actions.len(), |env, rows, caller| {
+            caller.stop().until(actions.chunks(count)).try_for_each(|actions| env.par_step(actions, rows))
+        })?;
+        Ok(start.elapsed().as_secs_f64())
     }
 
     /// The arrays of observations, rewards, terminations, truncations.
-    fn arrays<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>)
-    {
+    fn arrays(&self, py: Python<'_>) -> (Py<PyArray2<f32>>, Py<PyArray1<f64>>, Py<PyArray1<bool>>, Py<PyArray1<bool>>) {
         let Self { observations, rewards, terminated, truncated, .. } = self;
-        (
-            observations.bind(py).clone(),
-            rewards.bind(py).clone(),
-            terminated.bind(py).clone(),
-            truncated.bind(py).clone(),
-        )
+        (observations.clone_ref(py), rewards.clone_ref(py), terminated.clone_ref(py), truncated.clone_ref(py))
     }
 
     /// The arrays of facts, by name.
@@ -239,9 +224,12 @@ impl VectorCore {
 
     /// The states of these environments.
     fn state(slf: &Bound<'_, Self>, indices: Vec<usize>) -> PyResult<State> {
-        let this = alone(slf)?;
-        let states: Result<Vec<env::State>, _> = indices.iter().map(|index| this.env.state(*index)).collect();
-        states.map(State).map_err(|error| vector_exception(slf.py(), error))
+        let (py, this) = (slf.py(), alone(slf)?);
+        let env = &this.env;
+        let states: Result<Vec<env::State>, _> = work_on(py, pool_for(indices.len(), None)?.as_deref(), |caller| {
+            caller.stop().until(indices.iter()).map(|index| env.state(*index)).collect()
+        })?;
+        states.map(State).map_err(|error| vector_exception(py, error))
     }
 
     /// Puts these environments into these states, or all into a single state.
@@ -254,15 +242,12 @@ impl VectorCore {
         if let Some(index) = indices.iter().find(|index| **index >= this.env.count()) {
             return Err(PyIndexError::new_err(format!("there is no environment {index}")));
         }
-        let mut observations = this.observations.bind(py).try_readwrite()?;
-        let rows = observations.as_slice_mut()?;
         let length = this.env.observation_len();
-        for (index, state) in indices.iter().zip(state.0.iter().cycle()) {
-            let row = &mut rows[index * length..][..length];
-            this.env.restore(*index, state, row).map_err(|error| vector_exception(py, error))?;
-        }
-        drop(observations);
-        this.note(py)
+        let pairs = indices.iter().zip(state.0.iter().cycle());
+        this.change(py, indices.len(), |env, rows, caller| {
+            let mut pairs = caller.stop().until(pairs);
+            pairs.try_for_each(|(index, state)| env.restore(*index, state, &mut rows[index * length..][..length]))
+        })
     }
 
     /// The scene of an environment as rows of pixels, uint8 of height x width x 3.
@@ -275,7 +260,7 @@ impl VectorCore {
         let (py, this) = (slf.py(), alone(slf)?);
         let env = this.env.environment(index).ok_or_else(|| PyIndexError::new_err("there is no such environment"))?;
         let scene = scene(env);
-        let pixels = py.detach(|| scene.to_rgb(width, height)).map_err(exception)?;
+        let pixels = abandonable(py, move || scene.to_rgb(width, height))?.map_err(exception)?;
         pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }
 }
@@ -302,25 +287,43 @@ fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
 }
 
 impl VectorCore {
-    /// Whether all environments are stepped on the caller's thread.
-    fn is_alone(&self) -> bool {
-        self.threads == Some(1) || self.env.count() < FEW
+    /// Takes an action in each environment.
+    fn take<A: Into<Choice> + Copy + Sync>(&mut self, py: Python<'_>, actions: &[A]) -> PyResult<()> {
+        self.change(py, actions.len(), |env, rows, _| env.par_step(actions, rows))
     }
 
-    /// Takes an action in each environment, without holding the GIL.
-    fn take<A: Into<Choice> + Copy + Sync>(&mut self, py: Python<'_>, actions: &[A]) -> PyResult<()> {
+    /// Changes environments and their observations `times` times without holding the GIL, then all arrays. After a
+    /// signal, which may leave some environments changed and others not, all need a reset.
+    fn change(
+        &mut self,
+        py: Python<'_>,
+        times: usize,
+        change: impl FnOnce(&mut VectorEnvironment, &mut [f32], &Caller) -> Result<(), VectorError> + Send,
+    ) -> PyResult<()> {
+        let pool = pool_for(times.max(self.env.count()), self.threads)?;
         let mut observations = self.observations.bind(py).try_readwrite()?;
-        let is_alone = self.is_alone();
+        let mut images = self.images.as_ref().map(|images| images.bind(py).try_readwrite()).transpose()?;
+        let pixels = images.as_mut().map(|images| images.as_slice_mut()).transpose()?;
         let (rows, env) = (observations.as_slice_mut()?, &mut self.env);
-        let stepped = if is_alone {
-            py.detach(|| env.step(actions, rows))
-        } else {
-            let pool = pool(self.threads)?;
-            py.detach(|| pool.install(|| env.par_step(actions, rows)))
-        };
-        stepped.map_err(|error| vector_exception(py, error))?;
-        drop(observations);
-        self.note(py)
+        let changed = work_on(py, pool.as_deref(), |caller| {
+            env.stop_on(caller.stop());
+            change(env, rows, caller)?;
+            if let Some(pixels) = pixels {
+                env.par_draw(pixels);
+            }
+            Ok(())
+        });
+        drop((observations, images));
+        match changed {
+            Err(signal) => {
+                self.env.forget_episodes();
+                Err(signal)
+            }
+            Ok(changed) => {
+                changed.map_err(|error| vector_exception(py, error))?;
+                self.note(py)
+            }
+        }
     }
 
     /// Writes the results of the latest reset or step to the arrays.
@@ -329,21 +332,6 @@ impl VectorCore {
         fill(py, &self.terminated, self.env.outcomes().map(|outcome| outcome.terminated))?;
         fill(py, &self.truncated, self.env.outcomes().map(|outcome| outcome.truncated))?;
         self.facts.note(py, self.env.outcomes().map(|outcome| &outcome.info))?;
-        self.facts.note_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))?;
-        self.draw(py)
-    }
-
-    /// Draws the current scenes, if images are requested.
-    fn draw(&self, py: Python<'_>) -> PyResult<()> {
-        let Some(images) = &self.images else { return Ok(()) };
-        let mut images = images.bind(py).try_readwrite()?;
-        let (pixels, env) = (images.as_slice_mut()?, &self.env);
-        if self.is_alone() {
-            py.detach(|| env.draw(pixels));
-        } else {
-            let pool = pool(self.threads)?;
-            py.detach(|| pool.install(|| env.par_draw(pixels)));
-        }
-        Ok(())
+        self.facts.note_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))
     }
 }

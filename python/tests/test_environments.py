@@ -58,14 +58,14 @@ def test_a_level_of_create_can_be_played_with_its_own_tool():
 def test_a_vector_with_tools_equals_single_environments(threads, observation):
     settings = {"task": "create/Ladder-random", "tools": "train", "observation": observation}
     check_vector(
-        lambda n, mode: mge.PuzzleVectorEnv(n, autoreset_mode=mode, num_threads=threads, **settings),
+        lambda n, mode: mge.PuzzleVectorEnv(num_envs=n, autoreset_mode=mode, num_threads=threads, **settings),
         lambda: mge.PuzzleEnv(**settings),
         steps=100,
     )
 
 
 def test_an_action_with_a_tool_is_a_dictionary_or_an_array_as_in_create():
-    envs = mge.PuzzleVectorEnv(3, "create/Push", tools="train")
+    envs = mge.PuzzleVectorEnv("create/Push", 3, tools="train")
 
     def step(actions):
         _, infos = envs.reset(seed=2)
@@ -109,7 +109,7 @@ def test_the_catalogue_of_tools():
     assert not (splits[0] & splits[1] | splits[0] & splits[2] | splits[1] & splits[2])
     features = mge.tool_features([0, 2365])
     assert features.shape == (2, len(mge.tool_feature_names())) and features[0].any() and not features[1].any()
-    with pytest.raises(ValueError, match="no tool 2366"):
+    with pytest.raises(ValueError, match="`number of a tool` is 2366"):
         mge.tool_features([2366])
     with pytest.raises(ValueError, match="unknown tools"):
         mge.tool_numbers("none")
@@ -120,13 +120,13 @@ def test_the_catalogue_of_tools():
 def test_a_vector_equals_single_environments(name, threads, noisy):
     task = noisy if name == "noisy" else name
     check_vector(
-        lambda n, mode: mge.PuzzleVectorEnv(n, task, mode, num_threads=threads), lambda: mge.PuzzleEnv(task)
+        lambda n, mode: mge.PuzzleVectorEnv(task, n, mode, num_threads=threads), lambda: mge.PuzzleEnv(task)
     )
 
 
 def test_a_vector_stepped_on_threads_equals_single_environments(noisy):
     def many(n, mode):
-        return mge.PuzzleVectorEnv(n, noisy, mode, num_threads=3)
+        return mge.PuzzleVectorEnv(noisy, n, mode, num_threads=3)
 
     check_vector(many, lambda: mge.PuzzleEnv(noisy), num_envs=150, steps=40)
 
@@ -149,7 +149,7 @@ def test_processes_of_gymnasium_step_the_same_episodes():
     def make():
         return mge.PuzzleEnv("task2")
 
-    ours = mge.PuzzleVectorEnv(2, "task2")
+    ours = mge.PuzzleVectorEnv("task2", 2)
     theirs = gymnasium.vector.AsyncVectorEnv([make, make])
     try:
         assert (ours.reset(seed=5)[0] == theirs.reset(seed=5)[0]).all()
@@ -164,7 +164,7 @@ def test_processes_of_gymnasium_step_the_same_episodes():
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*")
 def test_a_forked_process_gets_its_own_threads():
-    envs = mge.PuzzleVectorEnv(200, num_threads=2)
+    envs = mge.PuzzleVectorEnv(num_envs=200, num_threads=2)
     envs.reset(seed=0)
     envs.step(np.zeros((200, 2), np.float32))
     child = os.fork()
@@ -175,19 +175,19 @@ def test_a_forked_process_gets_its_own_threads():
 
 
 def test_without_copies_one_array_is_overwritten():
-    envs = mge.PuzzleVectorEnv(4, copy=False)
+    envs = mge.PuzzleVectorEnv(num_envs=4, copy=False)
     first, _ = envs.reset(seed=0)
     start = first.copy()
     second = envs.step(envs.action_space.sample())[0]
     assert second is first and not (first == start).all()
-    observations = mge.PuzzleVectorEnv(4, copy=False).reset(seed=0)[0]
+    observations = mge.PuzzleVectorEnv(num_envs=4, copy=False).reset(seed=0)[0]
     observations.flags.writeable = False
     assert (observations == start).all()
 
 
 def test_success_is_known():
     """Some random action sequence reaches the goal of task 1."""
-    envs = mge.PuzzleVectorEnv(512, autoreset_mode="SameStep")
+    envs = mge.PuzzleVectorEnv(num_envs=512, autoreset_mode="SameStep")
     envs.reset(seed=0)
     envs.action_space.seed(0)
     goals = 0
@@ -202,7 +202,7 @@ def test_success_is_known():
 
 
 def test_restored_states_with_tools_continue_as_the_original():
-    envs, others = (mge.PuzzleVectorEnv(3, "create/Moving-random", tools="all") for _ in range(2))
+    envs, others = (mge.PuzzleVectorEnv("create/Moving-random", 3, tools="all") for _ in range(2))
     envs.reset(seed=3)
     envs.action_space.seed(1)
     for _ in range(30):
@@ -214,7 +214,7 @@ def test_restored_states_with_tools_continue_as_the_original():
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_restored_states_continue_as_the_original(mode, noisy):
-    envs, others = (mge.PuzzleVectorEnv(6, noisy, mode) for _ in range(2))
+    envs, others = (mge.PuzzleVectorEnv(noisy, 6, mode) for _ in range(2))
     envs.reset(seed=3)
     envs.action_space.seed(1)
     for _ in range(5):
@@ -239,17 +239,17 @@ def test_restored_states_continue_as_the_original(mode, noisy):
 
 
 def test_misuse_of_states_is_reported(noisy):
-    envs = mge.PuzzleVectorEnv(3)
+    envs = mge.PuzzleVectorEnv(num_envs=3)
     envs.reset(seed=0)
     with pytest.raises(ValueError, match="of task `task1`, but the environment plays `noisy`"):
-        mge.PuzzleVectorEnv(3, noisy).set_state(envs.get_state())
+        mge.PuzzleVectorEnv(noisy, 3).set_state(envs.get_state())
     with pytest.raises(ValueError, match="3 states cannot be those of 2"):
         envs.set_state(envs.get_state(), [0, 1])
     with pytest.raises(IndexError, match="no environment 3"):
         envs.get_state([3])
     with pytest.raises(IndexError, match="no state 3"):
         envs.get_state()[3]
-    with pytest.raises(ValueError, match="3 states"):
+    with pytest.raises(ValueError, match="3 states cannot be those of 1"):
         mge.PuzzleEnv().set_state(envs.get_state())
 
 
@@ -261,11 +261,11 @@ def test_images_are_observations():
     check_env(mge.PuzzleEnv("create/Push", tools="train", observation=["image", "progress"]), skip_render_check=True)
 
     def many(n, mode):
-        return mge.PuzzleVectorEnv(n, "task2", mode, num_threads=2, observation=["image", "vector"])
+        return mge.PuzzleVectorEnv("task2", n, mode, num_threads=2, observation=["image", "vector"])
 
     # Enough environments to be drawn on threads, and steps during which episodes end.
     check_vector(many, lambda: mge.PuzzleEnv("task2", observation=["image", "vector"]), num_envs=70, steps=40)
-    envs = mge.PuzzleVectorEnv(3, "task2", observation="image", copy=False)
+    envs = mge.PuzzleVectorEnv("task2", 3, observation="image", copy=False)
     first, _ = envs.reset(seed=0)
     start = first.copy()
     assert envs.step(np.full((3, 2), 0.9))[0] is first and (first != start).any()
@@ -286,13 +286,13 @@ def test_rays_have_the_same_length_for_every_task():
     check_env(mge.PuzzleEnv("task2", observation="rays"), skip_render_check=True)
 
     def many(n, mode):
-        return mge.PuzzleVectorEnv(n, "task2", mode, num_threads=2, observation=["rays", "image"])
+        return mge.PuzzleVectorEnv("task2", n, mode, num_threads=2, observation=["rays", "image"])
 
     check_vector(many, lambda: mge.PuzzleEnv("task2", observation=["rays", "image"]), num_envs=5, steps=40)
-    envs = mge.PuzzleVectorEnv(2, "task2", observation="rays")
+    envs = mge.PuzzleVectorEnv("task2", 2, observation="rays")
     first, _ = envs.reset(seed=0)
     # A state of environments with another observation.
-    vectors = mge.PuzzleVectorEnv(2, "task2")
+    vectors = mge.PuzzleVectorEnv("task2", 2)
     vectors.reset(seed=0)
     assert (envs.set_state(vectors.get_state()) == first).all()
     assert vectors.set_state(envs.get_state()).shape == vectors.observation_space.shape
@@ -319,7 +319,7 @@ def test_rendering():
     assert first.shape == (160, 200, 3) and first.dtype == np.uint8
     env.step(np.array([0.9, -0.9], np.float32))
     assert (env.render() != first).any()
-    envs = mge.PuzzleVectorEnv(2, render_mode="rgb_array", render_size=(200, 160))
+    envs = mge.PuzzleVectorEnv(num_envs=2, render_mode="rgb_array", render_size=(200, 160))
     envs.reset(seed=0)
     images = envs.render()
     assert len(images) == 2 and (images[0] == first).all()
@@ -349,7 +349,7 @@ WRONG_ACTIONS = [
 @pytest.mark.filterwarnings("ignore:overflow")
 @pytest.mark.parametrize(("actions", "error", "message"), WRONG_ACTIONS)
 def test_wrong_actions_are_said_and_change_nothing(actions, error, message):
-    envs = mge.PuzzleVectorEnv(4)
+    envs = mge.PuzzleVectorEnv(num_envs=4)
     envs.reset(seed=0)
     before = pickle.dumps(envs.get_state())
     with pytest.raises(error, match=message):
@@ -360,7 +360,7 @@ def test_wrong_actions_are_said_and_change_nothing(actions, error, message):
 @pytest.mark.parametrize("kind", [np.float64, np.float16, np.int8, np.uint32])
 def test_numbers_of_any_type_and_layout_are_actions(kind):
     def step(actions):
-        envs = mge.PuzzleVectorEnv(4)
+        envs = mge.PuzzleVectorEnv(num_envs=4)
         envs.reset(seed=0)
         return envs.step(actions)[0]
 
@@ -373,7 +373,7 @@ def test_numbers_of_any_type_and_layout_are_actions(kind):
 
 
 def test_misuse_raises_exceptions_that_say_what_to_do():
-    envs = mge.PuzzleVectorEnv(2, autoreset_mode="Disabled")
+    envs = mge.PuzzleVectorEnv(num_envs=2, autoreset_mode="Disabled")
     with pytest.raises(ResetNeeded, match="reset it before the first step"):
         envs.step(np.zeros((2, 2)))
     with pytest.raises(ResetNeeded, match="environment 1 has not begun"):
@@ -408,22 +408,22 @@ def test_misuse_raises_exceptions_that_say_what_to_do():
     with pytest.raises(ValueError, match="3 seeds for 2 environments"):
         envs.reset(seed=[1, 2, 3])
     for arguments in ({"num_envs": 0}, {"num_envs": 2, "num_threads": 0}):
-        with pytest.raises(ValueError, match="at least 1"):
+        with pytest.raises(ValueError, match="is 0, and should be from 1"):
             mge.PuzzleVectorEnv(**arguments)
     with pytest.raises(ValueError, match="Sometimes"):
-        mge.PuzzleVectorEnv(2, autoreset_mode="Sometimes")
+        mge.PuzzleVectorEnv(num_envs=2, autoreset_mode="Sometimes")
     with pytest.raises(ValueError, match="no task `task9`.*did you mean"):
         mge.PuzzleEnv("task9")
     with pytest.raises(ValueError, match="nowhere is not a run"):
         mge.read_run("nowhere")
     with pytest.raises(TypeError):
-        mge.PuzzleVectorEnv(2, task=3)
+        mge.PuzzleVectorEnv(num_envs=2, task=3)
 
 
 def test_two_threads_may_not_step_one_environment_at_once():
     from concurrent.futures import ThreadPoolExecutor
 
-    envs = mge.PuzzleVectorEnv(2000, num_threads=1)
+    envs = mge.PuzzleVectorEnv(num_envs=2000, num_threads=1)
     envs.reset(seed=0)
     actions = envs.action_space.sample()
 

@@ -68,7 +68,7 @@ def test_the_true_physics_is_a_model():
     env.step(np.array([0.3, 0.2]))
     actions = np.random.default_rng(1).uniform(-1, 1, (20, 4, 2)).astype(np.float32)
     rolled = mge.rollout(task, "physics", actions, env.get_state())
-    vector = mge.PuzzleVectorEnv(20, task, "Disabled")
+    vector = mge.PuzzleVectorEnv(task, 20, "Disabled")
     vector.set_state(env.get_state())
     vector.step(actions[:, 0])
     np.testing.assert_array_equal(vector.get_state().balls, rolled.balls[:, 0])
@@ -114,10 +114,10 @@ class Broken(Inertia):
 @pytest.mark.parametrize(
     ("answer", "error", "message"),
     [
-        (lambda balls: balls[:, :4], ValueError, r"shape \[3, 4\]"),
-        (lambda balls: balls[1:], ValueError, "2 balls for 3"),
-        (lambda balls: balls * np.nan, ValueError, "not finite"),
-        (lambda balls: balls[0], ValueError, r"`advance\(...\)` has the shape \(5,\)"),
+        (lambda balls: balls[:, :4], ValueError, r"shape \[3, 4\], and should have \[3, 5\]"),
+        (lambda balls: balls[1:], ValueError, r"shape \[2, 5\], and should have \[3, 5\]"),
+        (lambda balls: balls * np.nan, ValueError, r"is NaN at index \[0, 0\]"),
+        (lambda balls: balls[0], ValueError, r"`advance\(...\)` has the shape \[5\]"),
         (lambda balls: None, TypeError, r"`advance\(...\)` is of type object"),
         (lambda balls: 1 / 0, ZeroDivisionError, "division"),
     ],
@@ -140,9 +140,9 @@ def test_invalid_models_and_actions_are_reported():
     with pytest.raises(FileNotFoundError):
         mge.Model("nowhere.safetensors")
     for actions, error, message in [
-        (np.zeros((1, 2)), ValueError, r"`actions` has the shape \(1, 2\), and should have \[n, length, 2\]"),
+        (np.zeros((1, 2)), ValueError, r"`actions` has the shape \[1, 2\], and should have \[n, length, 2\]"),
         (np.zeros((1, 1, 3)), ValueError, "shape"),
-        (np.full((1, 1, 2), np.nan), ValueError, "not finite"),
+        (np.full((1, 1, 2), np.nan), ValueError, "NaN at index"),
         (np.zeros((1, 1, 2), complex), TypeError, "complex128, and should be numbers"),
         ("left", TypeError, "numbers"),
         (None, TypeError, "numbers"),
@@ -152,7 +152,7 @@ def test_invalid_models_and_actions_are_reported():
     model = mge.Model.shipped_for(task)
     with pytest.raises(ValueError, match=r"\[n, 5\]"):
         model.predict(task, np.zeros((3, 4)))
-    with pytest.raises(ValueError, match="not finite"):
+    with pytest.raises(ValueError, match="NaN at index"):
         model.predict(task, np.full((3, 5), np.nan))
     with pytest.raises(ValueError, match=r"\[3, m, 2\]"):
         model.predict(task, np.zeros((3, 5)), np.zeros((2, 1, 2)))

@@ -58,7 +58,7 @@ def test_episodes_are_those_of_the_rust_environment(program, name, tmp_path):
     seed = 1000
     actions = np.random.default_rng(7).uniform(-1, 1, (EPISODES_PER_TASK * 60, 2)).astype(np.float32)
     expected = served(program, task, seed, actions, EPISODES_PER_TASK)
-    compare(mge.PuzzleVectorEnv(1, task), seed, actions, expected)
+    compare(mge.PuzzleVectorEnv(task, 1), seed, actions, expected)
 
 
 @pytest.mark.parametrize("level", mge.level_names())
@@ -70,14 +70,14 @@ def test_episodes_with_tools_are_those_of_the_rust_environment(program, level, v
     actions = actions.astype(np.float32)
     for tools in ("train", "test"):
         expected = served(program, task, seed, actions, episodes, tools)
-        compare(mge.PuzzleVectorEnv(1, task, tools=tools), seed, actions, expected)
+        compare(mge.PuzzleVectorEnv(task, 1, tools=tools), seed, actions, expected)
 
 
 @pytest.mark.parametrize("task", ["task3", "create/Seesaw-random"])
 def test_images_are_those_of_the_rust_environment(program, task):
     tools = "train" if "create" in task else None
     command = [program, "env", "serve", task, "--images", *(["--tools", tools] if tools else [])]
-    envs = mge.PuzzleVectorEnv(1, task, tools=tools, observation="image")
+    envs = mge.PuzzleVectorEnv(task, 1, tools=tools, observation="image")
     random = np.random.default_rng(5)
     images, requests = [envs.reset(seed=4)[0]], [{"command": "reset", "seed": 4}]
     while True:

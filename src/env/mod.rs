@@ -32,4 +32,4 @@ pub use observation::{
     BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
 };
 pub use rays::RAYS_LEN;
-pub use vector::{Autoreset, Ended, Info, Outcome, State, VectorEnvironment, VectorError};
+pub use vector::{Autoreset, Ended, FEW, Info, Outcome, State, VectorEnvironment, VectorError};

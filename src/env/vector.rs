@@ -11,6 +11,7 @@ use super::image::Pictures;
 use super::observation::ObservationPart;
 use super::rays::RAYS_LEN;
 use crate::physics::{ACTION_SET, ToolSplit};
+use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
 
@@ -26,6 +27,8 @@ pub use state::State;
 /// Minimum number of environments per thread: a step takes microseconds, about as long as handing over one
 /// environment.
 const AT_ONCE: usize = 16;
+/// Fewer environments than this stay on the caller's thread.
+pub const FEW: usize = 4 * AT_ONCE;
 
 /// Why environments cannot be stepped, reset or restored. Nothing has changed in that case.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -99,6 +102,8 @@ pub struct VectorEnvironment {
     has_images: bool,
     players: Vec<Player>,
     observation_len: usize,
+    /// Ends resets, steps and drawings early.
+    stop: Stop,
 }
 
 impl VectorEnvironment {
@@ -117,7 +122,8 @@ impl VectorEnvironment {
         let rng = Stream::Episode.of(0);
         let player = Player { env, rng, begun: false, actions: Vec::new(), outcome: Outcome::default() };
         let split = player.env.split();
-        Self { task, autoreset, split, has_images: false, players: vec![player; count], observation_len }
+        let (players, stop) = (vec![player; count], Stop::default());
+        Self { task, autoreset, split, has_images: false, players, observation_len, stop }
     }
 
     /// Keeps the last image of an episode when its final step also starts the next one.
@@ -143,16 +149,31 @@ impl VectorEnvironment {
         Self { players: players.collect(), ..self }
     }
 
+    /// Ends resets, steps and drawings early once `stop` is requested. Only some environments have then changed: see
+    /// [`forget_episodes`](Self::forget_episodes).
+    pub fn stop_on(&mut self, stop: &Stop) {
+        self.stop = stop.clone();
+    }
+
+    /// Makes a reset of each environment necessary.
+    pub fn forget_episodes(&mut self) {
+        self.players.iter_mut().for_each(|player| player.begun = false);
+    }
+
     /// Draws all current scenes, [`IMAGE_LEN`](super::IMAGE_LEN) bytes each, like [`Environment::draw`].
     pub fn draw(&self, pixels: &mut [u8]) {
         let (images, _) = pixels.as_chunks_mut();
         self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
     }
 
-    /// Like [`draw`](Self::draw), on the threads of the current rayon pool.
+    /// Like [`draw`](Self::draw), on the threads of the current rayon pool if there are many.
     pub fn par_draw(&self, pixels: &mut [u8]) {
+        if self.count() < FEW {
+            return self.draw(pixels);
+        }
         let (images, _) = pixels.as_chunks_mut();
-        self.players.par_iter().zip(images).with_min_len(AT_ONCE).for_each(|(player, image)| player.env.draw(image));
+        let pairs = self.players.par_iter().zip(images).with_min_len(AT_ONCE).filter(|_| !self.stop.is_requested());
+        pairs.for_each(|(player, image)| player.env.draw(image));
     }
 
     /// The task being played.
@@ -208,7 +229,7 @@ impl VectorEnvironment {
     pub fn reset(&mut self, seeds: &[Option<u64>], mask: Option<&[bool]>, observations: &mut [f32]) {
         let rows = observations.chunks_mut(self.observation_len);
         for (index, ((player, seed), row)) in self.players.iter_mut().zip(seeds).zip(rows).enumerate() {
-            if mask.is_some_and(|mask| !mask[index]) {
+            if self.stop.is_requested() || mask.is_some_and(|mask| !mask[index]) {
                 continue;
             }
             if let Some(seed) = seed {
@@ -226,13 +247,14 @@ impl VectorEnvironment {
     pub fn step<A: Into<Choice> + Copy>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError> {
         self.check(actions)?;
         let rows = observations.chunks_mut(self.observation_len);
-        for ((player, row), action) in self.players.iter_mut().zip(rows).zip(actions) {
+        let going = self.players.iter_mut().zip(rows).zip(actions).take_while(|_| !self.stop.is_requested());
+        for ((player, row), action) in going {
             player.step((*action).into(), self.autoreset, self.has_images, row);
         }
         Ok(())
     }
 
-    /// Like [`step`](Self::step), on the threads of the current rayon pool.
+    /// Like [`step`](Self::step), on the threads of the current rayon pool if there are many.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -240,9 +262,13 @@ impl VectorEnvironment {
     where
         A: Into<Choice> + Copy + Sync,
     {
+        if self.count() < FEW {
+            return self.step(actions, observations);
+        }
         self.check(actions)?;
         let rows = observations.par_chunks_mut(self.observation_len);
         let players = self.players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE);
+        let players = players.filter(|_| !self.stop.is_requested());
         let (autoreset, has_images) = (self.autoreset, self.has_images);
         players.for_each(|((player, row), action)| player.step((*action).into(), autoreset, has_images, row));
         Ok(())

@@ -29,8 +29,8 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Number of actions between two checks for a stop request: a tenth of a second's work.
-const ACTIONS_PER_STOP_CHECK: usize = 2500;
+/// Number of actions between two checks for a stop request: at most a tenth of a second, even of the slowest model.
+const ACTIONS_PER_STOP_CHECK: usize = 500;
 
 /// A model whose rollouts, however many, end with [`DynamicsError::Stopped`] soon after a stop
 /// request. Its predictions are those of the wrapped model.

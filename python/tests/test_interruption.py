@@ -1,0 +1,147 @@
+"""Ctrl-C ends every long call at once and leaves everything usable. Decided in `src/pool.rs`."""
+
+import os
+import pickle
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+
+import mge
+
+TASK = mge.Task("task1")
+MANY = np.random.default_rng(0).uniform(-1, 1, (20_000, 6, 2)).astype(np.float32)
+LARGE = '{"model_rollouts": 100000, "most_model_rollouts": 100000, "horizon": 6}'
+
+
+class Sleeping:
+    """A custom model that takes an hour."""
+
+    interval = 8
+
+    def advance(self, balls, tools):
+        time.sleep(3600)
+        return balls
+
+
+class Computing:
+    """A custom model that computes in Rust for an hour."""
+
+    interval = 8
+
+    def advance(self, balls, tools):
+        return shipped().predict(TASK, balls, steps=2**32 - 1)
+
+
+def shipped():
+    return mge.Model.shipped_for(TASK)
+
+
+def interrupted(call, after=0.3):
+    """Calls, sends SIGINT, and returns how long the call then took to raise `KeyboardInterrupt`."""
+    sent = []
+
+    def send():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(after, send)
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            call()
+            timer.join()  # A call that has already ended fails the test here.
+            time.sleep(0.1)
+            raise AssertionError("the call ended before the signal")
+        return time.monotonic() - sent[0]
+    finally:
+        timer.join()
+
+
+LONG = {
+    "rollouts of the physics": lambda: mge.rollout(TASK, "physics", np.tile(MANY, (20, 1, 1))),
+    "rollouts of rapier": lambda: mge.rollout(TASK, "rapier", MANY),
+    "rollouts of a learned model": lambda: mge.rollout(TASK, shipped(), MANY),
+    "a custom model that sleeps": lambda: mge.rollout(TASK, Sleeping(), MANY[:3]),
+    "a custom model that computes": lambda: mge.rollout(TASK, Computing(), MANY[:3]),
+    "predictions of many steps": lambda: shipped().predict(TASK, np.zeros((3, 5)), steps=2**32 - 1),
+    "predictions of many balls": lambda: shipped().predict(TASK, np.zeros((50_000, 5)), steps=100),
+    "a prior": lambda: mge.build_prior(TASK, "physics", settings=LARGE),
+    "a prior of a custom model": lambda: mge.build_prior(TASK, Sleeping()),
+    "samples": lambda: SMALL_PRIOR.sample(0, 20_000_000, 0),
+}
+SMALL_PRIOR = mge.build_prior(TASK, "physics", settings='{"model_rollouts": 50, "environment_rollouts": 5}')
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_ends_a_long_call(name):
+    # It takes a fifth of a second; more where other programs keep the processor busy.
+    assert interrupted(LONG[name]) < 3
+    assert mge.rollout(TASK, "physics", MANY[:100]).hit.shape == (100,)
+
+
+@pytest.mark.parametrize("observation", ["vector", "image"])
+def test_ctrl_c_ends_a_step_and_a_reset_makes_the_environments_usable(observation):
+    envs = mge.PuzzleVectorEnv(TASK, 2000 if observation == "image" else 50_000, observation=observation)
+    expected, _ = mge.PuzzleVectorEnv(TASK, 3, observation=observation).reset(seed=4)
+    envs.reset(seed=0)
+    actions = np.random.default_rng(0).uniform(-1, 1, (envs.num_envs, 2))
+
+    def steps():
+        while True:
+            envs.step(actions)
+
+    assert interrupted(steps) < 3
+    # The signal may have come between two steps, after which the environments can go on.
+    envs._core.reset([0] * envs.num_envs)
+    long = np.tile(actions.astype(np.float32), (100, 1, 1))
+    assert interrupted(lambda: envs._core.time_alone(long)) < 3
+    with pytest.raises(ResetNeeded, match="reset it"):
+        envs.step(actions)
+    assert (envs.reset(seed=4)[0][:3] == expected).all()
+    envs.step(actions)
+
+
+def test_ctrl_c_ends_a_report(run, tmp_path):
+    assert interrupted(lambda: mge.write_report(run.parent, tmp_path / "report", resamples=1_000_000)) < 3
+    assert len(mge.read_results(run.parent)["seed"]) == 2
+
+
+def test_ctrl_c_ends_pickling_and_the_state_stays_whole():
+    envs = mge.PuzzleVectorEnv(TASK, 20_000)
+    envs.reset(seed=0)
+    state = envs.get_state()
+
+    def pickles():
+        while True:
+            pickle.loads(pickle.dumps(state))
+
+    assert interrupted(pickles) < 3
+    assert len(state) == 20_000 and (envs.set_state(state[7], [0])[0] == envs.set_state(state)[7]).all()
+
+
+def test_a_signal_whose_handler_returns_changes_nothing():
+    seen = []
+    before = signal.signal(signal.SIGALRM, lambda *_: seen.append(1))
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.01, 0.05)
+        rolled = mge.rollout(TASK, "rapier", MANY[:200])
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert seen
+    np.testing.assert_array_equal(rolled.path, mge.rollout(TASK, "rapier", MANY[:200]).path)
+
+
+def test_a_custom_model_may_use_our_models_on_one_thread():
+    class Wrapper:
+        interval = shipped().interval
+
+        def advance(self, balls, tools):
+            assert threading.current_thread() is threading.main_thread()
+            return shipped().predict(TASK, balls)
+
+    assert mge.rollout(TASK, Wrapper(), MANY[:10]).hit.shape == (10,)
