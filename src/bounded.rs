@@ -11,6 +11,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::io::Errno;
 
+use crate::text::without_mark;
+
 /// Largest text file, in bytes.
 pub(crate) const TEXT: u64 = 16 << 20;
 /// Largest dynamics model, in bytes.
@@ -65,13 +67,10 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// # Errors
 /// As [`read`] with [`TEXT`], and when the file is not UTF-8.
 pub(crate) fn read_text(path: &Path) -> io::Result<String> {
-    let mut text = String::from_utf8(read(path, TEXT)?).map_err(|error| {
-        io::Error::new(io::ErrorKind::InvalidData, format!("not UTF-8 text: {}", error.utf8_error()))
-    })?;
-    if text.starts_with('\u{feff}') {
-        text.remove(0);
-    }
-    Ok(text)
+    let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
+    let bytes = read(path, TEXT)?;
+    let text = std::str::from_utf8(without_mark(&bytes).map_err(invalid)?);
+    text.map(str::to_owned).map_err(|error| invalid(format!("not UTF-8 text: {error}")))
 }
 
 /// Refuses folders, and pipes and devices, on which a read might block.

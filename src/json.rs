@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::text::{MAX_EXCERPT_LENGTH, excerpt};
+use crate::text::{MAX_EXCERPT_LENGTH, excerpt, without_mark};
 
 /// The text is not JSON, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -22,12 +22,14 @@ pub struct SyntaxError {
     pub message: String,
 }
 
-/// Reads one JSON value; `origin` names the text in errors.
+/// Reads one JSON value, also after a byte-order mark; `origin` names the text in errors.
 ///
 /// # Errors
 /// When the text is not JSON or not a `T`.
 pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, SyntaxError> {
-    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    let refused =
+        |message| SyntaxError { origin: origin.to_owned(), line: 1, column: 1, path: ".".to_owned(), message };
+    let mut deserializer = serde_json::Deserializer::from_slice(without_mark(text).map_err(refused)?);
     let value = serde_path_to_error::deserialize(&mut deserializer)
         .map_err(|error| syntax_error(error.path().to_string(), error.inner(), origin))?;
     deserializer.end().map_err(|error| syntax_error(".".to_owned(), &error, origin))?;
@@ -83,6 +85,7 @@ pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
 
 /// The line, from 1, on which the value at a JSON path begins, in valid JSON.
 pub fn line_of(text: &[u8], path: &str) -> Option<usize> {
+    let text = without_mark(text).ok()?;
     let mut places = Places { text, at: 0, found: Vec::new() };
     places.value(String::new());
     let (_, at) = places.found.into_iter().find(|(known, _)| known == path)?;
@@ -166,7 +169,7 @@ mod tests {
             assert_eq!(line_of(text, path), Some(line), "{path}");
         }
         assert_eq!(line_of(text, "g"), None);
-        assert_eq!(line_of(b"[{\"k\": 1},\n{\"k\": 2}]", "[1].k"), Some(2));
+        assert_eq!(line_of(b"\xef\xbb\xbf[{\"k\": 1},\n{\"k\": 2}]", "[1].k"), Some(2));
         for broken in [&b""[..], b"{", b"{\"a", b"[1,", b"{\"a\":"] {
             assert_eq!(line_of(broken, "a.b"), None);
         }

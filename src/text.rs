@@ -3,8 +3,10 @@
 use std::borrow::Cow;
 use std::fmt::{Display, Write};
 
-/// One line of text without anything a terminal would interpret: control characters, including line breaks, and
-/// bidirectional formatting characters are written as escapes such as `\u{1b}`.
+use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};
+
+/// One line of text without anything a terminal would interpret: what [`is_unsafe`] is written as escapes such as
+/// `\u{1b}`.
 pub fn printable(text: &str) -> Cow<'_, str> {
     escape(text, is_unsafe)
 }
@@ -14,9 +16,27 @@ pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escape(text, |c| is_unsafe(c) && c != '\n' && c != '\t')
 }
 
-/// Control characters (C0, DEL, C1), line separators and bidirectional formatting characters.
-fn is_unsafe(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+/// Whether a terminal would interpret a character instead of showing it: control characters (C0, DEL, C1), line
+/// separators and all format controls, such as those of bidirectional text.
+pub fn is_unsafe(c: char) -> bool {
+    use GeneralCategory::{Control, Format, LineSeparator, ParagraphSeparator};
+    matches!(c.general_category(), Control | Format | LineSeparator | ParagraphSeparator)
+}
+
+/// The bytes of a text without a byte-order mark.
+///
+/// # Errors
+/// When the text is in UTF-16 or UTF-32: what to do.
+pub fn without_mark(bytes: &[u8]) -> Result<&[u8], String> {
+    let is_plain = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    let encoding = match *bytes {
+        [0xef, 0xbb, 0xbf, ref rest @ ..] => return Ok(rest),
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => "UTF-32",
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "UTF-16",
+        [0, byte, ..] | [byte, 0, ..] if is_plain(byte) => "UTF-16",
+        _ => return Ok(bytes),
+    };
+    Err(format!("the text is in {encoding}: save it as UTF-8"))
 }
 
 fn escape(text: &str, is_unsafe: impl Fn(char) -> bool) -> Cow<'_, str> {
@@ -67,7 +87,22 @@ mod tests {
         let shown = printable(hostile);
         assert_eq!(shown, "a\\u{1b}]52;c;eA==\\u{7}b\\u{9b}2Jc\\u{202e}d\\u{7f}\\ne\\tf");
         assert!(printable_lines(hostile).ends_with("\\u{7f}\ne\tf"));
-        assert!(matches!(printable("plain Ünïcode text"), Cow::Borrowed(_)));
+        for c in "\u{61c}\u{200b}\u{200f}\u{202a}\u{2028}\u{2066}\u{feff}\u{ad}\u{e0041}".chars() {
+            assert_eq!(printable(&c.to_string()), c.escape_unicode().to_string());
+        }
+        assert!(matches!(printable("plain Ünïcode te\u{301}xt, 日本語 😀"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn a_mark_is_skipped_and_other_encodings_are_named() {
+        for (bytes, text) in [(&b"\xef\xbb\xbf{}"[..], &b"{}"[..]), (b"{}", b"{}"), (b"\xef\xbb\xbf", b""), (b"", b"")]
+        {
+            assert_eq!(without_mark(bytes), Ok(text));
+        }
+        for bytes in [&b"\xff\xfe{\0"[..], b"\xfe\xff\0{", b"{\0}\0", b"\0{\0}", b"\xff\xfe"] {
+            assert_eq!(without_mark(bytes), Err("the text is in UTF-16: save it as UTF-8".to_owned()), "{bytes:?}");
+        }
+        assert!(without_mark(b"\xff\xfe\0\0{\0\0\0").unwrap_err().contains("UTF-32"));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::arguments::Clusters;
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::guidance::ActionPrior;
+use crate::paths::check_suffix;
 use crate::run::RunError;
 use crate::stop::Stop;
 use crate::task;
@@ -13,6 +14,7 @@ use crate::trainer::{Method, RunConfig, build_prior};
 
 pub fn run(arguments: &Clusters) -> Outcome {
     if let Some(path) = &arguments.out {
+        check_suffix(path, "json").map_err(RunError::io("write", path))?;
         let is_prior = |bytes: &[u8]| serde_json::from_slice::<ActionPrior>(bytes).is_ok();
         output::check_target(path, "a file of action clusters", is_prior)?;
     }

@@ -17,7 +17,7 @@ use crate::workbench::{Verb, verbs};
 use crate::{json, task, trainer, tui};
 
 /// Environment variables and what they do.
-const ENVIRONMENT: [(&str, &str); 6] = [
+const ENVIRONMENT: [(&str, &str); 7] = [
     ("MGE_RUNS", "Folder for runs."),
     ("MGE_KEYS", "File of key bindings, with lines such as `train = t`."),
     (
@@ -26,7 +26,11 @@ const ENVIRONMENT: [(&str, &str); 6] = [
     ),
     ("MGE_GRAPHICS", "How figures are shown: kitty, sixel or half-block."),
     ("NO_COLOR", "No colours, if it is not empty."),
-    ("COLORTERM, TERM, COLORFGBG, LANG", "They determine colours, background and characters of the terminal."),
+    ("COLORTERM, TERM", "They determine the colours that the terminal can show."),
+    (
+        "COLORFGBG, LC_ALL, LC_CTYPE, LANG",
+        "Background, unless the terminal tells it, and characters: only ASCII if the character set of the locale is not UTF-8.",
+    ),
 ];
 
 /// Exit statuses and what they mean.

@@ -22,9 +22,11 @@ use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches};
+use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
+use clap::{Arg, CommandFactory, FromArgMatches};
 
 use crate::batch::start_global_pool;
+use crate::paths::expanded;
 
 use arguments::{Arguments, Command};
 use interrupt::brief;
@@ -50,10 +52,16 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// The command line, in which an empty environment variable is the same as none, and a negative number is a value.
+/// The command line, in which an empty environment variable is the same as none, a negative number is a value, and `~`
+/// in a path is the home folder: a shell expands neither variables nor `--out=~/runs`.
 fn adjusted(command: clap::Command) -> clap::Command {
     let is_empty = |name: &OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
+    let is_path = |argument: &Arg| argument.get_value_parser().type_id() == ValueParser::path_buf().type_id();
     command
+        .mut_args(|argument| match is_path(&argument) {
+            true => argument.value_parser(PathBufValueParser::new().map(expanded)),
+            false => argument,
+        })
         .mut_args(|argument| match argument.get_env().is_some_and(is_empty) {
             true => argument.env(None::<&str>),
             false if argument.get_action().takes_values() => argument.allow_negative_numbers(true),

@@ -17,6 +17,7 @@ use super::progress::Progress;
 use crate::agent::Ddpg;
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
+use crate::paths::{check_suffix, expanded, fitting};
 use crate::run::{Event, RunError, RunState};
 use crate::task;
 use crate::text::printable;
@@ -47,9 +48,8 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let runs = std::env::var_os("MGE_RUNS")
-        .filter(|runs| !runs.is_empty())
-        .map_or_else(|| PathBuf::from("runs"), PathBuf::from);
+    let runs =
+        std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).map_or_else(|| PathBuf::from("runs"), expanded);
     let mut session = Session::on_task(&arguments.task, runs)?;
     let method = arguments.method.unwrap_or_else(|| Method::usual(arguments.tools));
     let mut commands: Vec<Command> = vec![command::Method(method).into()];
@@ -324,6 +324,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {
+    check_suffix(&arguments.out, "safetensors").map_err(RunError::io("write", &arguments.out))?;
     let (_, agent) = RunView::open(&arguments.run)?.saved().at(arguments.checkpoint).agent()?;
     if agent.options().is_some() {
         return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
@@ -389,7 +390,7 @@ fn export(session: &mut Session, figure: command::Figure) -> Outcome {
 fn figure_path(out: Option<&Path>, run: &Path, figure: &str, extension: &str) -> PathBuf {
     let name = run.file_name().unwrap_or_default().to_string_lossy().into_owned();
     match out {
-        Some(folder) => folder.join(format!("{figure}-{}.{extension}", printable(&name))),
+        Some(folder) => folder.join(fitting(&format!("{figure}-{}", printable(&name)), &format!(".{extension}"))),
         None => run.join("figures").join(format!("{figure}.{extension}")),
     }
 }

@@ -1,12 +1,11 @@
 //! `mge screenshot`: images of the workbench's screens.
 
-use std::path::Path;
-
 use super::arguments::Screenshot;
 use super::interrupt::nothing_to_save;
 use super::output::{self, Outcome};
 use super::runs::after_script;
 use crate::figures::{Provenance, encode};
+use crate::paths::expanded;
 use crate::run::{RunError, config_hash};
 use crate::tui::OffscreenWorkbench;
 
@@ -29,7 +28,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     for (path, keys) in screens {
         workbench.press(keys)?;
         command.extend(["--screen".to_owned(), format!("{path}={keys}")]);
-        let path = Path::new(path);
+        let path = &expanded(path);
         let command = shell_words::join(&command);
         let provenance = Provenance::new(command, &[seed], hash.clone());
         let picture = workbench.picture(width, height, &provenance.to_svg());
@@ -50,6 +49,8 @@ fn size(text: &str) -> Result<(u16, u16), String> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::cli::arguments::Script;
 

@@ -24,6 +24,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let folder = folder(arguments);
     if arguments.plan || arguments.slurm {
         let (program, folder) = (std::env::current_exe()?, std::path::absolute(&folder)?);
+        sweep::check(&sweep, &folder)?;
         let name = stem(arguments);
         let text = match arguments.plan {
             true => sweep::plan(&sweep, &program, &folder)?,

@@ -1,10 +1,10 @@
 //! The models that come with the program, one for each tool set of the shipped tasks.
 
-use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use super::error::Result;
 use super::model::Model;
+use crate::paths::expanded;
 use crate::physics::ToolKind;
 
 static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {
@@ -33,7 +33,7 @@ pub fn shipped_for(tools: &[ToolKind]) -> Option<Arc<Model>> {
 /// # Errors
 /// When the file cannot be read.
 pub fn named(name: &str) -> Result<Arc<Model>> {
-    shipped(name).map_or_else(|| Model::load(Path::new(name)).map(Arc::new), Ok)
+    shipped(name).map_or_else(|| Model::load(&expanded(name)).map(Arc::new), Ok)
 }
 
 /// The shipped model with this name, if there is one.

@@ -11,6 +11,7 @@ use super::tool_set::canonical_tool_set;
 use super::train::{Progress, Training, TrainingOutcome};
 use crate::bounded;
 use crate::nn::TensorFile;
+use crate::paths::check_suffix;
 use crate::physics::ToolKind;
 use crate::stop::Stop;
 
@@ -127,6 +128,7 @@ pub fn train_to_file(
 /// Refuses a path at which no model can be saved, before the training; creates its folder.
 fn check_target(path: &Path) -> Result<()> {
     let origin = || path.display().to_string();
+    check_suffix(path, "safetensors").map_err(|source| DynamicsError::Io { origin: origin(), source })?;
     match Model::load(path) {
         Ok(_) => Ok(()),
         Err(DynamicsError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {

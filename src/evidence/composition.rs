@@ -11,6 +11,7 @@ use super::figures::{Success, learning_curves, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
 use super::row::TrainedRun;
 use crate::figures::{Against, LearningCurves, PlotStyle};
+use crate::paths::expanded;
 use crate::run::{RunState, config_hash};
 use crate::spelling::did_you_mean;
 use crate::sync::lock;
@@ -80,7 +81,7 @@ impl Composition {
     /// Why the name or the value is invalid.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
-            "runs" => self.runs.push(value.into()),
+            "runs" => self.runs.push(expanded(value)),
             "curve" if self.curves.iter().any(|(label, _)| label == value) => {
                 return Err(format!("the curve `{value}` is named twice"));
             }

@@ -13,6 +13,7 @@ use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::Table;
 use super::tasks::heading;
 use super::{Figure, FigureError};
+use crate::paths::suffix;
 use crate::physics::Tool;
 use crate::task::Task;
 
@@ -110,7 +111,7 @@ impl Animation {
     /// # Errors
     /// When the extension is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
     pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        if path.extension().is_none_or(|extension| extension != "gif") {
+        if suffix(path) != "gif" {
             return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
         }
         write_with_table(path, &self.to_gif(provenance, dpi)?, &self.table())

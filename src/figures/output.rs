@@ -8,6 +8,7 @@ use super::pdf::pdf;
 use super::provenance::Provenance;
 use super::render;
 use super::table::Table;
+use crate::paths::suffix;
 
 /// File extensions of the supported formats.
 pub const EXTENSIONS: [&str; 3] = ["png", "svg", "pdf"];
@@ -76,10 +77,10 @@ pub trait Figure {
 /// # Errors
 /// When the extension is not one of [`EXTENSIONS`], or the resolution is 0 or too large.
 pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("png") => render::png(svg, provenance, dpi),
-        Some("svg") => Ok(svg.as_bytes().to_vec()),
-        Some("pdf") => pdf(svg, provenance),
+    match suffix(path).as_str() {
+        "png" => render::png(svg, provenance, dpi),
+        "svg" => Ok(svg.as_bytes().to_vec()),
+        "pdf" => pdf(svg, provenance),
         _ => Err(FigureError::Format { path: path.to_owned(), known: "`.png`, `.svg` or `.pdf`" }),
     }
 }

@@ -32,11 +32,8 @@ impl Table {
 
     /// The table as CSV.
     pub fn to_csv(&self) -> Vec<u8> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        // Rows have equal lengths, and writing to memory cannot fail.
-        writer.write_record(&self.columns).expect("memory takes every byte");
-        self.rows.iter().for_each(|row| writer.write_record(row).expect("rows of one length"));
-        writer.into_inner().expect("memory takes every byte")
+        let rows = self.rows.iter().map(|row| row.iter().map(String::as_str).collect());
+        crate::table::to_csv(std::iter::once(self.columns.clone()).chain(rows))
     }
 }
 

@@ -11,6 +11,7 @@ use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
 use crate::bounded;
 use crate::json;
+use crate::paths::fitting;
 use crate::run::RunError;
 use crate::spelling::did_you_mean;
 use crate::trainer::{RunConfig, warnings};
@@ -132,14 +133,14 @@ impl Grid {
         mut make: impl FnMut(&Self, &Combination) -> Result<(String, u64, Work), ValidationError>,
     ) -> Result<Vec<Job>, ValidationError> {
         let job = |combination: &Combination| {
-            let (base, seed, work) = make(self, combination)?;
-            let mut name = base;
+            let (prefix, seed, work) = make(self, combination)?;
+            let mut listed = String::new();
             for (axis, &value) in self.axes.iter().zip(combination) {
                 if axis.is_list && !work.omits_from_name(&axis.key) {
-                    name += &format!("-{}", name_part(axis, value));
+                    listed += &format!("-{}", name_part(axis, value));
                 }
             }
-            let name = file_name(&format!("{name}-seed{seed}"));
+            let name = fitting(&(prefix + &file_name(&listed)), &format!("-seed{seed}"));
             let set = self.axes.iter().map(|axis| super::training::setting(&axis.key).to_owned()).collect();
             Ok(Job { name, alone: self.alone(combination), work, set })
         };
@@ -166,8 +167,8 @@ fn name_part(axis: &Axis, value: usize) -> String {
     }
 }
 
-/// Turns a text into a folder name that is valid on all systems.
+/// Turns a text into part of a folder name that is valid on all systems.
 fn file_name(text: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
-    text.trim_start_matches('.').chars().map(allowed).collect()
+    text.chars().map(allowed).collect()
 }

@@ -43,4 +43,4 @@ pub use error::SweepError;
 pub use expand::Sweep;
 pub use plan::{plan, slurm};
 pub use results::read_results;
-pub use work::run;
+pub use work::{check, run};

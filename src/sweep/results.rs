@@ -175,16 +175,11 @@ impl Results {
             Value::String(text) => text.clone(),
             other => other.to_string(),
         };
-        let mut writer = csv::Writer::from_writer(Vec::new());
         let cells = |row: &BTreeMap<String, Value>| -> Vec<String> {
             self.columns.iter().map(|column| row.get(column).map_or_else(String::new, text)).collect()
         };
-        // Writing to memory does not fail, and all rows have the same columns.
-        let _ = writer.write_record(&self.columns);
-        for row in &self.rows {
-            let _ = writer.write_record(cells(row));
-        }
-        writer.into_inner().unwrap_or_default()
+        let rows: Vec<Vec<String>> = std::iter::once(self.columns.clone()).chain(self.rows.iter().map(cells)).collect();
+        crate::table::to_csv(rows.iter().map(|row| row.iter().map(String::as_str)))
     }
 
     /// Writes `results.csv` and `results.json` into a folder; returns the path of the first.

@@ -1,7 +1,6 @@
 //! The agents of a sweep: turns combinations of settings into configurations of runs.
 
 use std::collections::{BTreeMap, HashSet};
-use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::Value;
@@ -9,6 +8,7 @@ use serde_json::Value;
 use super::file::{Axis, Combination, Grid};
 use crate::guidance::EpsilonSchedule;
 use crate::json;
+use crate::paths::expanded;
 use crate::spelling::{did_you_mean, nearest};
 use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError, check_model, config_keys};
@@ -49,7 +49,7 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
 
 /// The absolute path of an existing file, or also folder; other names stay.
 fn absolute(name: &str, may_be_folder: bool) -> String {
-    let path = Path::new(name);
+    let path = expanded(name);
     let is_folder = || path.is_dir() && !task::shipped_names().any(|shipped| shipped == name);
     let is_place = path.is_file() || (may_be_folder && is_folder());
     let absolute = if is_place { std::path::absolute(path).ok() } else { None };
@@ -167,6 +167,8 @@ fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) 
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use serde_json::json;
 
     use super::*;

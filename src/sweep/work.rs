@@ -1,5 +1,6 @@
 //! Runs the jobs of a sweep as a batch.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::{SweepError, WorkError};
@@ -32,6 +33,18 @@ impl Job {
     }
 }
 
+/// Checks that a sweep can be run in `folder`, also before it is planned for other machines.
+///
+/// # Errors
+/// When a folder cannot be used, or that of a run holds one with other settings.
+pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), SweepError> {
+    let runs = folder.join("runs");
+    if runs.ancestors().find(|place| place.exists()).is_some_and(|place| !place.is_dir()) {
+        return Err(RunError::io("create", &runs)(ErrorKind::NotADirectory.into()).into());
+    }
+    sweep.jobs.iter().try_for_each(|job| job.check_folder(folder))
+}
+
 /// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted
 /// ones continue. Returns the failures, names and reasons, in the order of the jobs.
 ///
@@ -46,9 +59,7 @@ pub fn run(
 ) -> Result<Vec<(String, String)>, SweepError> {
     let runs = folder.join("runs");
     std::fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
-    for job in &sweep.jobs {
-        job.check_folder(folder)?;
-    }
+    check(sweep, folder)?;
     // Sizes are in episodes or epochs.
     let job = |job: &'_ Job| {
         let (path, command) = (job.folder(folder), plan::provenance(job));

@@ -9,6 +9,7 @@ use super::Task;
 use super::create;
 use crate::bounded;
 use crate::json::{self, SyntaxError};
+use crate::paths::{check_suffix, expanded, suffix};
 use crate::spelling::did_you_mean;
 use crate::validation::ValidationError;
 
@@ -87,11 +88,11 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
             return parse_level(text, name, is_random);
         }
     }
-    let path = Path::new(name);
+    let path = expanded(name);
     let is_level = name.starts_with("create/");
     // A path is not a misspelt name.
     let is_path = !is_level && name.contains(['/', '.']);
-    match bounded::read_text(path) {
+    match bounded::read_text(&path) {
         Ok(text) => parse(&text, name),
         Err(source) if source.kind() == std::io::ErrorKind::NotFound && !is_path => {
             let known: Vec<String> = match is_level {
@@ -101,13 +102,13 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
             let hint = did_you_mean(known.iter().map(String::as_str), name);
             Err(TaskError::Unknown { name: name.to_owned(), known: known.join(", "), hint })
         }
-        Err(source) => Err(TaskError::Io { path: path.to_owned(), source }),
+        Err(source) => Err(TaskError::Io { path, source }),
     }
 }
 
 /// The file that [`load`] reads for this name; None for a shipped task or level.
-pub fn file_of(name: &str) -> Option<&Path> {
-    let path = Path::new(name);
+pub fn file_of(name: &str) -> Option<PathBuf> {
+    let path = expanded(name);
     let level = name.strip_prefix("create/").map(|level| level.strip_suffix("-random").unwrap_or(level));
     let is_built_in = shipped_names().any(|known| known == name) || level_names().any(|known| Some(known) == level);
     (path.is_file() && !is_built_in).then_some(path)
@@ -119,16 +120,16 @@ pub fn file_of(name: &str) -> Option<&Path> {
 /// # Errors
 /// When a file cannot be read or is not a valid task, or the folder has none.
 pub fn load_all(place: &str) -> Result<Vec<Task>, TaskError> {
-    let path = Path::new(place);
+    let path = expanded(place);
     if !path.is_dir() || SHIPPED.iter().any(|(shipped, _)| *shipped == place) {
         return Ok(vec![load_regular(place)?]);
     }
-    let unreadable = |source| TaskError::Io { path: path.to_owned(), source };
+    let unreadable = |source| TaskError::Io { path: path.clone(), source };
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(unreadable)? {
+    for entry in std::fs::read_dir(&path).map_err(unreadable)? {
         let file = entry.map_err(unreadable)?.path();
         let is_index = file.file_name().is_some_and(|name| name == "index.json");
-        if file.extension().is_some_and(|extension| extension == "json") && !is_index {
+        if suffix(&file) == "json" && !is_index {
             files.push(file);
         }
     }
@@ -144,10 +145,10 @@ pub fn load_all(place: &str) -> Result<Vec<Task>, TaskError> {
 /// # Errors
 /// As [`load`].
 pub fn load_regular(name: &str) -> Result<Task, TaskError> {
-    let path = Path::new(name);
-    match bounded::regular(path) {
+    let path = expanded(name);
+    match bounded::regular(&path) {
         Err(source) if source.kind() == std::io::ErrorKind::InvalidInput && !path.is_dir() => {
-            Err(TaskError::Io { path: path.to_owned(), source })
+            Err(TaskError::Io { path, source })
         }
         _ => load(name),
     }
@@ -199,7 +200,7 @@ fn is_create_level(text: &str) -> bool {
         version: Option<IgnoredAny>,
         env: Option<IgnoredAny>,
     }
-    serde_json::from_str(text).is_ok_and(|Marks { version, env }| version.is_none() && env.is_some())
+    json::parse(text.as_bytes(), "").is_ok_and(|Marks { version, env }| version.is_none() && env.is_some())
 }
 
 /// The JSON text of a task, as it is saved.
@@ -213,7 +214,8 @@ pub fn to_json(task: &Task) -> String {
 /// When the task is invalid or the file cannot be written.
 pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
     task.validate().map_err(|error| TaskError::Invalid { origin: path.display().to_string(), error })?;
-    crate::atomic::write(path, to_json(task).as_bytes())
+    check_suffix(path, "json")
+        .and_then(|()| crate::atomic::write(path, to_json(task).as_bytes()))
         .map_err(|source| TaskError::Io { path: path.to_owned(), source })
 }
 

@@ -2,6 +2,7 @@
 
 use super::{BallSpec, Form, GoalShape, Offset, Part, Region, Shift, Task, VERSION};
 use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
+use crate::text::is_unsafe;
 use crate::validation::{Range, Setting, ValidationError, check_settings, in_range};
 
 /// Longest name of a task, in characters.
@@ -67,9 +68,13 @@ impl Task {
 /// # Errors
 /// When it is not allowed.
 pub fn check_name(name: &str) -> Result<(), ValidationError> {
-    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let is_other = |c: char| !c.is_ascii() && !c.is_whitespace() && !is_unsafe(c);
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c) || is_other(c);
     if !(1..=MAX_NAME_LENGTH).contains(&name.len()) || name.starts_with('.') || !name.chars().all(is_allowed) {
-        return problem("name", "must be up to 100 letters, digits, `-`, `_` or `.`, and not begin with `.`");
+        return problem(
+            "name",
+            "must be letters, digits, `-`, `_` or `.`, up to 100 bytes of them, and not begin with `.`",
+        );
     }
     Ok(())
 }

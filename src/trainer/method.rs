@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::paths::expanded;
 use crate::spelling::by_name;
 
 /// A way of learning, or of acting without learning. All share one loop.
@@ -165,7 +166,7 @@ impl From<String> for PriorSource {
             "rapier" => Self::Rapier,
             "true" => Self::TruePhysics,
             "uniform" => Self::Uniform,
-            _ => Self::ModelFile(text),
+            _ => Self::ModelFile(expanded(text).to_string_lossy().into_owned()),
         }
     }
 }

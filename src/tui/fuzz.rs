@@ -44,10 +44,9 @@ pub fn interface(input: &[u8]) {
         parser.advance(&rest[..end], &mut received);
         parser.flush(&mut received);
         for received in received {
-            match received {
-                Received::Event(event) => app.event(event),
-                // Only the event loop of a real terminal handles these.
-                Received::CellSize(_) | Received::Attributes { .. } => {}
+            // Graphics would depend on the terminal.
+            if matches!(received, Received::Event(_) | Received::Background { .. }) {
+                app.receive(received);
             }
             // Discard the request to the terminal.
             app.take_request();

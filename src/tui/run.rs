@@ -11,7 +11,7 @@ use super::input::{Keymap, KeymapError};
 use super::terminal::signals::{self, Listener, Request};
 use super::terminal::{self, Graphics, Input, Notify, Screen, TerminalError};
 use super::view::SessionWorkspace;
-use super::widgets::theme::Theme;
+use super::widgets::theme::{Palette, Theme};
 use crate::workbench::Session;
 
 /// Minimum time between two frames.
@@ -69,7 +69,8 @@ pub enum ExitReason {
 /// When there is no terminal, reading or writing it fails, or the key file is invalid.
 pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> {
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
-    let theme = Theme::from_env(|name| std::env::var(name).ok());
+    let variable = |name: &str| std::env::var(name).ok();
+    let theme = Theme::from_env(variable);
     // Before the terminal is taken over: until then, a signal ends the program, which would leave it as it is.
     let (listener, wake) = Listener::start()?;
     let screen = Screen::open(!options.no_mouse)?;
@@ -77,6 +78,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
     // The screen must outlive the app: it prints the app's final messages after restoring the terminal.
     let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
+    let app = if Palette::from_env(variable).is_none() { app.following_background() } else { app };
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
     report_recovered_edits(&mut app, Path::new("."));
     app.look_for_runs();
@@ -125,7 +127,7 @@ struct Display {
     input: Input,
     /// When the latest frame was drawn.
     drawn: Option<Instant>,
-    /// Whether the terminal has been queried for its graphics protocol.
+    /// Whether the terminal has been queried for what it supports.
     asked: bool,
     notify: Notify,
 }
@@ -137,7 +139,7 @@ impl Display {
         if self.drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.is_changed() {
             self.draw(app)?;
             self.drawn = Some(Instant::now());
-            self.find_graphics(app)?;
+            self.ask_terminal(app)?;
         }
         let connected = self.take_events(app)?;
         self.fulfil(app)?;
@@ -182,12 +184,12 @@ impl Display {
         Ok(connected)
     }
 
-    /// Finds out, once, which graphics protocol the terminal supports. Called after the first frame.
-    fn find_graphics(&mut self, app: &mut App) -> io::Result<()> {
+    /// Asks the terminal, once, for its graphics protocol and its background. Called after the first frame.
+    fn ask_terminal(&mut self, app: &mut App) -> io::Result<()> {
         if std::mem::replace(&mut self.asked, true) {
             return Ok(());
         }
-        app.set_graphics(Graphics::find()?);
+        app.set_graphics(Graphics::find(app.follows_background())?);
         Ok(())
     }
 

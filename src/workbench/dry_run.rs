@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use super::setup::Setup;
+use crate::paths::{check_suffix, expanded};
+use crate::run::RunError;
 use crate::trainer::{PriorSource, check_model, warnings};
 
 /// The state that is known before anything is computed, trained or written.
@@ -30,7 +32,7 @@ impl DryRun {
 
     /// Opens a task.
     pub fn open_task(&mut self, name: &str) -> Result<(), SessionError> {
-        if self.written.contains(Path::new(name)) {
+        if self.written.contains(&expanded(name)) {
             self.task_unknown = true;
         } else {
             self.setup.open_task(name)?;
@@ -42,8 +44,8 @@ impl DryRun {
     /// Changes a setting.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), SessionError> {
         let is_written = |place: &str| {
-            let place = Path::new(place.trim());
-            self.written.iter().any(|written| written == place || written.parent() == Some(place))
+            let place = expanded(place.trim());
+            self.written.iter().any(|written| *written == place || written.parent() == Some(&place))
         };
         if key == "more_tasks" && value.split(',').any(is_written) {
             self.task_unknown = true;
@@ -57,9 +59,12 @@ impl DryRun {
         if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
     }
 
-    /// Notes that a file is written.
-    pub fn writes(&mut self, path: Option<&Path>) {
-        self.written.extend(path.map(Path::to_owned));
+    /// Notes that a file is written, and checks that its suffix is that of the format.
+    pub fn writes(&mut self, path: Option<&Path>, format: &str) -> Result<(), SessionError> {
+        let Some(path) = path else { return Ok(()) };
+        check_suffix(path, format).map_err(RunError::io("write", path))?;
+        self.written.insert(path.to_owned());
+        Ok(())
     }
 
     /// Checks that a run can start with the settings.

@@ -104,7 +104,7 @@ impl Session {
     pub fn on_task(name: &str, folder: PathBuf) -> Result<Self, SessionError> {
         let mut session = Self::new(task::load(name)?, folder);
         // The task is saved to its file, and the recorded script opens it.
-        session.setup.file = task::file_of(name).map(Path::to_owned);
+        session.setup.file = task::file_of(name);
         session.journal.note(command::Task(name.to_owned()).into(), None);
         Ok(session)
     }

@@ -27,8 +27,7 @@ impl Setup {
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
-        let file = file_of(name).map(Path::to_owned);
-        self.take_task(load_regular(name)?, file)?;
+        self.take_task(load_regular(name)?, file_of(name))?;
         Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
     }
 

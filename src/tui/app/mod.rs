@@ -53,6 +53,8 @@ pub struct App {
     request: Option<TerminalRequest>,
     /// Whether the mouse is captured.
     mouse: bool,
+    /// Whether the palette follows the terminal's background, as long as the user has chosen none.
+    follows_background: bool,
     leaving: QuitState,
     /// Whether anything was being trained at the last poll.
     was_busy: bool,
@@ -125,6 +127,7 @@ impl App {
             drag: None,
             request: None,
             mouse: true,
+            follows_background: false,
             leaving: QuitState::No,
             was_busy: false,
             background: Vec::new(),
@@ -142,6 +145,12 @@ impl App {
     /// Leaves the mouse to the terminal.
     pub fn without_mouse(mut self) -> Self {
         self.mouse = false;
+        self
+    }
+
+    /// Chooses the palette by the terminal's background, once that is known.
+    pub fn following_background(mut self) -> Self {
+        self.follows_background = true;
         self
     }
 
@@ -200,7 +209,18 @@ impl App {
                 self.set_graphics(Graphics { protocol: Protocol::Sixel, ..graphics });
             }
             Received::Attributes { sixel: false } => {}
+            Received::Background { light } => {
+                if self.follows_background {
+                    self.theme = self.theme.on(light);
+                    self.changed = true;
+                }
+            }
         }
+    }
+
+    /// Whether the palette follows the terminal's background.
+    pub fn follows_background(&self) -> bool {
+        self.follows_background
     }
 
     /// Whether runs are being read from their folder.
@@ -350,7 +370,7 @@ impl App {
         if only_moved && known && self.tab.has_scene() && self.layers.is_empty() {
             let message = self.message.as_ref().map(|(message, _)| message);
             draw_scene(&self.ui(), &self.screens.scene, message, &self.picture, frame.buffer_mut());
-            return self.theme.make_plain(frame.buffer_mut());
+            return self.theme.make_safe(frame.buffer_mut());
         }
         let contexts = self.contexts();
         let chrome = Chrome {
@@ -376,6 +396,6 @@ impl App {
         if let Some(cursor) = cursor {
             frame.set_cursor_position(cursor);
         }
-        self.theme.make_plain(frame.buffer_mut());
+        self.theme.make_safe(frame.buffer_mut());
     }
 }

@@ -85,6 +85,7 @@ impl App {
             UiAction::NextScreen => self.show(self.tab.next()),
             UiAction::PreviousScreen => self.show(self.tab.previous()),
             UiAction::Colours => {
+                self.follows_background = false;
                 self.theme = self.theme.next_palette();
                 self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
             }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::App;
+use crate::paths::expanded;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
 use crate::tui::effect::{Effect, Layer};
@@ -101,7 +102,7 @@ impl App {
     pub(super) fn ask_where_to_save(&mut self) {
         let view = self.workspace.view();
         let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
-        let read = |path: &str| Ok(Effect::apply(command::Save(Some(path.into()))));
+        let read = |path: &str| Ok(Effect::apply(command::Save(Some(expanded(path)))));
         self.open(Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), read));
     }
 }

@@ -1,5 +1,6 @@
 //! Key bindings: the defaults of the table of actions, changed by a key file.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::bounded;
@@ -64,21 +65,31 @@ impl Keymap {
     /// # Errors
     /// When a line is invalid.
     pub fn parse(text: &str, origin: &str) -> Result<Self, KeymapError> {
-        let mut map = Self::default();
-        let mut changed: Vec<(usize, Key, &'static Entry)> = Vec::new();
+        let mut changed: HashMap<&str, (usize, &'static Entry, Vec<Key>)> = HashMap::new();
         for (line, raw) in (1..).zip(text.lines()) {
-            let Some((entry, keys)) = read_line(raw, origin, line)? else { continue };
-            map.bindings.retain(|(_, bound)| bound.name != entry.name);
-            changed.retain(|(.., bound)| bound.name != entry.name);
-            changed.extend(keys.into_iter().map(|key| (line, key, entry)));
-        }
-        for (line, key, entry) in changed {
-            let clash = map.bindings.iter().find(|(bound, other)| *bound == key && can_meet(entry, other));
-            if let Some((_, other)) = clash {
-                let (key, name, other) = (key.to_string(), entry.name, other.name);
-                return Err(KeymapError::Clash { origin: origin.to_owned(), line, key, name, other });
+            if let Some((entry, keys)) = read_line(raw, origin, line)? {
+                changed.insert(entry.name, (line, entry, keys));
             }
-            map.bindings.push((key, entry));
+        }
+        let mut map = Self::default();
+        map.bindings.retain(|(_, bound)| !changed.contains_key(bound.name));
+        let mut of_key: HashMap<Key, Vec<&'static Entry>> = HashMap::new();
+        map.bindings.iter().for_each(|(key, entry)| of_key.entry(*key).or_default().push(entry));
+        let mut changed: Vec<_> = changed.into_values().collect();
+        changed.sort_by_key(|(line, ..)| *line);
+        for (line, entry, keys) in changed {
+            for key in keys {
+                let bound = of_key.entry(key).or_default();
+                if let Some(other) = bound.iter().find(|other| can_meet(entry, other)) {
+                    let (key, name, other) = (key.to_string(), entry.name, other.name);
+                    return Err(KeymapError::Clash { origin: origin.to_owned(), line, key, name, other });
+                }
+                // Given twice, it is bound once.
+                if !bound.iter().any(|known| known.name == entry.name) {
+                    bound.push(entry);
+                    map.bindings.push((key, entry));
+                }
+            }
         }
         if !map.bindings.iter().any(|(_, entry)| ["quit", "palette"].contains(&entry.name)) {
             return Err(KeymapError::NoWayOut { origin: origin.to_owned() });

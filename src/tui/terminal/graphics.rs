@@ -1,8 +1,9 @@
-//! Which graphics protocol the terminal supports.
+//! Which graphics protocol the terminal supports, and whether its background is light.
 //!
 //! Terminals with kitty's graphics protocol are recognised by environment variables. Sixel support is
 //! read from the reply to a request for primary device attributes, which nearly every terminal sends
-//! at once. Until it arrives, and without one, figures are shown in half blocks.
+//! at once. Until it arrives, and without one, figures are shown in half blocks. The colour of the background is
+//! asked for in the same way.
 
 use std::io::{self, Write};
 
@@ -40,18 +41,24 @@ impl Default for Graphics {
 impl Graphics {
     /// What is known from the system and the environment. If the environment does not name the protocol,
     /// also queries the terminal for its attributes, and for the size of a cell if the system does not report it.
+    /// `background`: queries it for the colour of its background too.
     ///
     /// # Errors
     /// When the terminal cannot be written to.
-    pub fn find() -> io::Result<Self> {
+    pub fn find(background: bool) -> io::Result<Self> {
         let cell = cell_of_window();
         let known = from_env(|name| std::env::var(name).ok());
-        if known.is_none() {
-            let question: &[u8] = if cell.is_none() { b"\x1b[16t\x1b[c" } else { b"\x1b[c" };
-            let mut out = io::stdout();
-            out.write_all(question)?;
-            out.flush()?;
-        }
+        // The Linux console has no reply to the first, and older ones print it.
+        let is_console = std::env::var_os("TERM").is_some_and(|term| term == "linux");
+        let questions = [
+            (background && !is_console, "\x1b]11;?\x07"),
+            (known.is_none() && cell.is_none(), "\x1b[16t"),
+            (known.is_none(), "\x1b[c"),
+        ];
+        let asked: String = questions.into_iter().filter_map(|(wanted, question)| wanted.then_some(question)).collect();
+        let mut out = io::stdout();
+        out.write_all(asked.as_bytes())?;
+        out.flush()?;
         Ok(Self { protocol: known.unwrap_or(Protocol::HalfBlock), cell: cell.unwrap_or(CELL) })
     }
 }

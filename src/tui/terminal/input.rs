@@ -12,6 +12,8 @@ use super::parser::{Parser, Received};
 
 /// How long to wait for the rest of an escape sequence before it counts as the Escape key.
 const ESCAPE_TIMEOUT: Duration = Duration::from_millis(25);
+/// The same for the rest of a string, which the network may delay.
+const STRING_TIMEOUT: Duration = Duration::from_secs(1);
 /// Bytes after which a call of [`Input::wait`] stops reading, so that a frame can be drawn.
 const MAX_BYTES_PER_WAIT: usize = 1 << 18;
 
@@ -20,13 +22,15 @@ pub struct Input {
     parser: Parser,
     /// When the latest byte arrived.
     latest: Instant,
+    /// When a read last ended outside a string.
+    outside: Instant,
     wake: UnixStream,
 }
 
 impl Input {
     /// Input that also wakes up when `wake` becomes readable.
     pub fn new(wake: UnixStream) -> Self {
-        Self { parser: Parser::default(), latest: Instant::now(), wake }
+        Self { parser: Parser::default(), latest: Instant::now(), outside: Instant::now(), wake }
     }
 
     /// Waits for input, at most for `time`, and appends the parsed events to `received`. False if
@@ -35,8 +39,7 @@ impl Input {
     /// # Errors
     /// When polling or reading fails.
     pub fn wait(&mut self, time: Duration, received: &mut Vec<Received>) -> io::Result<bool> {
-        let partial = self.parser.is_partial();
-        let time = if partial { time.min(ESCAPE_TIMEOUT.saturating_sub(self.latest.elapsed())) } else { time };
+        let time = if self.parser.is_partial() { time.min(self.patience()) } else { time };
         let mut ready = self.poll(time)?;
         let mut read = 0;
         while ready == Ready::Bytes && read < MAX_BYTES_PER_WAIT {
@@ -46,6 +49,9 @@ impl Input {
                 Ok(count) => {
                     self.latest = Instant::now();
                     self.parser.advance(&bytes[..count], received);
+                    if !self.parser.is_in_string() {
+                        self.outside = self.latest;
+                    }
                     read += count;
                 }
                 Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => {}
@@ -53,10 +59,18 @@ impl Input {
             }
             ready = self.poll(Duration::ZERO)?;
         }
-        if read == 0 && self.latest.elapsed() >= ESCAPE_TIMEOUT {
+        if read == 0 && self.patience().is_zero() {
             self.parser.flush(received);
         }
         Ok(ready != Ready::HungUp)
+    }
+
+    /// How long to wait for the rest of a sequence or string. Keys typed after a string without an end are lost only
+    /// for the time of [`STRING_TIMEOUT`].
+    fn patience(&self) -> Duration {
+        let quiet = ESCAPE_TIMEOUT.saturating_sub(self.latest.elapsed());
+        let string = if self.parser.is_in_string() { STRING_TIMEOUT } else { Duration::ZERO };
+        quiet.max(string.saturating_sub(self.outside.elapsed()))
     }
 
     fn poll(&mut self, time: Duration) -> io::Result<Ready> {

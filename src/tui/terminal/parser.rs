@@ -1,5 +1,5 @@
 //! Parses the bytes of a terminal into events. No byte of an event is lost: incomplete sequences wait
-//! for the rest, unknown ones are skipped.
+//! for the rest; unknown sequences and strings, such as late replies to another program, are skipped.
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
@@ -7,8 +7,8 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, Mous
 const MAX_PASTE: usize = 1 << 20;
 const PASTE_BEGINS: &[u8] = b"\x1b[200~";
 const PASTE_ENDS: &[u8] = b"\x1b[201~";
-/// Longest control sequence; anything longer is discarded.
-const MAX_SEQUENCE: usize = 64;
+/// Longest control sequence; anything longer is discarded. Also the length up to which a string is kept.
+const MAX_SEQUENCE: usize = 1024;
 
 /// What a terminal sends.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,8 @@ pub enum Received {
     Attributes { sixel: bool },
     /// Width and height of a cell in pixels.
     CellSize([u16; 2]),
+    /// Whether the background is light.
+    Background { light: bool },
 }
 
 /// The parser's state between two reads.
@@ -28,6 +30,8 @@ pub struct Parser {
     buffer: Vec<u8>,
     /// The text so far of an unfinished paste.
     pasted: Option<Vec<u8>>,
+    /// An unfinished string: the byte that introduced it, and its beginning.
+    string: Option<Vec<u8>>,
 }
 
 /// What a sequence of bytes begins with.
@@ -44,25 +48,30 @@ impl Parser {
         self.buffer.extend_from_slice(bytes);
         let mut done = 0;
         while done < self.buffer.len() {
-            if self.pasted.is_some() {
-                match self.paste(done, received) {
-                    Some(after) => done = after,
-                    None => return,
-                }
+            if self.pasted.is_some() || self.string.is_some() {
+                let end = if self.pasted.is_some() { self.paste(done, received) } else { self.string(done, received) };
+                let Some(after) = end else { return };
+                done = after;
                 continue;
             }
             let rest = &self.buffer[done..];
-            if rest.starts_with(PASTE_BEGINS) {
-                self.pasted = Some(Vec::new());
-                done += PASTE_BEGINS.len();
-                continue;
-            }
-            match find(rest) {
-                Found::Whole(length, meaning) => {
-                    received.extend(meaning);
-                    done += length;
+            match rest {
+                _ if rest.starts_with(PASTE_BEGINS) => {
+                    self.pasted = Some(Vec::new());
+                    done += PASTE_BEGINS.len();
                 }
-                Found::Partial => break,
+                // DCS, SOS, OSC, PM and APC; without a third byte, a key with Alt.
+                [0x1b, introducer @ (b'P' | b'X' | b']' | b'^' | b'_'), _, ..] => {
+                    self.string = Some(vec![*introducer]);
+                    done += 2;
+                }
+                _ => match find(rest) {
+                    Found::Whole(length, meaning) => {
+                        received.extend(meaning);
+                        done += length;
+                    }
+                    Found::Partial => break,
+                },
             }
         }
         self.buffer.drain(..done);
@@ -88,17 +97,54 @@ impl Parser {
         None
     }
 
-    /// Whether the buffer holds the beginning of a key or sequence; an unfinished paste does not count.
-    pub fn is_partial(&self) -> bool {
-        self.pasted.is_none() && !self.buffer.is_empty()
+    /// Continues a string at an index of the buffer, as [`Self::paste`]. BEL, ST (`ESC \`), CAN or SUB ends it, and
+    /// ESC before another byte cuts it off. Only its beginning is kept, so that it may have any length.
+    fn string(&mut self, from: usize, received: &mut Vec<Received>) -> Option<usize> {
+        let rest = &self.buffer[from..];
+        let end = rest.iter().position(|byte| matches!(byte, 0x07 | 0x18 | 0x1a | 0x1b));
+        let taken = end.unwrap_or(rest.len());
+        let mut string = self.string.take().unwrap_or_default();
+        let room = MAX_SEQUENCE.saturating_sub(string.len());
+        string.extend_from_slice(&rest[..taken.min(room)]);
+        match rest[taken..] {
+            [] | [0x1b] => {
+                self.string = Some(string);
+                self.buffer.drain(..from + taken);
+                None
+            }
+            [0x1b, next, ..] if next != b'\\' => {
+                // An empty string is a key with Alt, before a key that sends a sequence.
+                if let [introducer] = string[..] {
+                    received.push(key(KeyCode::Char(char::from(introducer)), KeyModifiers::ALT));
+                }
+                Some(from + taken)
+            }
+            [last, ..] => {
+                received.extend(reply(&string));
+                Some(from + taken + if last == 0x1b { 2 } else { 1 })
+            }
+        }
     }
 
-    /// Interprets buffered bytes as complete: an Escape key, or Alt with a character.
+    /// Whether the beginning of a key, sequence or string has been received; an unfinished paste does not count.
+    pub fn is_partial(&self) -> bool {
+        self.is_in_string() || (self.pasted.is_none() && !self.buffer.is_empty())
+    }
+
+    /// Whether a string is unfinished.
+    pub fn is_in_string(&self) -> bool {
+        self.string.is_some()
+    }
+
+    /// Interprets buffered bytes as complete: an Escape key, or Alt with a character. Gives up an unfinished string.
     pub fn flush(&mut self, received: &mut Vec<Received>) {
         if !self.is_partial() {
             return;
         }
         let bytes = std::mem::take(&mut self.buffer);
+        if self.string.take().is_some() {
+            return;
+        }
         received.push(match bytes[..] {
             [0x1b, b] if b.is_ascii_graphic() => key(KeyCode::Char(char::from(b)), KeyModifiers::ALT),
             [0x1b, ..] => key(KeyCode::Esc, KeyModifiers::NONE),
@@ -115,7 +161,7 @@ fn key(code: KeyCode, modifiers: KeyModifiers) -> Received {
 fn find(bytes: &[u8]) -> Found {
     match bytes {
         [0x1b, b'[', rest @ ..] => control_sequence(rest),
-        [0x1b, b'O'] => Found::Partial,
+        [0x1b, b'O' | b'P' | b'X' | b']' | b'^' | b'_'] => Found::Partial,
         [0x1b, b'O', last, ..] => Found::Whole(3, letter_key(*last).map(|code| key(code, KeyModifiers::NONE))),
         // Escape pressed twice, or before a key that sends a sequence.
         [0x1b, 0x1b, ..] => Found::Whole(1, Some(key(KeyCode::Esc, KeyModifiers::NONE))),
@@ -194,6 +240,9 @@ fn meaning(parameters: &[u8], last: u8) -> Option<Received> {
         let [button, column, row] = numbers(report)[..] else { return None };
         return matches!(last, b'M' | b'm').then(|| mouse(button, [column, row], last == b'm')).flatten();
     }
+    if text.starts_with(['=', '>']) {
+        return None;
+    }
     let numbers = numbers(text);
     let modifiers = modifiers(numbers.get(1).copied().unwrap_or(1));
     match (last, &numbers[..]) {
@@ -209,6 +258,19 @@ fn meaning(parameters: &[u8], last: u8) -> Option<Received> {
         (b'R', [row, _]) if *row != 1 => None,
         _ => letter_key(last).map(|code| key(code, modifiers)),
     }
+}
+
+/// The meaning of a string, which begins with the byte that introduced it: the colour of the background (OSC 11), as
+/// `rgb:` or `rgba:` and one to four hexadecimal digits for each part.
+fn reply(string: &[u8]) -> Option<Received> {
+    let colour = std::str::from_utf8(string).ok()?.strip_prefix("]11;")?;
+    let parts = colour.strip_prefix("rgb:").or_else(|| colour.strip_prefix("rgba:"))?.split('/');
+    let share = |part: &str| {
+        let most = 16_u32.checked_pow(u32::try_from(part.len()).ok()?)?.checked_sub(1).filter(|most| *most > 0)?;
+        Some(f64::from(u32::from_str_radix(part, 16).ok()?) / f64::from(most))
+    };
+    let [red, green, blue, ..] = parts.map(share).collect::<Option<Vec<f64>>>()?[..] else { return None };
+    Some(Received::Background { light: 0.299 * red + 0.587 * green + 0.114 * blue > 0.5 })
 }
 
 fn numbers(text: &str) -> Vec<u16> {
@@ -340,6 +402,16 @@ mod tests {
             (b"\x1b[?62;14c", &["Attributes { sixel: false }"]),
             (b"\x1b[12;40Rx", &["x"]),
             (b"\xff\xc3(\x1b[5\x1b[B", &["(", "down"]),
+            (b"a\x1b_Gi=31;OK\x1b\\b\x1bP>|term(1)q\x07c\x1b^q\x1b\\\x1bXq\x1b\\d", &["a", "b", "c", "d"]),
+            (b"\x1b]52;c;cQ==\x07\x1b]0;\xe2\x82\xac\xffq\x1b\\a\x1bPq\x18b\x1b_q\x1ac", &["a", "b", "c"]),
+            (b"\x1b]q\x1b[A\x1b_q\x1bOB\x1bP\x1b\\\x1b^\x07a", &["up", "down", "a"]),
+            (b"\x1bP\x1b[A\x1b]\x1b]\x1b[B", &["alt-P", "up", "alt-]", "alt-]", "down"]),
+            (b"\x1b_\x1b\x1b[A", &["alt-_", "esc", "up"]),
+            (b"\x1b]11;rgb:ffff/ffff/dddd\x07", &["Background { light: true }"]),
+            (b"\x1b]11;rgba:0/0/0/f\x1b\\", &["Background { light: false }"]),
+            (b"\x1b]11;?\x07\x1b]11;rgb:1/2\x07\x1b]11;rgb:-1/+2/\x07\x1b]10;rgb:f/f/f\x07a", &["a"]),
+            (b"\x1b]11;rgb:fffff0000/0/0\x07\x1b]11;rgb:\xff/0/0\x07a", &["a"]),
+            (b"\x1b[>1;97u\x1b[=1;97u\x1b[?1;2$y\x1b[>0;276;0cx", &["x"]),
         ] {
             for piece in [1, 2, 3, 1024] {
                 let found: Vec<String> = received(bytes, piece).iter().map(shown).collect();
@@ -365,6 +437,30 @@ mod tests {
         assert!(!parser.is_partial(), "an endless sequence is discarded");
         parser.advance(b"\x1b[200~half", &mut received);
         assert!(!parser.is_partial(), "a paste may be slow");
+    }
+
+    #[test]
+    fn a_string_may_have_any_length_and_is_given_up_when_nothing_follows() {
+        let mut parser = Parser::default();
+        let mut received = Vec::new();
+        parser.advance(b"\x1b_", &mut received);
+        for _ in 0..100 {
+            parser.advance(&[b'q'; 4096], &mut received);
+        }
+        assert!(received.is_empty() && parser.is_in_string());
+        assert!(parser.buffer.len() + parser.string.as_ref().unwrap().len() <= MAX_SEQUENCE, "it is not kept");
+        parser.advance(b"\x1b\\a\x1bPq\x1b", &mut received);
+        assert!(parser.is_in_string());
+        parser.flush(&mut received);
+        assert!(!parser.is_partial());
+        parser.advance(b"b", &mut received);
+        for alone in [&b"\x1bP"[..], b"\x1bX", b"\x1b]", b"\x1b^", b"\x1b_"] {
+            parser.advance(alone, &mut received);
+            assert!(parser.is_partial() && !parser.is_in_string(), "a key with Alt has the short wait");
+            parser.flush(&mut received);
+        }
+        let keys: Vec<_> = received.iter().map(shown).collect();
+        assert_eq!(keys, ["a", "b", "alt-P", "alt-X", "alt-]", "alt-^", "alt-_"]);
     }
 
     #[test]

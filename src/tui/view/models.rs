@@ -7,6 +7,7 @@ use std::time::SystemTime;
 
 use super::ModelSummary;
 use crate::dynamics::{Model, shipped_models};
+use crate::paths::suffix;
 use crate::task::Task;
 use crate::workbench::{MODELS, saved_evaluation};
 
@@ -47,7 +48,7 @@ impl Models {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let files = entries.map(|entry| entry.path());
         let mut known = std::mem::take(&mut self.files);
-        for path in files.filter(|path| path.extension().is_some_and(|extension| extension == "safetensors")) {
+        for path in files.filter(|path| suffix(path) == "safetensors") {
             let changed = std::fs::metadata(&path).and_then(|data| data.modified()).ok();
             let model = match known.remove(&path) {
                 Some((then, model)) if then == changed && changed.is_some() => model,

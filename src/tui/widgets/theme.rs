@@ -4,6 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
 
 use crate::figures;
+use crate::text::is_unsafe;
 
 /// The characters that represent dots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +66,24 @@ impl Palette {
     pub fn name(self) -> &'static str {
         ["dark", "light", "colour-blind"][self as usize]
     }
+
+    /// The palette that `MGE_THEME` names.
+    pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Self> {
+        let words = variable("MGE_THEME")?.replace("color", "colour");
+        words.split([',', ' ']).rev().find_map(|word| Self::ALL.into_iter().find(|known| known.name() == word))
+    }
+
+    /// The palette for a light or dark background.
+    fn on(light: bool) -> Self {
+        if light { Self::Light } else { Self::Dark }
+    }
+}
+
+/// Whether the character set of a locale, such as `de_DE.UTF-8@euro`, is UTF-8. That of one which names none is not.
+fn is_unicode(locale: &str) -> bool {
+    let name = locale.split('@').next().unwrap_or_default();
+    let charset = name.rsplit('.').next().unwrap_or_default();
+    charset.replace('-', "").eq_ignore_ascii_case("utf8")
 }
 
 /// The meaning of each colour on screen.
@@ -119,18 +138,23 @@ const COLOUR_BLIND: Swatch = (
 );
 
 impl Theme {
-    /// Replaces the workbench's own symbols by ASCII where the terminal needs it, also where a name contains them.
-    pub fn make_plain(&self, buffer: &mut Buffer) {
-        if self.marker != Marker::Ascii {
-            return;
-        }
+    /// Makes a drawn screen safe for the terminal: characters that it would interpret are removed from text, and
+    /// where it needs ASCII, others are replaced.
+    pub fn make_safe(&self, buffer: &mut Buffer) {
         for cell in &mut buffer.content {
-            match cell.symbol() {
-                "·" => _ = cell.set_char('-'),
-                "›" => _ = cell.set_char('>'),
-                "└" => _ = cell.set_char('`'),
-                _ => {}
+            let symbol = cell.symbol();
+            // A picture is in its first cell as a sequence, or in each as placeholders of kitty.
+            let is_picture = symbol.starts_with(['\u{1b}', '\u{10eeee}']);
+            let is_plain = self.marker == Marker::Ascii;
+            if symbol.is_ascii() || is_picture || !(is_plain || symbol.contains(is_unsafe)) {
+                continue;
             }
+            match symbol.chars().find(|c| !is_unsafe(*c)).unwrap_or(' ') {
+                '·' if is_plain => cell.set_char('-'),
+                '›' if is_plain => cell.set_char('>'),
+                '└' if is_plain => cell.set_char('`'),
+                c => cell.set_char(if is_plain && !c.is_ascii() { '?' } else { c }),
+            };
         }
     }
 
@@ -153,7 +177,7 @@ impl Theme {
     }
 
     /// The theme for the terminal, from the environment: `NO_COLOR`, `COLORTERM`, `TERM`,
-    /// `COLORFGBG`, the locale, and `MGE_THEME`, a list of words such as
+    /// `COLORFGBG`, the character set of the locale, and `MGE_THEME`, a list of words such as
     /// `light,16,ascii` (`dark`, `light`, `colour-blind`; `none`, `16`, `256`, `true`;
     /// `braille`, `half-block`, `ascii`).
     pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Self {
@@ -168,18 +192,16 @@ impl Theme {
         };
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(&variable).find(|text| !text.is_empty());
         let mut marker = match locale {
-            Some(text) if matches!(text.as_str(), "C" | "POSIX") => Marker::Ascii,
+            Some(locale) if !is_unicode(&locale) => Marker::Ascii,
             _ if term == "linux" => Marker::HalfBlock,
             _ => Marker::Braille,
         };
         let background = value("COLORFGBG");
         let light = background.rsplit(';').next().is_some_and(|colour| matches!(colour, "7" | "15"));
-        let mut palette = if light { Palette::Light } else { Palette::Dark };
+        let palette = Palette::from_env(&variable).unwrap_or(Palette::on(light));
         for word in value("MGE_THEME").split([',', ' ']) {
-            let word = word.replace("color", "colour");
-            palette = Palette::ALL.into_iter().find(|known| known.name() == word).unwrap_or(palette);
             marker = Marker::ALL.into_iter().find(|known| known.name() == word).unwrap_or(marker);
-            depth = match word.as_str() {
+            depth = match word {
                 "none" => Depth::None,
                 "16" => Depth::Ansi16,
                 "256" => Depth::Ansi256,
@@ -191,6 +213,11 @@ impl Theme {
             depth = Depth::None;
         }
         Self::new(palette, depth, marker)
+    }
+
+    /// This theme on a light or dark background.
+    pub fn on(&self, light: bool) -> Self {
+        Self::new(Palette::on(light), self.depth, self.marker)
     }
 
     /// This theme with the next palette.
@@ -329,7 +356,7 @@ mod tests {
     #[test]
     fn the_environment_determines_depth_palette_and_marker() {
         type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
-        let cases: [Case; 11] = [
+        let cases: [Case; 20] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::HalfBlock),
@@ -337,6 +364,15 @@ mod tests {
             (&[("COLORFGBG", "0;15")], Depth::Ansi16, Palette::Light, Marker::Braille),
             (&[("LC_ALL", "C")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
             (&[("LANG", "en_GB.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
+            (&[("LANG", "de_DE.utf8@euro")], Depth::Ansi16, Palette::Dark, Marker::Braille),
+            (&[("LANG", "C.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
+            (&[("LC_CTYPE", "UTF-8"), ("LANG", "C")], Depth::Ansi16, Palette::Dark, Marker::Braille),
+            (&[("LC_ALL", ""), ("LANG", "ja_JP.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
+            (&[("LANG", "en_US.ISO-8859-1")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "ja_JP.eucJP")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "de_DE@euro")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("LC_CTYPE", "ru_RU.KOI8-R"), ("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
             (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, Marker::Ascii),
             (&[("MGE_THEME", "true")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("MGE_THEME", "16"), ("COLORTERM", "24bit")], Depth::Ansi16, Palette::Dark, Marker::Braille),
@@ -345,6 +381,10 @@ mod tests {
         for (variables, depth, palette, marker) in cases {
             let theme = from(variables);
             assert_eq!((theme.depth, theme.palette, theme.marker), (depth, palette, marker), "{variables:?}");
+        }
+        for (words, named) in [("16,light", Some(Palette::Light)), ("light dark", Some(Palette::Dark)), ("ascii", None)]
+        {
+            assert_eq!(Palette::from_env(|_| Some(words.to_owned())), named);
         }
     }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::evidence::Composition;
+use crate::paths::expanded;
 use crate::spelling::did_you_mean;
 use crate::task::Values;
 
@@ -81,7 +82,7 @@ pub(super) struct Place(pub &'static str);
 
 impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
-        words.next(self.0).map(PathBuf::from)
+        words.next(self.0).map(expanded)
     }
 
     fn write(&self, value: &PathBuf) -> String {

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::arguments::{Argument, Optional, Place};
 use super::{Awaits, Execute, InScripts, Verb, syntax};
+use crate::paths::check_suffix;
+use crate::run::RunError;
 use crate::trainer::Control;
+use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
 /// Recomputes the action clusters of the task, and saves them to a file if one is given.
@@ -18,7 +21,14 @@ impl Execute for Clusters {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        if let Some(path) = &self.0 {
+            check_suffix(path, "json").map_err(RunError::io("write", path))?;
+        }
         session.compute_clusters(self)
+    }
+
+    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+        dry_run.writes(self.0.as_deref(), "json")
     }
 
     /// A script waits until the file is written.

@@ -30,8 +30,7 @@ impl Execute for ModelTrain {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.writes(Some(&self.path));
-        Ok(())
+        dry_run.writes(Some(&self.path), "safetensors")
     }
 
     fn in_scripts(&self) -> InScripts {

@@ -6,6 +6,7 @@ use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Place,
 use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
 use crate::evidence::Composition;
 use crate::figures::EXTENSIONS;
+use crate::paths::suffix;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError, write_file};
 
@@ -65,10 +66,9 @@ impl Figure {
             let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
             return Err(SessionError::Failed(reason));
         }
-        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("");
         let (known, expected): (&[&str], _) =
             if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&EXTENSIONS, "`.png`, `.svg` or `.pdf`") };
-        if known.contains(&extension) {
+        if known.contains(&suffix(path).as_str()) {
             return Ok(());
         }
         let figure = format!("{}: a figure of this kind is written as {expected}", path.display());

@@ -74,8 +74,7 @@ impl Execute for Save {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.writes(self.0.as_deref());
-        Ok(())
+        dry_run.writes(self.0.as_deref(), "json")
     }
 
     fn overwrites(&self) -> Option<&Path> {

@@ -14,6 +14,7 @@ use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use super::setup::Setup;
+use crate::paths::fitting;
 use crate::run::{CheckpointName, RunDirectory, RunError, RunState};
 use crate::trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
 
@@ -174,8 +175,8 @@ impl Session {
 
     /// An unused folder of this name, with a number appended if needed.
     pub(super) fn free_folder_named(&self, base: &str) -> PathBuf {
-        let candidates = std::iter::once(base.to_owned()).chain((2..).map(|n| format!("{base}-{n}")));
-        let mut paths = candidates.map(|name| self.folder.join(name));
+        let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
+        let mut paths = ends.map(|end| self.folder.join(fitting(base, &end)));
         // The fallback is unreachable: the candidates do not end.
         paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
     }

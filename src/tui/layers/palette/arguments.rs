@@ -2,6 +2,7 @@
 
 use crate::evidence::OPTIONS;
 use crate::json;
+use crate::paths::{expanded, suffix};
 use crate::physics::ToolKind;
 use crate::spelling::MAX_COMPARED_LENGTH;
 use crate::task::{self, Property};
@@ -132,14 +133,14 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
 /// Files with an extension, and folders, in the folder of a partly typed path.
 fn files(typed: &str, extension: &str) -> Vec<Value> {
     let prefix = &typed[..typed.rfind('/').map_or(0, |slash| slash + 1)];
-    let folder = if prefix.is_empty() { "." } else { prefix };
+    let folder = if prefix.is_empty() { ".".into() } else { expanded(prefix) };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(FILES);
     let named = entries.filter_map(|entry| {
         let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
         let path = format!("{prefix}{name}");
         match entry.file_type().ok()?.is_dir() {
             true => Some(value(format!("{path}/"), "folder")),
-            false => path.ends_with(&format!(".{extension}")).then(|| value(path, "file")),
+            false => (suffix(name.as_ref()) == extension).then(|| value(path, "file")),
         }
     });
     let mut found: Vec<Value> = named.collect();

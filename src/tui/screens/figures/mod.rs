@@ -3,7 +3,7 @@
 pub mod composer;
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -16,6 +16,7 @@ use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
 use crate::evidence::Composition;
+use crate::paths::fitting;
 use crate::tui::actions::UiAction;
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
@@ -100,9 +101,13 @@ pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &U
         FigureKind::Learning => common_task(&composition, ui),
         _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| &*run.name)),
     };
-    let about = about.map_or_else(String::new, |about| format!("{about}-"));
-    let path = format!("figures/{about}{}.{format}", kind.name()).into();
-    command::Figure { composition, ..command::Figure::with_defaults(kind, path) }.into()
+    command::Figure { composition, ..command::Figure::with_defaults(kind, path_of(kind, about, format)) }.into()
+}
+
+/// The path of a figure of a task or run, or of all runs.
+pub fn path_of(kind: FigureKind, about: Option<&str>, format: &str) -> PathBuf {
+    let name = format!("{}.{format}", kind.name());
+    Path::new("figures").join(about.map_or_else(|| name.clone(), |about| fitting(about, &format!("-{name}"))))
 }
 
 /// Whether the figure of learning curves shows the run in a folder.

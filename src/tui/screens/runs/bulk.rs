@@ -1,6 +1,7 @@
 //! Bulk actions: what actions do with the marked runs, or with those of the selected line.
 
 use super::super::Ui;
+use super::super::figures::path_of;
 use crate::run::RunState;
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
@@ -33,7 +34,7 @@ pub(super) fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: UiAction) -> Vec
         UiAction::DeleteRun => delete(runs, ui),
         UiAction::Export => {
             let dashboard = |run: &&RunSummary| {
-                let path = format!("figures/{}-{}.png", run.name, FigureKind::Dashboard.name()).into();
+                let path = path_of(FigureKind::Dashboard, Some(&run.name), "png");
                 let figure = command::Figure::with_defaults(FigureKind::Dashboard, path);
                 [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
             };

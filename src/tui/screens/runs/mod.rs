@@ -22,6 +22,7 @@ use ratatui::widgets::Widget;
 use super::curves::CurvesState;
 use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Ui};
+use crate::paths::expanded;
 use crate::run::RunState;
 use crate::task;
 use crate::trainer::{RunConfig, config_keys};
@@ -312,7 +313,7 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
             return vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))];
         }
         UiAction::OpenRun => {
-            let read = |path: &str| Ok(Effect::apply(command::Open(path.into())));
+            let read = |path: &str| Ok(Effect::apply(command::Open(expanded(path))));
             return vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))];
         }
         UiAction::Sort => {
