@@ -128,11 +128,11 @@ pub fn train_to_file(
 /// Refuses a path at which no model can be saved, before the training; creates its folder.
 fn check_target(path: &Path) -> Result<()> {
     let origin = || path.display().to_string();
-    check_suffix(path, "safetensors").map_err(|source| DynamicsError::Io { origin: origin(), source })?;
     match Model::load(path) {
         Ok(_) => Ok(()),
         Err(DynamicsError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            crate::atomic::create_parent(path).map_err(|source| DynamicsError::Io { origin: origin(), source })
+            let usable = check_suffix(path, "safetensors").and_then(|()| crate::atomic::create_parent(path));
+            usable.map_err(|source| DynamicsError::Io { origin: origin(), source })
         }
         Err(error @ DynamicsError::Io { .. }) => Err(error),
         Err(_) => {
