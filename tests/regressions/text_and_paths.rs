@@ -72,7 +72,7 @@ fn a_tilde_is_the_home_folder_where_no_shell_has_seen_it() {
     fs::create_dir(&home).unwrap();
     let lines = "subgoal add 0.5 0.5\nsave ~/t.json\ntask ~/t.json\nmethod ddpg\nepisodes 1\nset ddpg.hidden 4\n\
                  out ~/a\ntrain\nwait\nfigure scene ~/f.PNG\nfigure learning ~/g.png runs=~/a\nrecord ~/s.mge\nwait\n";
-    succeed(script(folder, &lines));
+    succeed(script(folder, lines));
     for file in ["t.json", "f.PNG", "g.png", "s.mge", "a/t-ddpg-seed0/config.json"] {
         assert!(home.join(file).is_file(), "{file}");
     }
