@@ -43,6 +43,7 @@ pub mod figures;
 #[doc(hidden)]
 pub mod fuzz;
 pub mod guidance;
+pub mod identity;
 mod json;
 mod markdown;
 pub mod nn;

@@ -49,7 +49,7 @@ pub struct Model(Arc<dynamics::Model>);
 impl Model {
     #[new]
     fn new(py: Python<'_>, name: PathBuf) -> PyResult<Self> {
-        abandonable(py, move || dynamics::named(&name.to_string_lossy()))?.map(Self).map_err(exception)
+        abandonable(py, move || dynamics::named(&name))?.map(Self).map_err(exception)
     }
 
     /// The model in the bytes of a model file.

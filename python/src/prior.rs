@@ -70,7 +70,7 @@ impl ActionPrior {
         let missing = format!("the run {} has no action prior", path.display());
         let read = move || -> PyResult<_> {
             let directory = RunDirectory::open(path).map_err(exception)?;
-            let config: RunConfig = directory.config().map_err(exception)?;
+            let config = RunConfig::of(&directory).map_err(exception)?;
             let prior = saved_prior(&directory, &config.task).map_err(exception)?;
             Ok(prior.map(|prior| Self { prior, task: config.task }))
         };

@@ -91,7 +91,7 @@ pub fn read_run<'py>(
 ) -> PyResult<(String, String, Bound<'py, PyDict>, Bound<'py, PyDict>)> {
     let read = move || -> Result<_, RunError> {
         let directory = RunDirectory::open(path)?;
-        let config: RunConfig = directory.config()?;
+        let config = RunConfig::of(&directory)?;
         let history = match RunHistory::read(&directory) {
             // The run was created but has not begun.
             Err(error) if error.is_not_found() => RunHistory::default(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::runner::JobHandle;
-use crate::run::{RunDirectory, RunState};
+use crate::run::RunState;
 use crate::trainer::{Ending, RunConfig, TrainerError, train};
 
 /// Trains the run in `path` to its end: creates it if it does not exist, resumes it if it was interrupted, and does
@@ -12,7 +12,7 @@ use crate::trainer::{Ending, RunConfig, TrainerError, train};
 /// # Errors
 /// As [`train`], when the folder cannot be used, and [`TrainerError::StoppedAlone`].
 pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<()>, TrainerError> {
-    let directory = RunDirectory::open_or_create(path, config)?;
+    let directory = config.open_or_create_run(path)?;
     if directory.status()?.state == RunState::Finished
         || train(&directory, handle.controls(), handle.watch())? == Ending::Finished
     {

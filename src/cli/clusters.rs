@@ -20,7 +20,7 @@ pub fn run(arguments: &Clusters) -> Outcome {
     }
     let task = Arc::new(task::load(&arguments.task)?);
     let mut config = RunConfig::default_with(task, Method::DdpgMge, arguments.tools);
-    config.prior = arguments.model.clone().unwrap_or(config.prior);
+    config.prior = arguments.model.clone().unwrap_or(config.prior).identified();
     config.seed = arguments.seed;
     let stages = config.task.stage_count();
     let mut progress = Progress::new(stages as u64, false);

@@ -29,7 +29,7 @@ pub fn stop(run: &Path) -> Outcome {
 pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
     let directory = RunDirectory::open(run)?;
     directory.refuse_model()?;
-    let config = directory.config::<RunConfig>()?;
+    let config = RunConfig::of(&directory)?;
     let method = config.method;
     let has_clusters = method.learns() && directory.prior_path().exists();
     if !method.is_adaptive() && !has_clusters {

@@ -13,6 +13,7 @@ use crate::puzzles::{
 };
 use crate::run::{RunState, config_hash};
 use crate::sweep::Sweep;
+use crate::trainer::PriorSource;
 use crate::workbench::RunView;
 
 pub fn run(command: &Puzzles) -> Outcome {
@@ -69,7 +70,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
 }
 
 fn search(arguments: &SubgoalOptions) -> SubgoalSearch {
-    let (puzzles, model) = (arguments.puzzles.clone(), arguments.model.clone().into());
+    let (puzzles, model) = (arguments.puzzles.clone(), PriorSource::from(arguments.model.clone()).identified());
     SubgoalSearch { puzzles, model, subgoals: arguments.subgoals }
 }
 
@@ -121,7 +122,7 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
     ];
     let results = TransferResults {
         command: command(&["transfer", &arguments.run.display().to_string()], &arguments.search, options),
-        mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+        mge_version: crate::identity::VERSION.to_owned(),
         trained_on: config.tasks().count(),
         trained_episodes,
         episodes: arguments.episodes,

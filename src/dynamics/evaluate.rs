@@ -17,6 +17,7 @@ use super::rollout::{distance_to_segment, rollouts};
 use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
 use crate::env::{Action, Snapshot, uniform_action};
+use crate::identity::FileId;
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::stop::Stop;
 use crate::task::{STANDARD_RADIUS, Task};
@@ -65,8 +66,11 @@ impl EvaluationConfig {
 /// The evaluation of one model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// The model's tool set.
+    /// The model's name.
     pub model: String,
+    /// SHA-256 of the model's file; empty in older evaluations.
+    #[serde(default)]
+    pub model_sha256: String,
     /// The model's data hash.
     pub data_hash: String,
     /// The settings.
@@ -259,8 +263,10 @@ fn evaluate_parts(
     for task in tasks.iter().filter(|task| model.check_task(task).is_ok()) {
         scenes.push(scene_errors(&Arc::new(task.clone()), &predictors, config, parts)?);
     }
+    let FileId { name, sha256 } = model.id();
     Ok(Evaluation {
-        model: model.name(),
+        model: name,
+        model_sha256: sha256,
         data_hash: model.provenance().data_hash.clone(),
         config: config.clone(),
         launches,

@@ -86,7 +86,7 @@ pub use object::ObjectType;
 pub use predictor::{Errors, Predictor};
 pub use rapier::Rapier;
 pub use rollout::{Rollout, RolloutAction, rollouts, rollouts_with_tools};
-pub use shipped::{named, shipped, shipped_for, shipped_models};
+pub use shipped::{file_of, file_with, identified, named, shipped, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
 pub use train::{Progress, Training, TrainingOutcome};
 pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};

@@ -14,6 +14,7 @@ use super::normaliser::Normaliser;
 use super::object::ObjectType;
 use super::tool_set::{canonical_tool_set, model_name};
 use crate::bounded;
+use crate::identity::FileId;
 use crate::nn::TensorFile;
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::{GoalShape, Task, ToolSpec};
@@ -31,6 +32,8 @@ pub struct Model {
     pub(super) codec: Codec,
     pub(super) normaliser: Normaliser,
     pub(super) network: Network,
+    /// The file that it was read from.
+    pub(super) file: Option<FileId>,
 }
 
 /// Where a model comes from.
@@ -44,6 +47,9 @@ pub struct Provenance {
     pub data_hash: String,
     /// Version of the program that trained it.
     pub crate_version: String,
+    /// Kind of the processor that trained it; empty in files of earlier versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub processor: String,
     /// The command that reproduces it.
     pub command: String,
 }
@@ -58,7 +64,7 @@ impl Model {
     ) -> Self {
         let builder = GraphBuilder::new(config.clone(), tools.clone());
         let codec = Codec::new(&config);
-        Self { config, tools, provenance, builder, codec, normaliser, network }
+        Self { config, tools, provenance, builder, codec, normaliser, network, file: None }
     }
 
     /// Structure, inputs and targets.
@@ -75,6 +81,12 @@ impl Model {
     /// properties.
     pub fn name(&self) -> String {
         model_name(&self.config, &self.tools)
+    }
+
+    /// The name and hash of its file; of a model that was not read from a file, those of the file that
+    /// [`save`](Self::save) writes, with the names of its tools.
+    pub fn id(&self) -> FileId {
+        self.file.clone().unwrap_or_else(|| FileId { name: self.name(), ..FileId::new("", &self.to_file().to_bytes()) })
     }
 
     /// How it was made.
@@ -219,7 +231,9 @@ impl Model {
     pub fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self> {
         let file = TensorFile::from_bytes(bytes)
             .map_err(|source| DynamicsError::File { origin: origin.to_owned(), source })?;
-        Self::from_file(&file, origin)
+        let mut model = Self::from_file(&file, origin)?;
+        model.file = Some(FileId::new(origin, bytes));
+        Ok(model)
     }
 
     /// Reads a model file.
@@ -227,10 +241,7 @@ impl Model {
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes), and when the file cannot be read.
     pub fn load(path: &Path) -> Result<Self> {
-        let origin = path.display().to_string();
-        let read = bounded::regular(path).and_then(|()| bounded::read(path, bounded::MODEL));
-        let bytes = read.map_err(|source| DynamicsError::Io { origin: origin.clone(), source })?;
-        Self::from_bytes(&bytes, &origin)
+        Self::from_bytes(&read_model(path)?, &path.display().to_string())
     }
 
     /// Writes the model file atomically.
@@ -241,6 +252,12 @@ impl Model {
         crate::atomic::write(path, &self.to_file().to_bytes())
             .map_err(|source| DynamicsError::Io { origin: path.display().to_string(), source })
     }
+}
+
+/// The bytes of a model file.
+pub(super) fn read_model(path: &Path) -> Result<Vec<u8>> {
+    let read = bounded::regular(path).and_then(|()| bounded::read(path, bounded::MODEL));
+    read.map_err(|source| DynamicsError::Io { origin: path.display().to_string(), source })
 }
 
 /// Ball radii that a model with properties supports, in units.

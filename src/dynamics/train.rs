@@ -23,7 +23,8 @@ use super::normaliser::Normaliser;
 use super::samples::Samples;
 use super::tool_set::canonical_tool_set;
 use super::variety::Variety;
-use crate::nn::{NnError, Optimiser, TensorFile, matrix};
+use crate::identity::VERSION;
+use crate::nn::{NnError, Optimiser, TensorFile, matrix, processor};
 use crate::physics::ToolKind;
 use crate::stop::{Pieces, Stop, Stopped};
 use crate::streams::Stream;
@@ -99,7 +100,8 @@ impl Training {
             training,
             epoch: 0,
             data_hash: std::mem::take(&mut data.hash),
-            crate_version: env!("CARGO_PKG_VERSION").to_owned(),
+            crate_version: VERSION.to_owned(),
+            processor: processor(),
             command: command.to_owned(),
         };
         let model = Model::assemble(config, tools, provenance, normaliser, network);

@@ -11,7 +11,7 @@ use crate::trainer::{PriorSource, RunConfig};
 /// Counts the actions that runs take outside their episodes; reads each dynamics model once.
 #[derive(Debug, Default)]
 pub(super) struct Charges {
-    /// Name and launches of the model for a source and the tools of a task.
+    /// Hash and launches of the model for a source and the tools of a task.
     launches: HashMap<(String, Vec<ToolKind>), (String, u64)>,
 }
 
@@ -34,15 +34,15 @@ impl Charges {
         rollouts + models.values().sum::<u64>()
     }
 
-    /// Name and launches of the model for tasks with these tools.
+    /// Hash and launches of the model for tasks with these tools.
     fn launches(&mut self, tools: Vec<ToolKind>, source: &PriorSource) -> (String, u64) {
         let launches = self.launches.entry((String::from(source.clone()), tools)).or_insert_with_key(|(_, tools)| {
             let model = match source {
                 PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => None,
                 PriorSource::Learned => dynamics::shipped_for(tools),
-                PriorSource::ModelFile(name) => dynamics::named(name).ok(),
+                PriorSource::ModelFile(file) => file.load().ok(),
             };
-            model.map_or_else(Default::default, |model| (model.name(), launches_of(&model)))
+            model.map_or_else(Default::default, |model| (model.id().sha256, launches_of(&model)))
         });
         launches.clone()
     }

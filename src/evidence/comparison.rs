@@ -149,7 +149,7 @@ impl Comparison {
         let mut report = Self {
             version: Self::VERSION,
             command: command.to_owned(),
-            mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+            mge_version: crate::identity::VERSION.to_owned(),
             bootstrap: *bootstrap,
             learning,
             left_out,

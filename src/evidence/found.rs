@@ -153,7 +153,7 @@ fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, Fo
         // The state may have changed: a process that was killed leaves the log unchanged.
         return Ok((stamp, FoundRun { state: directory.status()?.state, ..run.clone() }));
     }
-    let config: RunConfig = directory.config().or_else(|error| {
+    let config = RunConfig::of(&directory).or_else(|error| {
         directory.refuse_model()?;
         Err(error)
     })?;

@@ -2,16 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::json;
 
 use super::row::LearningRow;
-use crate::dynamics::tool_set_name;
+use crate::dynamics::{shipped_for, tool_set_name};
 use crate::guidance::EpsilonSchedule;
+use crate::identity::FileId;
 use crate::json;
 use crate::task::{self, Task};
-use crate::trainer::{Method, PriorSource, RunConfig};
+use crate::trainer::{Method, ModelFile, PriorSource, RunConfig};
 
 /// The key in a row's settings for its whole epsilon schedule, present if the short form is ambiguous.
 const WHOLE_SCHEDULE: &str = "epsilon";
@@ -23,6 +24,8 @@ const USUAL: [(&str, &str); 3] = [("prior", WHOLE_MODEL), ("subgoals", UNCHANGED
 const NO_FORK: &str = "none";
 /// Value of `subgoals` and `scene` for a shipped task, or one without variants.
 const UNCHANGED: &str = "unchanged";
+/// The further tasks of a run.
+const FURTHER: &str = "further_tasks";
 /// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
@@ -37,6 +40,7 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     let mut settings: Vec<Settings> = configs.iter().map(|config| compared_settings(config)).collect();
     name_task_variants(&configs, &mut settings);
     name_models(&configs, &mut settings);
+    name_further_tasks(&mut settings);
     let differing = differing_settings(&configs, &settings);
     let mut defaults: BTreeMap<String, Settings> = BTreeMap::new();
     for ((config, row), settings) in runs.iter_mut().zip(&settings) {
@@ -87,7 +91,10 @@ pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [Strin
     let of = |config: &RunConfig| -> Settings {
         json::leaves(&json::as_written(config)).into_iter().map(|(path, value)| in_short(path, value)).collect()
     };
-    let all = [of(first), of(second)];
+    let mut all = [of(first), of(second)];
+    if first.prior == second.prior {
+        all.iter_mut().for_each(|settings| _ = settings.remove("prior"));
+    }
     let paths: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
     let values = |path: &String| all.each_ref().map(|settings| settings.get(path).cloned().unwrap_or_default());
     let differing = paths.into_iter().map(|path| (path.clone(), values(path)));
@@ -126,7 +133,7 @@ fn default_settings(config: &RunConfig) -> Settings {
 /// Settings by path, without those that every label includes or that do not affect learning.
 fn compared_settings(config: &RunConfig) -> Settings {
     let is_compared = |path: &str| {
-        let elsewhere = ["method", "seed", "epsilon"].contains(&path)
+        let elsewhere = ["method", "seed", "epsilon", "more_tasks"].contains(&path)
             || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
         !elsewhere && config.method.uses(path)
     };
@@ -134,7 +141,16 @@ fn compared_settings(config: &RunConfig) -> Settings {
     let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
     let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
     let fork = ("fork".to_owned(), fork);
-    leaves.map(|(path, value)| in_short(path, value)).chain([fork]).collect()
+    let mut settings: Settings = leaves.map(|(path, value)| in_short(path, value)).chain([fork]).collect();
+    if let (Some(id), Some(prior)) = (model_of(config), settings.get_mut("prior")) {
+        let is_shipped = |task: &Arc<Task>| shipped_for(&task.tool_set()).is_some_and(|model| model.id() == *id);
+        let is_learned = config.tools.is_none() && config.tasks().all(is_shipped);
+        *prior = if is_learned { String::from(PriorSource::Learned) } else { id.sha256.clone() };
+    }
+    if let Some(tasks) = settings.get_mut(FURTHER) {
+        let _ = write!(tasks, " ({})", config.further_tasks_id().digits());
+    }
+    settings
 }
 
 /// A text that two configurations share if they train in the same way: with the same seed and values of all settings
@@ -149,7 +165,7 @@ pub(super) fn training_key(config: &RunConfig) -> String {
 /// A setting as text, whole tasks by their names.
 fn in_short(path: String, value: &serde_json::Value) -> (String, String) {
     let name = |task: &serde_json::Value| task["name"].as_str().unwrap_or_default().to_owned();
-    let text = match value.as_array().filter(|_| path == "further_tasks") {
+    let text = match value.as_array().filter(|_| path == FURTHER) {
         Some(tasks) => tasks.iter().map(name).collect::<Vec<String>>().join(", "),
         None => json::text(value),
     };
@@ -206,38 +222,77 @@ fn variant_names<T: PartialEq>(configs: &[&RunConfig], shipped: &[Task], part: i
 }
 
 /// Names model files by their stem without the tool set, so that runs on tasks with different tool sets
-/// can have the same label. Two models with the same name on one task keep their paths.
+/// can have the same label. A model with several names has the first; two models with the same name on one task also
+/// have the first digits of their hashes, or their paths in runs of earlier versions.
 fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
-    let mut paths: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
+    let mut stems: BTreeMap<String, String> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings.iter()) {
-        if config.prior == PriorSource::Learned {
-            // If shipped models are compared too, the full model of a study keeps its path.
-            let full = paths.entry((&config.task.name, WHOLE_MODEL.to_owned())).or_default();
-            full.insert(String::from(PriorSource::Learned));
+        if let (Some(stem), Some(content)) = (model_stem(config), settings.get("prior")) {
+            let first = stems.entry(content.clone()).or_insert_with(|| stem.clone());
+            *first = stem.min(first.clone());
         }
-        if let (Some(name), Some(path)) = (model_name(config), settings.get("prior")) {
-            paths.entry((&config.task.name, name)).or_default().insert(path.clone());
+    }
+    let name = |config: &RunConfig, settings: &Settings| {
+        model_stem(config)?;
+        Some(short_name(stems.get(settings.get("prior")?)?, config))
+    };
+    let mut contents: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
+    for (config, settings) in configs.iter().zip(settings.iter()) {
+        // If shipped models are compared too, the full model of a study is not called so.
+        let learned = (config.prior == PriorSource::Learned).then(|| WHOLE_MODEL.to_owned());
+        if let (Some(name), Some(content)) = (learned.or_else(|| name(config, settings)), settings.get("prior")) {
+            contents.entry((&config.task.name, name)).or_default().insert(content.clone());
         }
     }
     let ambiguous: BTreeSet<&String> =
-        paths.iter().filter(|(_, paths)| paths.len() > 1).map(|((_, name), _)| name).collect();
+        contents.iter().filter(|(_, contents)| contents.len() > 1).map(|((_, name), _)| name).collect();
     for (config, settings) in configs.iter().zip(settings) {
-        let name = model_name(config).filter(|name| !ambiguous.contains(name));
-        if let (Some(name), Some(path)) = (name, settings.get_mut("prior")) {
-            *path = name;
-        }
+        let (Some(name), Some(content)) = (name(config, settings), settings.get("prior")) else { continue };
+        let shown = match model_of(config) {
+            _ if *content == String::from(PriorSource::Learned) => continue,
+            _ if !ambiguous.contains(&name) => name,
+            Some(id) => format!("{} ({})", stems[content], id.digits()),
+            None => continue,
+        };
+        settings.insert("prior".to_owned(), shown);
     }
 }
 
-/// The name that distinguishes a run's model file from others of its tool set, if it has one.
-fn model_name(config: &RunConfig) -> Option<String> {
-    let PriorSource::ModelFile(path) = &config.prior else { return None };
-    let stem = Path::new(path).file_stem()?.to_str()?;
-    Some(match stem.strip_prefix(&tool_set_name(&config.task.tool_set())) {
+/// The model of a run that is known by its content.
+fn model_of(config: &RunConfig) -> Option<&FileId> {
+    let PriorSource::ModelFile(ModelFile { id, .. }) = &config.prior else { return None };
+    id.as_ref()
+}
+
+/// The name of a run's model file, without its extension.
+fn model_stem(config: &RunConfig) -> Option<String> {
+    let PriorSource::ModelFile(ModelFile { id, path }) = &config.prior else { return None };
+    let of_path = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    id.as_ref().map(|id| id.name.clone()).or_else(of_path)
+}
+
+/// The part of a model's name that distinguishes it from others of the tool set of a run's task.
+fn short_name(stem: &str, config: &RunConfig) -> String {
+    match stem.strip_prefix(&tool_set_name(&config.task.tool_set())) {
         Some("") => WHOLE_MODEL.to_owned(),
         Some(rest) if rest.starts_with('-') => rest[1..].to_owned(),
         _ => stem.to_owned(),
-    })
+    }
+}
+
+/// Removes the digits of the hash from the names of further tasks, where all tasks with these names are equal.
+fn name_further_tasks(settings: &mut [Settings]) {
+    let names = |value: &String| value.rsplit_once(" (").map_or_else(String::new, |(names, _)| names.to_owned());
+    let mut contents: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for value in settings.iter().filter_map(|settings| settings.get(FURTHER)) {
+        contents.entry(names(value)).or_default().insert(value.clone());
+    }
+    for value in settings.iter_mut().filter_map(|settings| settings.get_mut(FURTHER)) {
+        let names = names(value);
+        if contents[&names].len() == 1 {
+            *value = names;
+        }
+    }
 }
 
 /// Adds the whole schedule to the settings where two schedules have the same short form in a label.
@@ -255,8 +310,6 @@ fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::evidence::{find_runs, read_runs};
     use crate::run::{RunDirectory, RunState};

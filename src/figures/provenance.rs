@@ -26,7 +26,7 @@ impl Provenance {
             command: command.into(),
             seeds: seeds.to_vec(),
             config_hash: config_hash.into(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: crate::identity::VERSION.to_owned(),
         }
     }
 

@@ -44,7 +44,8 @@ pub(super) fn build_stages(
     let mut env = Environment::new(task.clone());
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
-    let mut prior = ActionPrior { model: model.name(), stages: Vec::new(), ..ActionPrior::uniform(task, config, seed) };
+    let uniform = ActionPrior::uniform(task, config, seed);
+    let mut prior = ActionPrior { stages: Vec::new(), ..uniform }.of_model(model);
     let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
     for stage in 0..stages {
         progress(stage);

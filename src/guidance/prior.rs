@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::{Cluster, ToolCluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
+use super::rollout::RolloutModel;
 use crate::dynamics::Result;
 use crate::env::{Action, uniform_action};
 use crate::json;
@@ -43,6 +44,9 @@ pub struct ActionPrior {
     pub task: String,
     /// Name of the model that predicted the rollouts.
     pub model: String,
+    /// SHA-256 of the model's file, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_sha256: Option<String>,
     /// The seed of the build.
     pub seed: u64,
     /// The settings of the build.
@@ -66,10 +70,16 @@ impl ActionPrior {
             version: Self::VERSION,
             task: task.name.clone(),
             model: "uniform".to_owned(),
+            model_sha256: None,
             seed,
             config: config.clone(),
             stages: vec![StagePrior::default(); task.stage_count()],
         }
+    }
+
+    /// The prior with the name and hash of the model that predicts its rollouts.
+    pub(super) fn of_model(self, model: &(impl RolloutModel + ?Sized)) -> Self {
+        Self { model: model.name(), model_sha256: model.sha256(), ..self }
     }
 
     /// A random action for a stage: a cluster is drawn by weight, then an action from its normal

@@ -15,6 +15,11 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
         "unnamed".to_owned()
     }
 
+    /// SHA-256 of its file, which a prior records too; None without a file.
+    fn sha256(&self) -> Option<String> {
+        None
+    }
+
     /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
     /// is reached, the episode is over, or the sequence ends. All starts are of one task, which random shifts may
     /// have changed.
@@ -52,6 +57,10 @@ impl RolloutModel for InterruptibleModel<'_> {
         self.model.name()
     }
 
+    fn sha256(&self) -> Option<String> {
+        self.model.sha256()
+    }
+
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
         let piece = (ACTIONS_PER_STOP_CHECK / horizon.max(1)).max(1);
@@ -72,7 +81,11 @@ impl RolloutModel for InterruptibleModel<'_> {
 
 impl RolloutModel for Model {
     fn name(&self) -> String {
-        Self::name(self)
+        self.id().name
+    }
+
+    fn sha256(&self) -> Option<String> {
+        Some(self.id().sha256)
     }
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {

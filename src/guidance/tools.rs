@@ -47,7 +47,7 @@ pub fn build_with_tools(
     let mut env = Environment::new(task.clone()).with_slots(0).with_action_set(set);
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
-    let mut prior = ActionPrior { model: model.name(), ..ActionPrior::uniform(task, config, seed) };
+    let mut prior = ActionPrior::uniform(task, config, seed).of_model(model);
     let stages = task.stage_count();
     for stage in 0..stages {
         progress(stage);

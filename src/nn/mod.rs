@@ -52,3 +52,8 @@ pub use mlp::Mlp;
 pub use optimiser::{Optimiser, OptimiserKind};
 pub use shape::{Activation, MlpShape};
 pub use tensor_file::TensorFile;
+
+/// The kind of this processor: results of networks on another kind differ in the last bits.
+pub fn processor() -> String {
+    format!("{} {}", std::env::consts::ARCH, kernel::Level::best().name())
+}

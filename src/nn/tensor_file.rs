@@ -99,21 +99,33 @@ impl TensorFile {
             file.tensors.insert(name, Entry { shape: view.shape().to_vec(), values });
         }
         // Files of other programs may have none.
-        if file.metadata.remove(CHECKSUM_KEY).is_some_and(|checksum| checksum != file.checksum()) {
+        let [of_all, of_values] = [CHECKSUM_KEY, VALUES_KEY].map(|key| file.metadata.remove(key));
+        let differs = of_all.is_some_and(|checksum| checksum != file.checksum())
+            || of_values.is_some_and(|checksum| checksum != file.checksum_from(0));
+        if differs {
             return Err(TensorFileError::Damaged { reason: "its checksum differs".to_owned() });
         }
         Ok(file)
     }
 
-    /// CRC-32C of all values, in the order of the tensors' names, in hexadecimal.
+    /// CRC-32C of the whole content, in hexadecimal: the metadata, the names and shapes of the tensors, and all values.
     fn checksum(&self) -> String {
+        let shapes: BTreeMap<&String, &Vec<usize>> =
+            self.tensors.iter().map(|(name, entry)| (name, &entry.shape)).collect();
+        self.checksum_from(crc32c::crc32c(serde_json::json!([self.metadata, shapes]).to_string().as_bytes()))
+    }
+
+    /// The checksum `before` continued over all values, in the order of the tensors' names.
+    fn checksum_from(&self, before: u32) -> String {
         let append = |checksum, entry: &Entry| crc32c::crc32c_append(checksum, &entry.data());
-        format!("{:08x}", self.tensors.values().fold(0, append))
+        format!("{:08x}", self.tensors.values().fold(before, append))
     }
 }
 
 const METADATA_KEY: &str = "mge";
-const CHECKSUM_KEY: &str = "checksum";
+const CHECKSUM_KEY: &str = "crc32c";
+/// In files of earlier versions: the checksum of the values only.
+const VALUES_KEY: &str = "checksum";
 
 fn read_error(error: SafeTensorError) -> TensorFileError {
     match error {
@@ -189,6 +201,31 @@ mod tests {
         longer.push(0);
         let error = TensorFile::from_bytes(&longer).unwrap_err();
         assert!(matches!(error, TensorFileError::Damaged { .. }));
+    }
+
+    #[test]
+    fn changed_metadata_is_refused() {
+        let bytes = file().to_bytes();
+        let changed = |from: &str, to: &str| {
+            let place = bytes.windows(from.len()).position(|bytes| bytes == from.as_bytes()).unwrap();
+            TensorFile::from_bytes(&[&bytes[..place], to.as_bytes(), &bytes[place + from.len()..]].concat())
+        };
+        for (from, to) in [("quoted", "quated"), ("version", "fersion"), (r#""a":"#, r#""c":"#), ("[2,3]", "[3,2]")] {
+            assert!(matches!(changed(from, to), Err(TensorFileError::Damaged { .. })), "{from}");
+        }
+    }
+
+    #[test]
+    fn files_of_earlier_versions_have_a_checksum_of_the_values_only() {
+        let with = |checksum: String| {
+            let file = file();
+            let mut metadata = file.metadata.clone();
+            metadata.insert("checksum".to_owned(), checksum);
+            let metadata = HashMap::from([(METADATA_KEY.to_owned(), serde_json::json!(metadata).to_string())]);
+            TensorFile::from_bytes(&serialize(file.tensors.iter(), &Some(metadata)).unwrap())
+        };
+        assert_eq!(with(file().checksum_from(0)).unwrap(), file());
+        assert!(matches!(with(file().checksum()), Err(TensorFileError::Damaged { .. })));
     }
 
     #[test]

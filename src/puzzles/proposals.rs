@@ -58,6 +58,12 @@ impl SubgoalSearch {
         Ok(index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect())
     }
 
+    /// Whether the recorded search is this one, wherever the model's file was.
+    fn is_search(&self, recorded: &str) -> bool {
+        let Some((model, subgoals)) = recorded.trim_end().rsplit_once(" --subgoals ") else { return false };
+        PriorSource::from(model.to_owned()).identified() == self.model && subgoals == self.subgoals.to_string()
+    }
+
     /// Records in the folder of the proposals how they are searched for.
     ///
     /// # Errors
@@ -66,7 +72,7 @@ impl SubgoalSearch {
         let path = tasks.join("search.txt");
         let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
         match crate::bounded::read_text(&path) {
-            Ok(known) if known == text => Ok(()),
+            Ok(known) if self.is_search(&known) => Ok(()),
             Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),
             Err(error) if error.kind() == ErrorKind::NotFound => {
                 crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))

@@ -55,7 +55,7 @@ impl BenchResults {
         rows.retain(|row| index.puzzles.iter().any(|puzzle| puzzle.name == row.task));
         Self {
             command: command.to_owned(),
-            mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+            mge_version: crate::identity::VERSION.to_owned(),
             episodes: rows.iter().map(|row| row.episodes).max().unwrap_or(0),
             index,
             runs: rows,

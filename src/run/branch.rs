@@ -71,17 +71,22 @@ impl Branch {
         &self.directory
     }
 
-    /// Writes the configuration and the checkpoint from which the run continues, both as `last` and as
+    /// Writes the configuration, the file of its model, if given, and the checkpoint from which the run continues, both as `last` and as
     /// `episode-N`, and moves the run to its place.
     ///
     /// # Errors
     /// [`RunError::Io`]; then nothing remains.
-    pub fn finish(self, config: &impl Serialize, mut checkpoint: Checkpoint) -> Result<RunDirectory> {
+    pub fn finish(
+        self,
+        config: &impl Serialize,
+        model: Option<&[u8]>,
+        mut checkpoint: Checkpoint,
+    ) -> Result<RunDirectory> {
         let Self { filled, directory, place, episode, sums } = self;
         checkpoint.insert_json(SUMS_SECTION, &sums)?;
         let names = [CheckpointName::Last, CheckpointName::Episode(episode)];
         directory.checkpoints().apply(&names.map(CheckpointAction::Save), &checkpoint)?;
-        directory.write_config(config)?;
+        directory.write_config(config, model)?;
         folder::sync(filled.path())?;
         // Any folder there is empty; not every system can rename over it.
         let _ = fs::remove_dir(&place);
@@ -117,7 +122,7 @@ mod tests {
         drop(Branch::new(&source, &place, 4).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");
         let branch = Branch::new(&source, &place, 4).unwrap();
-        let made = branch.finish(&"other", Checkpoint::new(4)).unwrap();
+        let made = branch.finish(&"other", None, Checkpoint::new(4)).unwrap();
         assert_eq!(read_metrics(&made.metrics_path()).unwrap().len(), 4);
         assert_eq!(read_events(&made.events_path()).unwrap().len(), 4);
         assert_eq!(made.config::<String>().unwrap(), "other");

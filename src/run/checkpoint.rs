@@ -18,10 +18,11 @@ use std::thread;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::file::{check_format, parse_json, sha256};
+use super::file::{check_format, parse_json};
 use super::folder::{self, write_new};
 use super::{Result, RunError, file, number};
 use crate::atomic::parent_of;
+use crate::identity::{self, sha256};
 
 /// The checkpoint format that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
@@ -131,7 +132,7 @@ impl Checkpoint {
         }
         let manifest = Manifest {
             format: FORMAT,
-            mge_version: env!("CARGO_PKG_VERSION").into(),
+            mge_version: identity::VERSION.into(),
             episode: self.episode,
             score: self.score,
             sections,
@@ -367,7 +368,7 @@ mod tests {
         checkpoint.insert("a", b"abc".to_vec()).unwrap();
         checkpoint.save(&path).unwrap();
         let text = fs::read_to_string(path.join(MANIFEST)).unwrap();
-        let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
+        let text = text.replace(identity::VERSION, "VERSION");
         let golden = r#"{
   "format": 1,
   "mge_version": "VERSION",

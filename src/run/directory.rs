@@ -11,12 +11,13 @@ use rustix::io::Errno;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::file::{check_format, parse_json, sha256};
+use super::file::{check_format, parse_json};
 use super::log::{EventReader, read_tail};
 use super::status::{RunState, RunStatus};
 use super::store::CheckpointStore;
 use super::{Result, RunError, file, folder};
 use crate::atomic::{self, parent_of};
+use crate::identity::{self, sha256};
 
 /// The format of a run folder that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
@@ -24,6 +25,7 @@ pub const FORMAT: u64 = 1;
 const LOCK: &str = "lock";
 /// Time between two attempts to lock a file.
 const LOCK_INTERVAL: Duration = Duration::from_millis(10);
+const MODEL: &str = "model.safetensors";
 
 /// `config.json`.
 #[derive(Serialize, Deserialize)]
@@ -49,6 +51,14 @@ impl RunDirectory {
     /// [`RunError::AlreadyARun`] or [`RunError::NotEmpty`], with nothing changed;
     /// [`RunError::Io`] if the folder cannot be written.
     pub fn create(path: impl Into<PathBuf>, config: &impl Serialize) -> Result<Self> {
+        Self::create_with_model(path, config, None)
+    }
+
+    /// As [`create`](Self::create), with the file of a dynamics model.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_with_model(path: impl Into<PathBuf>, config: &impl Serialize, model: Option<&[u8]>) -> Result<Self> {
         let directory = Self { path: path.into() };
         let path = &directory.path;
         directory.refuse_existing()?;
@@ -56,14 +66,15 @@ impl RunDirectory {
         for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
             let name = entry.map_err(RunError::io("read", path))?.file_name();
             // These may be left by a process that was killed here; creation is then completed.
-            if name != LOCK && !atomic::is_temporary(&name.to_string_lossy()) {
+            let is_model = name == MODEL && model.is_some() && file::read(&path.join(MODEL)).ok().as_deref() == model;
+            if name != LOCK && !is_model && !atomic::is_temporary(&name.to_string_lossy()) {
                 return Err(RunError::NotEmpty(path.clone()));
             }
         }
         let _lock = directory.lock()?;
         // Another process may have been faster.
         directory.refuse_existing()?;
-        directory.write_config(config)?;
+        directory.write_config(config, model)?;
         // The folder's own name should survive a power failure as well.
         folder::sync(parent_of(path))?;
         Ok(directory)
@@ -74,13 +85,18 @@ impl RunDirectory {
     /// # Errors
     /// As [`RunDirectory::open`] and [`RunDirectory::create`].
     pub fn open_or_create(path: &Path, config: &impl Serialize) -> Result<Self> {
+        Self::open_or(path, || Self::create(path, config))
+    }
+
+    /// The run in `path`, or else what `create` makes there; another process may do the same.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::open`] and `create`.
+    pub fn open_or<E: From<RunError>>(path: &Path, create: impl FnOnce() -> Result<Self, E>) -> Result<Self, E> {
         match Self::open(path) {
-            Err(RunError::NotARun(_)) => match Self::create(path, config) {
-                // Another process was faster.
-                Err(error @ (RunError::AlreadyARun(_) | RunError::NotEmpty(_))) => Self::open(path).map_err(|_| error),
-                created => created,
-            },
-            opened => opened,
+            // If that fails, another process may have been faster.
+            Err(RunError::NotARun(_)) => create().or_else(|error| Self::open(path).map_err(|_| error)),
+            opened => Ok(opened?),
         }
     }
 
@@ -136,11 +152,16 @@ impl RunDirectory {
     /// [`RunError::InUse`]; [`RunError::Io`] if it cannot be written; then it is unchanged.
     pub fn replace_config(&self, config: &impl Serialize) -> Result<()> {
         let _lock = self.lock()?;
-        self.write_config(config)
+        self.write_config(config, None)
     }
 
-    pub(super) fn write_config(&self, config: &impl Serialize) -> Result<()> {
-        let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
+    /// Writes the configuration, after the file of the model to which it refers, if given.
+    pub(super) fn write_config(&self, config: &impl Serialize, model: Option<&[u8]>) -> Result<()> {
+        if let Some(bytes) = model {
+            let path = self.model_path();
+            atomic::write(&path, bytes).map_err(RunError::io("write", &path))?;
+        }
+        let saved = Saved { format: FORMAT, mge_version: identity::VERSION.into(), config };
         file::write_json(&self.config_path(), "the configuration", &saved)
     }
 
@@ -286,6 +307,11 @@ impl RunDirectory {
     /// `episodes.jsonl`.
     pub fn episodes_path(&self) -> PathBuf {
         self.path.join("episodes.jsonl")
+    }
+
+    /// `model.safetensors`: the copy of the dynamics model that the run uses, if that is in a file.
+    pub fn model_path(&self) -> PathBuf {
+        self.path.join(MODEL)
     }
 
     /// `prior.json`
@@ -438,7 +464,7 @@ mod tests {
         let text = fs::read_to_string(run.config_path()).unwrap();
         let golden = "{\n  \"format\": 1,\n  \"mge_version\": \"VERSION\",\n  \"config\": {\n    \
                       \"seed\": 3,\n    \"epsilon\": 0.1\n  }\n}\n";
-        assert_eq!(text.replace(env!("CARGO_PKG_VERSION"), "VERSION"), golden);
+        assert_eq!(text.replace(identity::VERSION, "VERSION"), golden);
 
         let run = RunDirectory::open(&path).unwrap();
         assert_eq!(run.config::<Config>().unwrap(), CONFIG);

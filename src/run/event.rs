@@ -6,6 +6,7 @@ use compact_str::CompactString;
 use serde::{Deserialize, Serialize};
 
 use super::number;
+use crate::identity::Origin;
 use crate::text::counted;
 
 /// One finished episode: a row of `metrics.csv` and the body of [`Event::EpisodeFinished`].
@@ -123,8 +124,9 @@ impl Practised {
 pub enum Event {
     /// A process begins to train the run.
     Started {
-        /// Version of the program.
-        mge_version: String,
+        /// Program, processor and models.
+        #[serde(flatten)]
+        origin: Origin,
         /// Name of the task.
         task: String,
         /// Name of the method.
@@ -138,6 +140,10 @@ pub enum Event {
         /// What was wrong with the files, such as checkpoints that could not be used.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         problems: Vec<String>,
+        /// What differs from the origin of the earlier episodes, so that the results may differ from those of an
+        /// uninterrupted run.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        changes: Vec<String>,
     },
     /// The agent practised before its first episode.
     Practised(Practised),
@@ -255,13 +261,14 @@ impl fmt::Display for Event {
     /// One line of text, as in `log.txt`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Event::Started { mge_version, task, method, seed, episodes, episode, problems } => {
-                write!(
-                    f,
-                    "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}",
-                    episode + 1
-                )?;
-                problems.iter().try_for_each(|problem| write!(f, "; {problem}"))
+            Event::Started { origin, task, method, seed, episodes, episode, problems, changes } => {
+                let (version, first) = (&origin.mge_version, episode + 1);
+                write!(f, "mge {version}: {method} on {task}, seed {seed}, episodes {first} to {episodes}")?;
+                problems.iter().try_for_each(|problem| write!(f, "; {problem}"))?;
+                match changes.join("; ") {
+                    changes if changes.is_empty() => Ok(()),
+                    changes => write!(f, "; results may differ from those of an uninterrupted run: {changes}"),
+                }
             }
             Event::Practised(practised) => {
                 let Practised { rollouts, reached, actions } = practised.in_short();
@@ -366,13 +373,14 @@ mod tests {
     fn lines_keep_their_format() {
         check(
             Event::Started {
-                mge_version: "0.1.0".into(),
+                origin: Origin { mge_version: "0.1.0".into(), ..Origin::default() },
                 task: "task1".into(),
                 method: "ddpg-mge".into(),
                 seed: 7,
                 episodes: 100,
                 episode: 0,
                 problems: Vec::new(),
+                changes: Vec::new(),
             },
             r#"{"time":1.5,"type":"started","mge_version":"0.1.0","task":"task1","method":"ddpg-mge","seed":7,"episodes":100,"episode":0}"#,
         );

@@ -10,7 +10,6 @@ use rustix::fs::OFlags;
 use rustix::io::Errno;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::{Result, RunError};
 use crate::{atomic, json};
@@ -95,16 +94,6 @@ pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Res
         serde_json::to_vec_pretty(value).map_err(|source| RunError::Encode { what: what.to_owned(), source })?;
     text.push(b'\n');
     atomic::write(path, &text).map_err(RunError::io("write", path))
-}
-
-/// SHA-256 of some bytes, in hexadecimal.
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
-}
-
-/// Bytes as hexadecimal digits.
-pub(super) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Rejects a JSON file whose `format` is not in 1 to `supported`. Call this before parsing the rest

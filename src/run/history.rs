@@ -109,13 +109,14 @@ mod tests {
     #[test]
     fn a_resumed_run_repeats_no_episode() {
         let started = |episode| Event::Started {
-            mge_version: "0.1.0".into(),
+            origin: Default::default(),
             task: "task1".into(),
             method: "ddpg".into(),
             seed: 0,
             episodes: 9,
             episode,
             problems: Vec::new(),
+            changes: Vec::new(),
         };
         let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() });
         let mut history = RunHistory::default();

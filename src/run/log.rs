@@ -8,6 +8,7 @@ use super::append::AppendFile;
 use super::event::{EpisodeRecord, Event, LoggedEvent};
 use super::sums::{Sum, Summing};
 use super::{Result, RunError, file};
+use crate::identity::Origin;
 use crate::json;
 
 /// The writing end of `events.jsonl`.
@@ -20,6 +21,8 @@ pub(super) struct EventLog {
     pub records: Vec<EpisodeRecord>,
     /// Whether the log ends with the `Checkpointed` event of the checkpoint to which it was truncated.
     pub checkpoint_logged: bool,
+    /// The origin of the latest episodes in it; none in an empty log.
+    pub origin: Option<Origin>,
 }
 
 impl EventLog {
@@ -29,8 +32,10 @@ impl EventLog {
         let mut file = AppendFile::open(path)?;
         let bytes = file::read(path)?;
         let (length, checkpoint_logged, records) = cut_point(path, &bytes, episode)?;
-        file.cut(&bytes[..length])?;
-        Ok(Self { file, summing: results_until(&bytes[..length], episode), records, checkpoint_logged })
+        let kept = &bytes[..length];
+        file.cut(kept)?;
+        let (summing, origin) = (results_until(kept, episode), origin_of(kept));
+        Ok(Self { file, summing, records, checkpoint_logged, origin })
     }
 
     /// Appends one line.
@@ -77,6 +82,18 @@ const RESULTS: [&[u8]; 2] = [b",\"type\":\"episode_finished\",\"episode\":", b",
 fn result_of(line: &[u8]) -> Option<&[u8]> {
     let after_time = &line[line.iter().position(|byte| *byte == b',')?..];
     RESULTS.iter().any(|start| after_time.starts_with(start)).then_some(after_time)
+}
+
+/// The origin of the last process that wrote a log.
+fn origin_of(bytes: &[u8]) -> Option<Origin> {
+    let started = |line: &[u8]| {
+        let after_time = &line[line.iter().position(|byte| *byte == b',')?..];
+        after_time.starts_with(b",\"type\":\"started\"").then(|| serde_json::from_slice::<LoggedEvent>(line).ok())?
+    };
+    match complete_lines(bytes).filter_map(|(_, line)| started(line)).last()?.event {
+        Event::Started { origin, .. } => Some(origin),
+        _ => None,
+    }
 }
 
 /// Checks that no episode is missing before that of an event; `last` is the last one before.

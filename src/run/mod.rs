@@ -9,6 +9,7 @@
 //! events.jsonl                the event log: one JSON object per line, written as events happen
 //! metrics.csv                 one row per episode, the fields of `EpisodeRecord`; no times: one seed gives one file
 //! episodes.jsonl              the actions of each episode, for replays
+//! model.safetensors           a copy of the dynamics model, if the run uses one that is in a file
 //! prior.json                  the action clusters in use, if any
 //! control.jsonl               requests of other processes to the trainer, one per line
 //! notes.json                  tags and a note, written by users
@@ -88,4 +89,4 @@ pub use sums::{LogSums, SUMS_SECTION};
 pub use writer::RunWriter;
 
 /// Result of operations on a run on disk.
-pub type Result<T> = std::result::Result<T, RunError>;
+pub type Result<T, E = RunError> = std::result::Result<T, E>;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::file::hexadecimal;
+use crate::identity::hexadecimal;
 
 /// The checkpoint section that holds the checksums, as JSON.
 pub const SUMS_SECTION: &str = "logs.json";

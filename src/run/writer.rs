@@ -15,6 +15,7 @@ use super::sums::LogSums;
 use super::tensorboard::TensorBoardWriter;
 use super::{Result, RunError, file};
 use crate::atomic;
+use crate::identity::Origin;
 
 /// Holds a run's lock and writes its logs and checkpoints.
 #[derive(Debug)]
@@ -88,6 +89,11 @@ impl RunWriter {
     /// The checksums of the logs so far, to be saved with a checkpoint.
     pub fn sums(&self) -> LogSums {
         LogSums { events: self.events.sum(), episodes: self.episodes.sum() }
+    }
+
+    /// The origin of the episodes before those that are to be written, if there are any.
+    pub fn origin(&self) -> Option<&Origin> {
+        self.events.origin.as_ref()
     }
 
     /// Writes an event to the log and to all other files that record it. The order of events is
@@ -227,13 +233,14 @@ mod tests {
 
     fn started(episode: u64) -> Event {
         Event::Started {
-            mge_version: "0.1.0".into(),
+            origin: Default::default(),
             task: "task1".into(),
             method: "ddpg".into(),
             seed: 1,
             episodes: 20,
             episode,
             problems: Vec::new(),
+            changes: Vec::new(),
         }
     }
 

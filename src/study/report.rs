@@ -70,7 +70,7 @@ impl Report {
             text,
             "Made by {} with mge {}. Every number comes from the files in this folder; `report.json` has one row for each count and training. Intervals are 95 % percentile bootstrap intervals over seeds ({} resamples, seed {}).\n",
             markdown::code(command),
-            env!("CARGO_PKG_VERSION"),
+            crate::identity::VERSION,
             bootstrap.resamples,
             bootstrap.seed
         );

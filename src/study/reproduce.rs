@@ -20,7 +20,7 @@ use crate::physics::ToolKind;
 use crate::run::{RunDirectory, config_hash};
 use crate::stop::Stop;
 use crate::task::Task;
-use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
+use crate::trainer::{ModelFile, PriorSource, RunConfig, build_prior, rollout_model};
 
 /// Weights of progress: the approximate cost of the other pieces of a study, in training episodes.
 const EPISODES_PER_EPOCH: f64 = 4.0;
@@ -248,7 +248,7 @@ impl<'a> Study<'a> {
         Job::new(name.clone(), EPISODES_PER_PRIOR, move |handle| {
             handle.report(name.clone());
             let model = self.model_path(&task.tool_set(), Variant::Full);
-            let prior = PriorSource::ModelFile(model.display().to_string());
+            let prior = PriorSource::ModelFile(model.into()).identified();
             let config = RunConfig { prior, seed, ..RunConfig::new(task.clone()) };
             let prior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
                 Ok(Some(build_prior(&config, |_| (), handle.stop())?))
@@ -284,7 +284,7 @@ impl<'a> Study<'a> {
             let PlannedRun { mut config, arm } = run.clone();
             if arm.part != Part::NoisyStarts {
                 let model = self.model_path(&config.task.tool_set(), arm.model);
-                config.prior = PriorSource::ModelFile(model.display().to_string());
+                config.prior = PriorSource::ModelFile(model.into()).identified();
             }
             if arm.proposed_subgoals {
                 let Some(task) = self.with_proposed_subgoals(&config, handle)? else { return Ok(None) };
@@ -337,17 +337,18 @@ fn run_name(PlannedRun { config, arm }: &PlannedRun) -> String {
     format!("{}-{arm_name}{noisy}-{}", config.task.name, config.seed)
 }
 
-/// Refuses an existing run with other settings, such as one of another version of the program. The path
-/// of its model is not compared.
+/// Refuses an existing run with other settings, such as one of another version of the program, or with another model.
 fn check_run(path: &Path, config: &RunConfig) -> Result<(), StudyError> {
-    let Ok(found) = RunDirectory::open(path).and_then(|directory| directory.config::<RunConfig>()) else {
+    let Ok(mut found) = RunDirectory::open(path).and_then(|directory| RunConfig::of(&directory)) else {
         // The training itself reports what cannot be read.
         return Ok(());
     };
-    if (RunConfig { prior: config.prior.clone(), ..found }) == *config {
-        return Ok(());
+    found.prior = found.prior.identified();
+    if matches!(&found.prior, PriorSource::ModelFile(ModelFile { id: None, .. })) {
+        // A run of an earlier version, whose study has been moved since.
+        found.prior = config.prior.clone();
     }
-    Err(StudyError::OtherRun { path: path.to_owned() })
+    if found.trains_as(config) { Ok(()) } else { Err(StudyError::OtherRun { path: path.to_owned() }) }
 }
 
 /// File stem of a model.

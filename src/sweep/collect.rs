@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use super::error::SweepError;
 use super::models::{MODEL, RESULT};
 use super::results::{Kind, common_kind, kind_of};
-use crate::dynamics::{Model, checkpoint_of};
+use crate::dynamics::{Model, Provenance, checkpoint_of};
 use crate::evidence::find_runs;
-use crate::run::{self, RunDirectory, RunError, RunState, read_optional};
+use crate::identity::Origin;
+use crate::run::{self, Event, LoggedEvent, RunDirectory, RunError, RunState, read_events, read_optional};
+use crate::trainer::RunConfig;
 
 /// Copies the runs of several sweep folders into the folder `out`, which may already hold runs. Of
 /// several copies of a run, the one with the most episodes or epochs is kept. Returns the number of
@@ -68,19 +70,26 @@ fn trained_epochs(path: &Path) -> u32 {
 /// The copy of a run with more episodes or epochs; if equal, a finished one.
 fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError> {
     let conflict = |problem| Err(SweepError::Conflict { first: first.into(), second: second.into(), problem });
-    let config = |path: &Path| RunDirectory::open(path)?.config::<serde_json::Value>();
-    if config(first)? != config(second)? {
-        return conflict("have the same name and different settings");
-    }
-    let file = match kind_of(first)? {
-        Kind::Agent => "metrics.csv",
-        Kind::Model => RESULT,
+    let (file, is_same) = match kind_of(first)? {
+        Kind::Agent => {
+            let config = |path: &Path| RunConfig::of(&RunDirectory::open(path)?);
+            ("metrics.csv", config(first)?.trains_as(&config(second)?))
+        }
+        Kind::Model => {
+            let config = |path: &Path| RunDirectory::open(path)?.config::<serde_json::Value>();
+            (RESULT, config(first)? == config(second)?)
+        }
     };
+    if !is_same {
+        return conflict("have the same name and different settings".to_owned());
+    }
     // A run that has not started has no such file.
     let read = |path: &Path| read_optional(&path.join(file)).map(Option::unwrap_or_default);
     let (a, b) = (read(first)?, read(second)?);
     if !(a.starts_with(&b) || b.starts_with(&a)) {
-        return conflict("have the same settings and different results");
+        let differing = origin(second).changes(&origin(first)).join("; ");
+        let reason = if differing.is_empty() { String::new() } else { format!(" (of the second, {differing})") };
+        return conflict(format!("have the same settings and different results{reason}"));
     }
     let length = |bytes: &[u8], path| (bytes.len(), trained_epochs(path));
     let (a, b) = (length(&a, first), length(&b, second));
@@ -89,6 +98,22 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
     }
     let is_finished = RunDirectory::open(second)?.status()?.state == RunState::Finished;
     Ok(if is_finished { second } else { first })
+}
+
+/// The origin of a run's results, as far as it is recorded.
+fn origin(path: &Path) -> Origin {
+    let started = |logged: LoggedEvent| match logged.event {
+        Event::Started { origin, .. } => Some(origin),
+        _ => None,
+    };
+    if let Ok(events) = read_events(&path.join("events.jsonl")) {
+        return events.into_iter().rev().find_map(started).unwrap_or_default();
+    }
+    let of_model = |model: Model| {
+        let Provenance { crate_version: mge_version, processor, .. } = model.provenance().clone();
+        Origin { mge_version, processor, models: Vec::new() }
+    };
+    Model::load(&path.join(MODEL)).map(of_model).unwrap_or_default()
 }
 
 /// Prefix of the folder into which a run is copied before it gets its name.

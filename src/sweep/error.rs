@@ -43,6 +43,20 @@ pub enum SweepError {
         .0.display()
     )]
     OtherRun(PathBuf),
+    /// A run in the sweep's folder was trained with another model than that in the sweep's file.
+    #[error(
+        "{} was trained with the model {found}, and the sweep's file is now {wanted}: restore the file, choose another \
+         folder with --out, or write the model as a list, so that the new one is trained under another name",
+        folder.display()
+    )]
+    OtherModel {
+        /// The run's folder.
+        folder: PathBuf,
+        /// Its model.
+        found: String,
+        /// The model of the sweep.
+        wanted: String,
+    },
     /// A path that has a line break or is not UTF-8 cannot be part of a plan, which has one command per line of text.
     #[error("{:?} has a line break or is not UTF-8, and a plan is text with one command per line: choose another folder with --out", .0)]
     NoLine(PathBuf),
@@ -57,7 +71,7 @@ pub enum SweepError {
         /// The other.
         second: PathBuf,
         /// The conflict, as a predicate of the two.
-        problem: &'static str,
+        problem: String,
     },
     /// A run to be collected is still being trained.
     #[error("{} is being trained: wait for it, or stop it: nothing was copied", .0.display())]

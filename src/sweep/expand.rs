@@ -137,7 +137,7 @@ impl Grid {
             let mut listed = String::new();
             for (axis, &value) in self.axes.iter().zip(combination) {
                 if axis.is_list && !work.omits_from_name(&axis.key) {
-                    listed += &format!("-{}", name_part(axis, value));
+                    listed += &format!("-{}", name_part(axis, value, &work));
                 }
             }
             let name = fitting(&(prefix + &file_name(&listed)), &format!("-seed{seed}"));
@@ -159,8 +159,13 @@ impl Work {
     }
 }
 
-fn name_part(axis: &Axis, value: usize) -> String {
-    let text = json::text(&axis.values[value]);
+fn name_part(axis: &Axis, value: usize, work: &Work) -> String {
+    let mut text = json::text(&axis.values[value]);
+    if let Work::Train(config) = work
+        && let Some(id) = super::training::file_behind(config, &axis.key, &text)
+    {
+        text = format!("{}-{}", id.name, id.digits());
+    }
     match axis.key.as_str() {
         "epsilon" | "threshold" => text,
         key => format!("{key}_{text}"),

@@ -7,11 +7,12 @@ use serde_json::Value;
 
 use super::file::{Axis, Combination, Grid};
 use crate::guidance::EpsilonSchedule;
+use crate::identity::FileId;
 use crate::json;
 use crate::paths::expanded;
 use crate::spelling::{did_you_mean, nearest};
 use crate::task::{self, Task};
-use crate::trainer::{Method, RunConfig, SettingError, check_model, config_keys};
+use crate::trainer::{Method, ModelFile, PriorSource, RunConfig, SettingError, check_model, config_keys};
 use crate::validation::ValidationError;
 
 /// Aliases of settings, as on the command line.
@@ -26,6 +27,15 @@ pub(super) fn setting(key: &str) -> &str {
 /// effect.
 pub(super) fn is_omitted_from_name(config: &RunConfig, key: &str) -> bool {
     ["task", "method", "seed"].contains(&key) || !config.method.uses(setting(key))
+}
+
+/// The content of the files that a setting names by their path, which may change while the content stays.
+pub(super) fn file_behind(config: &RunConfig, key: &str, value: &str) -> Option<FileId> {
+    match (setting(key), &config.prior) {
+        ("prior", PriorSource::ModelFile(ModelFile { id, .. })) if value.contains('/') => id.clone(),
+        ("more_tasks", _) if value.contains('/') => Some(config.further_tasks_id()),
+        _ => None,
+    }
 }
 
 /// The grid with absolute paths of tasks and models, so that its commands work in any folder.
@@ -71,6 +81,7 @@ pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
 #[derive(Default)]
 pub(super) struct Agents {
     tasks: BTreeMap<String, Arc<Task>>,
+    sources: BTreeMap<String, PriorSource>,
     /// What the models of configurations already checked depend on.
     models: HashSet<String>,
 }
@@ -91,9 +102,14 @@ impl Agents {
         }
         let mut out_of_range = None;
         for (axis, value) in chosen {
-            let changed = config
-                .with_unchecked_setting(setting(&axis.key), &json::text(&axis.values[value]))
-                .map_err(|error| explain(axis, value, &config, &error))?;
+            let text = json::text(&axis.values[value]);
+            let changed = match setting(&axis.key) {
+                // Read only once.
+                "prior" => RunConfig { prior: self.source(text), ..config.clone() },
+                key => {
+                    config.with_unchecked_setting(key, &text).map_err(|error| explain(axis, value, &config, &error))?
+                }
+            };
             if out_of_range.is_none() {
                 out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
             }
@@ -111,6 +127,11 @@ impl Agents {
         }
         self.check_model(grid, &config)?;
         Ok(config)
+    }
+
+    fn source(&mut self, text: String) -> PriorSource {
+        let read = |text: &String| PriorSource::from(text.clone()).identified();
+        self.sources.entry(text).or_insert_with_key(read).clone()
     }
 
     fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {

@@ -26,7 +26,14 @@ impl Job {
             Err(error) => return Err(error.into()),
         };
         let same = match &self.work {
-            Work::Train(config) => directory.config::<RunConfig>().is_ok_and(|found| found == **config),
+            Work::Train(config) => match RunConfig::of(&directory) {
+                Ok(found) if found.trains_as(config) => true,
+                Ok(found) if (RunConfig { prior: config.prior.clone(), ..found.clone() }).trains_as(config) => {
+                    let [found, wanted] = [found.prior, config.prior.clone()].map(String::from);
+                    return Err(SweepError::OtherModel { folder, found, wanted });
+                }
+                _ => false,
+            },
             Work::Dynamics(job) => directory.config::<ModelJob>().is_ok_and(|found| found == **job),
         };
         if same { Ok(()) } else { Err(SweepError::OtherRun(folder)) }

@@ -94,7 +94,10 @@ impl RunConfig {
     fn changed_to(&self, method: Method, tools: Option<ToolSplit>) -> Self {
         let mut config = Self::default_with(self.task.clone(), method, tools);
         (config.more_tasks, config.further_tasks) = (self.more_tasks.clone(), self.further_tasks.clone());
-        let is_other = |key: &str| !["method", "tools", "more_tasks"].contains(&key);
+        let is_other = |key: &str| !["method", "tools", "more_tasks", "prior"].contains(&key);
+        if self.prior != Self::default_with(self.task.clone(), self.method, self.tools).prior {
+            config.prior = self.prior.clone();
+        }
         for (key, value) in non_default_settings(self).iter().filter(|(key, _)| is_other(key)) {
             // A value of one configuration is also valid in another.
             config = config.with_unchecked_setting(key, value).unwrap_or(config);

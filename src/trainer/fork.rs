@@ -94,7 +94,7 @@ pub fn fork(
     stop: &Stop,
 ) -> Result<RunDirectory, ForkError> {
     let episode = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
-    let old: RunConfig = source.config()?;
+    let old = RunConfig::of(source)?;
     let done = RunHistory::read(source)?.records.len() as u64;
     if done < episode {
         return Err(ForkError::NotReached { done, wanted: episode });
@@ -117,8 +117,10 @@ pub fn fork(
         }
     }
     stop.check().map_err(TrainingError::from)?;
+    let config = config.identified();
+    let model = config.model_bytes()?;
     let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
-    Ok(branch.finish(&config, checkpoint)?)
+    Ok(branch.finish(&config, model.as_deref(), checkpoint)?)
 }
 
 /// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own

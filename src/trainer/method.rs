@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::paths::expanded;
+use super::model_file::ModelFile;
 use crate::spelling::by_name;
 
 /// A way of learning, or of acting without learning. All share one loop.
@@ -150,7 +150,7 @@ pub enum PriorSource {
     #[default]
     Learned,
     /// A dynamics model in a file.
-    ModelFile(String),
+    ModelFile(ModelFile),
     /// `rapier`: rapier's own solver, an approximation without learning.
     Rapier,
     /// `true`: the environment's own physics, the upper bound of guidance.
@@ -166,7 +166,7 @@ impl From<String> for PriorSource {
             "rapier" => Self::Rapier,
             "true" => Self::TruePhysics,
             "uniform" => Self::Uniform,
-            _ => Self::ModelFile(expanded(text).to_string_lossy().into_owned()),
+            _ => Self::ModelFile(text.into()),
         }
     }
 }
@@ -178,7 +178,7 @@ impl From<PriorSource> for String {
             PriorSource::Rapier => "rapier".to_owned(),
             PriorSource::TruePhysics => "true".to_owned(),
             PriorSource::Uniform => "uniform".to_owned(),
-            PriorSource::ModelFile(path) => path,
+            PriorSource::ModelFile(file) => file.into(),
         }
     }
 }

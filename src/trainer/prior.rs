@@ -66,7 +66,7 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<Arc<dyn
             let names = || tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
             dynamics::shipped_for(&tools).ok_or_else(|| PriorError::NoModel { tools: names() })?
         }
-        PriorSource::ModelFile(name) => dynamics::named(name)?,
+        PriorSource::ModelFile(file) => file.load()?,
     };
     model.check_task(task)?;
     Ok(Some(model))
@@ -87,13 +87,13 @@ pub fn required_model(source: &PriorSource, task: &Task) -> Result<Arc<dyn Rollo
 /// When the source makes no such predictions, or the model cannot be loaded or does not support the task or these
 /// tools.
 fn tool_model(source: &PriorSource, task: &Task, tools: ToolSplit) -> Result<Option<Arc<dyn ToolModel>>, PriorError> {
-    let name = match source {
+    let file = match source {
         PriorSource::Uniform => return Ok(None),
         PriorSource::TruePhysics => return Ok(Some(Arc::new(TruePhysics))),
         PriorSource::Learned | PriorSource::Rapier => return Err(PriorError::NoTools),
-        PriorSource::ModelFile(name) => name,
+        PriorSource::ModelFile(file) => file,
     };
-    let model = dynamics::named(name)?;
+    let model = file.load()?;
     model.check_task(task)?;
     let chosen: Vec<Tool> = tools.tools().into_iter().filter_map(catalogue_tool).copied().collect();
     model.check_tools(task, &chosen)?;

@@ -16,6 +16,8 @@ use super::trace::Trace;
 use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::ActionPrior;
+use crate::identity::{Origin, VERSION};
+use crate::nn::processor;
 use crate::run::{
     Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
     RunDirectory, RunError, RunHistory, RunWriter, SUMS_SECTION, checkpoint_actions,
@@ -62,7 +64,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     let requests = directory.requests();
     // Lock before reading anything, because another process may be writing it.
     let lock = directory.lock()?;
-    let config: RunConfig = directory.config()?;
+    let config = RunConfig::of(directory)?;
     let (checkpoint, mut problems) = directory.newest_checkpoint()?;
     if checkpoint.is_none() && config.fork.is_some() {
         // A run without a checkpoint starts over with an empty log, which a fork cannot do.
@@ -232,8 +234,11 @@ impl RunLoop<'_> {
 
     fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
         let config = training.config();
+        let (mge_version, processor) = (VERSION.to_owned(), processor());
+        let origin = Origin { mge_version, processor, models: config.models() };
         let started = Event::Started {
-            mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+            changes: self.writer.origin().map_or_else(Vec::new, |before| origin.changes(before)),
+            origin,
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
             seed: config.seed,

@@ -67,7 +67,10 @@ impl RunConfig {
             _ => Value::String(value.to_owned()),
         };
         // The inherent function, which does not check ranges.
-        RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))
+        let mut config = RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))?;
+        // Where a model is, is not part of its text.
+        config.prior = if key == "prior" { config.prior.identified() } else { self.prior.clone() };
+        Ok(config)
     }
 }
 
@@ -93,7 +96,10 @@ pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
     );
     let usual = json::leaves(&usual);
     let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
-    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, json::text(value)));
+    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| {
+        let text = if path == "prior" { config.prior.place() } else { json::text(value) };
+        (path, text)
+    });
     let method = (config.method != Method::default()).then(|| ("method".to_owned(), config.method.to_string()));
     let tools = config.tools.map(|tools| ("tools".to_owned(), tools.to_string()));
     method.into_iter().chain(tools).chain(others).collect()

@@ -73,7 +73,7 @@ impl DryRun {
         config.validate()?;
         self.warnings = warnings([(config, &self.setup.set)]);
         match &config.prior {
-            PriorSource::ModelFile(path) if self.written.contains(Path::new(path)) => Ok(()),
+            PriorSource::ModelFile(file) if self.written.contains(&file.path) => Ok(()),
             _ => check_model(config).map_err(|error| SessionError::Failed(error.to_string())),
         }
     }

@@ -6,7 +6,7 @@ use super::command::Expect;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
 use crate::task::TaskError;
-use crate::trainer::SettingError;
+use crate::trainer::{SettingError, TrainerError};
 use crate::validation::ValidationError;
 
 /// Why a command could not be executed.
@@ -24,6 +24,9 @@ pub enum SessionError {
     /// A file of a run, or one that a command writes, cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// A run cannot be created.
+    #[error(transparent)]
+    Training(#[from] TrainerError),
     /// A saved agent cannot be loaded.
     #[error(transparent)]
     Agent(#[from] crate::agent::StateError),

@@ -60,7 +60,11 @@ impl Session {
             let few = format!("is {}, but a fork at episode {} needs more", config.episodes, command.episode);
             return Err(ValidationError::new("episodes", few).into());
         }
-        let changes = command.changes.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let change = |(key, value): &(String, String)| match key.as_str() {
+            "prior" => format!("{key}={}", config.prior.name()),
+            _ => format!("{key}={value}"),
+        };
+        let changes = command.changes.iter().map(change).collect();
         Ok(config.forked(before, name, command.episode, changes))
     }
 }

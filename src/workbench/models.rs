@@ -73,11 +73,11 @@ impl Session {
     }
 }
 
-/// The saved evaluation of a model, if its data hash is that of this model.
+/// The saved evaluation of a model, if it is of this very model.
 pub fn saved_evaluation(name: &str, model: &Model) -> Option<Evaluation> {
     let text = crate::bounded::read_text(&evaluation_of(name)).ok()?;
     let evaluation: Evaluation = serde_json::from_str(&text).ok()?;
-    (evaluation.data_hash == model.provenance().data_hash).then_some(evaluation)
+    (evaluation.model_sha256 == model.id().sha256).then_some(evaluation)
 }
 
 /// Where the evaluation of a model is saved: beside its file, or in [`MODELS`] for a shipped model.

@@ -165,7 +165,7 @@ impl RunView {
     }
 
     pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
-        let config = Arc::new(directory.config()?);
+        let config = Arc::new(RunConfig::of(&directory)?);
         let reader = directory.events();
         Ok(Self {
             number: 0,

@@ -24,7 +24,7 @@ use crate::tui::Notify;
 ///
 /// Without a command it opens the workbench in the terminal.
 #[derive(Debug, Parser)]
-#[command(name = "mge", version, max_term_width = 100)]
+#[command(name = "mge", version = crate::identity::VERSION, max_term_width = 100)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<Command>,

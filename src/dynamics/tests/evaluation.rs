@@ -71,6 +71,8 @@ fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
         let command = format!("mge dynamics train --tools {tools} {settings} --out {name}.safetensors");
         assert_eq!(provenance.command, command);
         assert_eq!(provenance.data_hash.len(), 64, "{name}");
+        let bytes = file_of(name.as_ref()).unwrap();
+        assert!(TensorFile::from_bytes(&bytes).unwrap().to_bytes() == *bytes, "{name} has a checksum");
     }
     for task in task::shipped() {
         let model = shipped_for(&task.tool_set()).expect("a model for every shipped task");

@@ -94,6 +94,17 @@ impl Level {
         })
     }
 
+    /// Its name, as recorded with results.
+    pub(in crate::nn) fn name(self) -> &'static str {
+        match self {
+            Level::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => "avx512",
+        }
+    }
+
     /// Whether this processor supports it.
     #[inline]
     pub(in crate::nn) fn is_available(self) -> bool {

@@ -19,7 +19,7 @@ mod tests;
 mod update;
 
 pub(super) use buffer::Buffer;
-pub(super) use dispatch::{Kernel, LINE, padded};
+pub(super) use dispatch::{Kernel, LINE, Level, padded};
 pub(super) use elementwise::{ColumnSums, Derivative, SumOfSquares, Transpose};
 pub(super) use normalise::{Normalise, NormaliseGradient};
 pub(super) use product::{Epilogue, Product, Start};

@@ -136,7 +136,7 @@ fn a_shipped_model_is_chosen_by_its_name() {
 fn a_missing_model_fails_the_run_with_a_reason() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMge, 4);
-    config.prior = PriorSource::ModelFile("nowhere.safetensors".to_owned());
+    config.prior = PriorSource::from("nowhere.safetensors".to_owned());
     let run = new_run(folder.path(), "run", &config);
     let (_sender, controls) = unbounded();
     let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();

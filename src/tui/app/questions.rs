@@ -95,7 +95,7 @@ impl App {
         let view = self.workspace.view();
         let choose = |name: &str| Effect::apply(command::Model(PriorSource::from(name.to_owned())));
         let items = view.models.iter().map(|m| (m.name.clone(), m.about.clone(), choose(&m.name))).collect();
-        let selected = view.models.iter().position(|model| model.name == view.model_name()).unwrap_or(0);
+        let selected = view.models.iter().position(|model| model.name == view.settings.prior.place()).unwrap_or(0);
         self.open(Question::list("what predicts the rollouts?", items, selected));
     }
 

@@ -71,6 +71,7 @@ fn prior() -> ActionPrior {
         version: 1,
         task: "task1".into(),
         model: "true".into(),
+        model_sha256: None,
         seed: 0,
         config: GuidanceConfig::default(),
         stages: vec![stage],

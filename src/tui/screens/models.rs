@@ -35,7 +35,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let room = usize::from(inside.width).saturating_sub(column + 3);
     let row = |index: usize| {
         let model = &view.models[index];
-        let mark = if model.name == view.model_name() { ">" } else { " " };
+        let mark = if model.name == view.settings.prior.place() { ">" } else { " " };
         Row::new([mark.to_owned(), shortened(&model.name, column, true), shortened(&model.about, room, false)])
     };
     let widths = [Constraint::Length(1), Constraint::Length(column as u16), Constraint::Fill(1)];

@@ -62,13 +62,14 @@ mod tests {
         };
         assert_eq!(texts(&config), ["20 epsilon 0.1", "60 paused", "70 other clusters"]);
         let started = |episode| Event::Started {
-            mge_version: String::new(),
+            origin: Default::default(),
             task: "task1".into(),
             method: "ddpg".into(),
             seed: 0,
             episodes: 100,
             episode,
             problems: Vec::new(),
+            changes: Vec::new(),
         };
         let continued = |config: &RunConfig| {
             let found = marks(config, &[started(0), started(30), started(55)]).into_iter();

@@ -237,7 +237,7 @@ impl ViewModel {
 
     /// Name of the model that predicts the rollouts of guidance.
     pub fn model_name(&self) -> String {
-        String::from(self.settings.prior.clone())
+        self.settings.prior.name()
     }
 
     /// The objects of the edited task.

@@ -234,7 +234,7 @@ fn glance(path: &Path) -> Result<Option<RunSummary>, RunError> {
     if directory.is_of_model()? {
         return Ok(None);
     }
-    let config: RunConfig = directory.config()?;
+    let config = RunConfig::of(&directory)?;
     let status = directory.status()?;
     // Unreadable notes count as none here; writing new ones reports the error.
     let Notes { tags, note, .. } = directory.notes().unwrap_or_default();

@@ -118,7 +118,7 @@ impl Execute for Model {
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-        setup.config.prior = self.0.clone();
+        setup.config.prior = self.0.clone().identified();
         setup.set.insert("prior".to_owned());
         Ok(format!("model {}", String::from(self.0.clone())))
     }

@@ -23,7 +23,7 @@ impl Session {
         self.setup.config.validate()?;
         check_model(&self.setup.config).map_err(|error| SessionError::Failed(error.to_string()))?;
         let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
-        let directory = RunDirectory::create(&path, &self.setup.config)?;
+        let directory = self.setup.config.create_run(&path)?;
         let Setup { config, set, .. } = self.setup.clone();
         self.warn(&config, &set);
         let number = self.add(RunView::new(directory)?);
@@ -54,7 +54,7 @@ impl Session {
     /// larger; returns it then. Otherwise refuses a run of which no episode is left.
     fn extend(&mut self, directory: &RunDirectory) -> Result<Option<u32>, SessionError> {
         directory.check_free()?;
-        let config: RunConfig = directory.config()?;
+        let config = RunConfig::of(directory)?;
         let status = directory.status()?;
         let is_finished = status.state == RunState::Finished;
         let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();

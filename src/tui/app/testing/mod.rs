@@ -314,6 +314,7 @@ fn evaluation() -> Evaluation {
     };
     Evaluation {
         model: "bucket-box".into(),
+        model_sha256: String::new(),
         data_hash: String::new(),
         config: EvaluationConfig::default(),
         launches: vec![launches(ToolKind::Bucket, 0.0021), launches(ToolKind::Box, 0.0043)],
@@ -334,6 +335,7 @@ fn prior() -> ActionPrior {
         version: 1,
         task: "task1".into(),
         model: "true physics".into(),
+        model_sha256: None,
         seed: 0,
         config: GuidanceConfig::default(),
         stages: vec![stage(vec![cluster(0.4, 0.5), cluster(0.4, 0.1)]), stage(vec![cluster(-0.3, -0.3)])],
