@@ -1,17 +1,21 @@
 //! Atomic file writes: the new content goes to a temporary file in the same folder, is synced, and is renamed over
-//! the target, so that the target holds either the whole new content or the old.
+//! the target, so that the target holds either the whole new content or the old. The names of temporary files and
+//! folders are decided here, which of them are leftovers, and whether a file that the user named may be replaced
+//! ([`Target`]).
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock};
 
-use tempfile::TempPath;
+use tempfile::{Builder, TempDir, TempPath};
 
 use crate::bounded;
+use crate::paths::check_suffix;
 
-/// Prefix of the names of temporary files.
-const TEMPORARY: &str = ".mge-";
+/// The names of temporary files and folders: a prefix, random letters and digits, a suffix. Together they are so
+/// unlikely to be the name of a user's file that leftovers can be removed by their names.
+const TEMPORARY: (&str, usize, &str) = (".mge-", 10, ".tmp");
 
 /// Read-locked during each write; [`end_writes`] takes the write lock.
 static WRITING: RwLock<()> = RwLock::new(());
@@ -48,6 +52,77 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }
 
+/// A format of files that the program writes.
+#[derive(Clone, Copy)]
+pub struct Format<'a> {
+    /// What such a file is, as in "not a task".
+    pub name: &'a str,
+    /// The suffix of such files, in place of which no suffix of another known format is accepted; empty if any is.
+    pub suffix: &'a str,
+    /// Whether the content of a file has the format.
+    pub is: &'a dyn Fn(&[u8]) -> bool,
+}
+
+/// A file to write, or a folder of files to write, named by the user.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Target {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Whether files of any format are replaced; otherwise only those in the format of the new one.
+    pub force: bool,
+}
+
+impl<P: AsRef<Path> + ?Sized> From<&P> for Target {
+    fn from(path: &P) -> Self {
+        Self { path: path.as_ref().to_owned(), force: false }
+    }
+}
+
+impl From<&Target> for Target {
+    fn from(target: &Self) -> Self {
+        target.clone()
+    }
+}
+
+impl Target {
+    /// A file in the folder.
+    pub fn join(&self, name: impl AsRef<Path>) -> Self {
+        Self { path: self.path.join(name), force: self.force }
+    }
+
+    /// Checks that a file in the format may be written here: it has not the suffix of another format, and an existing one is not lost unless it has the format.
+    ///
+    /// # Errors
+    /// When it has not, is not a regular file, or cannot be read.
+    pub fn check(&self, format: &Format<'_>) -> io::Result<()> {
+        if !format.suffix.is_empty() {
+            check_suffix(&self.path, format.suffix)?;
+        }
+        if self.force {
+            return Ok(());
+        }
+        match bounded::regular(&self.path).and_then(|()| bounded::read(&self.path, bounded::MODEL)) {
+            Ok(found) if (format.is)(&found) => Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            Err(error) => Err(error),
+            Ok(_) => {
+                let remedy = "choose another name, or replace it with `--force` (in commands and scripts, `force`)";
+                let reason = format!("it exists and is not {} written by this program: {remedy}", format.name);
+                Err(io::Error::new(io::ErrorKind::AlreadyExists, reason))
+            }
+        }
+    }
+
+    /// Writes the file, after [`Target::check`].
+    ///
+    /// # Errors
+    /// As for [`Target::check`] and [`write`].
+    pub fn write(&self, bytes: &[u8], format: &Format<'_>) -> io::Result<()> {
+        self.check(format)?;
+        write(&self.path, bytes)
+    }
+}
+
 /// The folder that holds `path`; "." for a bare name.
 pub fn parent_of(path: &Path) -> &Path {
     match path.parent() {
@@ -68,8 +143,7 @@ pub fn create_parent(path: &Path) -> io::Result<()> {
 fn create(folder: &Path) -> io::Result<(File, TempPath)> {
     loop {
         // Not `tempfile_in`: its files are private, and its errors name the temporary file.
-        let mut builder = tempfile::Builder::new();
-        let created = builder.prefix(TEMPORARY).make_in(folder, |path| File::create_new(path));
+        let created = temporary().make_in(folder, |path| File::create_new(path));
         let created = created.map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
             _ => error,
@@ -84,21 +158,79 @@ fn create(folder: &Path) -> io::Result<(File, TempPath)> {
     }
 }
 
-/// Whether this is the name of a temporary file, of a live or a killed writer.
-pub(crate) fn is_temporary(name: &str) -> bool {
-    name.starts_with(TEMPORARY)
+/// Names for temporary files and folders.
+fn temporary() -> Builder<'static, 'static> {
+    let (prefix, random, suffix) = TEMPORARY;
+    let mut builder = Builder::new();
+    builder.prefix(prefix).rand_bytes(random).suffix(suffix);
+    builder
 }
 
-/// Removes the temporary files of killed writers. Files that cannot be removed are left: they do no harm.
+/// Whether this is the name of a temporary file or folder, of a live or a killed writer.
+pub(crate) fn is_temporary(name: &str) -> bool {
+    let (prefix, random, suffix) = TEMPORARY;
+    let inner = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(suffix));
+    inner.is_some_and(|inner| inner.len() == random && inner.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+}
+
+/// A folder to be filled and then renamed; removed if dropped before.
+#[derive(Debug)]
+pub(crate) struct NewFolder {
+    folder: TempDir,
+    /// The folder itself, locked: an unlocked one is a leftover.
+    _lock: File,
+}
+
+impl NewFolder {
+    /// Creates a folder in `parent`.
+    pub fn create(parent: &Path) -> io::Result<Self> {
+        loop {
+            let folder = temporary().tempdir_in(parent)?;
+            // Another writer may have removed it as a leftover before it was locked.
+            let lock = match File::open(folder.path()) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                opened => opened?,
+            };
+            // As for files, one that cannot be locked is left alone.
+            let held = lock.lock().is_ok();
+            if !held || folder.path().exists() {
+                return Ok(Self { folder, _lock: lock });
+            }
+        }
+    }
+
+    /// Where it is for now.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Gives it its final name, which may be that of an empty folder.
+    pub fn rename(self, to: &Path) -> io::Result<()> {
+        std::fs::rename(self.path(), to)?;
+        // The temporary name no longer exists, so nothing is to be removed.
+        let _ = self.folder.keep();
+        Ok(())
+    }
+
+    /// Removes it now.
+    pub fn close(self) -> io::Result<()> {
+        self.folder.close()
+    }
+}
+
+/// Removes the temporary files and folders of killed writers. What cannot be removed is left: it does no harm.
 pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
-    let temporary = entries.flatten().filter(|entry| is_temporary(&entry.file_name().to_string_lossy()));
-    for entry in temporary.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())) {
-        let Ok(file) = File::open(entry.path()) else { continue };
+    for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name().to_string_lossy())) {
+        let (path, Ok(kind)) = (entry.path(), entry.file_type()) else { continue };
+        if !kind.is_file() && !kind.is_dir() {
+            continue;
+        }
+        let Ok(file) = File::open(&path) else { continue };
         // The lock is held during the removal: a writer that has just created this file waits for the lock, finds the
         // file removed, and creates another.
         if file.try_lock().is_ok() {
-            let _ = std::fs::remove_file(entry.path());
+            let _ = if kind.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
         }
     }
 }
@@ -111,6 +243,23 @@ mod tests {
     fn bare_names_are_in_the_current_folder() {
         assert_eq!(parent_of(Path::new("last")), Path::new("."));
         assert_eq!(parent_of(Path::new("checkpoint/last")), Path::new("checkpoint"));
+    }
+
+    #[test]
+    fn a_file_of_another_format_is_replaced_only_by_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let format = Format { name: "a list", suffix: "", is: &|found| found.starts_with(b"list") };
+        let target = Target::from(folder.path()).join("file");
+        for content in [b"list 1", b"list 2"] {
+            target.write(content, &format).unwrap();
+            assert_eq!(std::fs::read(&target.path).unwrap(), content);
+        }
+        std::fs::write(&target.path, "mine").unwrap();
+        let error = target.write(b"list 3", &format).unwrap_err().to_string();
+        assert!(error.contains("is not a list written by this program") && error.contains("--force"), "{error}");
+        assert_eq!(std::fs::read(&target.path).unwrap(), b"mine");
+        Target { force: true, ..target.clone() }.write(b"list 3", &format).unwrap();
+        assert_eq!(std::fs::read(&target.path).unwrap(), b"list 3");
     }
 
     #[test]
@@ -148,14 +297,20 @@ mod tests {
     #[test]
     fn leftovers_of_a_killed_writer_go_and_files_being_written_stay() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join(".mge-dead"), "half").unwrap();
-        std::fs::create_dir(folder.path().join(".mge-folder")).unwrap();
-        let held = File::create(folder.path().join(".mge-held")).unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path(".mge-DeadFile00.tmp"), "half").unwrap();
+        std::fs::create_dir(path(".mge-DeadFolder.tmp")).unwrap();
+        std::fs::write(path(".mge-DeadFolder.tmp").join("file"), "half").unwrap();
+        let held = File::create(path(".mge-HeldFile00.tmp")).unwrap();
         held.lock().unwrap();
-        write(&folder.path().join("a"), b"whole").unwrap();
+        let filled = NewFolder::create(folder.path()).unwrap();
+        let users = [".mge-HeldFile00.tmp", ".mge-backup", ".mge-notes-of-mine", ".mge-notes.tmp"];
+        users[1..].iter().for_each(|name| std::fs::write(path(name), "mine").unwrap());
+        write(&path("a"), b"whole").unwrap();
+        filled.rename(&path("b")).unwrap();
         let mut left = names(folder.path());
         left.sort();
-        assert_eq!(left, [".mge-folder", ".mge-held", "a"]);
+        assert_eq!(left, [&users[..], &["a", "b"]].concat());
     }
 
     #[test]

@@ -135,7 +135,7 @@ fn requests(input: &[u8]) {
 fn index(input: &[u8]) {
     let Ok(index) = Index::parse(input, Path::new("fuzz")) else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    index.save(folder.path()).expect("it can be written");
+    index.save(&folder.path().into()).expect("it can be written");
     assert_eq!(Index::load(folder.path()).expect("a saved index is read"), Some(index));
 }
 

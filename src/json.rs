@@ -1,9 +1,13 @@
 //! JSON: parsing with errors that give the line, the column, the JSON path and the problem, and writing.
 
+use std::collections::BTreeSet;
+use std::io;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::atomic::{Format, Target};
 use crate::text::{MAX_EXCERPT_LENGTH, excerpt, without_mark};
 
 /// The text is not JSON, or does not have the expected form.
@@ -51,6 +55,27 @@ pub fn message(error: &serde_json::Error) -> String {
 /// Plain data, which always serialises, as indented JSON with a final line feed.
 pub fn pretty(data: &impl Serialize) -> String {
     serde_json::to_string_pretty(data).expect("plain data") + "\n"
+}
+
+/// The format of results, which name the version of the program.
+pub const RESULTS: Format<'static> =
+    Format { name: "a file of results", suffix: "", is: &|found| keys(found).contains("mge_version") };
+
+/// Writes an object of plain data, indented. Files of results and those of objects with the same keys are replaced.
+///
+/// # Errors
+/// As for [`Target::write`].
+pub fn write(to: &Target, data: &impl Serialize) -> io::Result<()> {
+    let text = pretty(data);
+    let own = keys(text.as_bytes());
+    let is_like = |found: &[u8]| (RESULTS.is)(found) || (keys(found) == own && !own.is_empty());
+    to.write(text.as_bytes(), &Format { is: &is_like, ..RESULTS })
+}
+
+/// The keys of a JSON object; none for other text.
+pub fn keys(text: &[u8]) -> BTreeSet<String> {
+    let entries: Option<serde_json::Map<String, Value>> = serde_json::from_slice(text).ok();
+    entries.into_iter().flatten().map(|(key, _)| key).collect()
 }
 
 /// Plain data as a JSON value with numbers as in its text: 0.99 and not 0.9900000095367432.

@@ -3,7 +3,23 @@
 
 use std::fmt::Write as _;
 
+use crate::atomic::Format;
 use crate::text::printable;
+
+/// The format of reports: they have a paragraph that begins as [`made_by`].
+pub const REPORT: Format<'static> = Format { name: "a report", suffix: "", is: &is_report };
+
+fn is_report(found: &[u8]) -> bool {
+    // Reports of ablations of earlier versions do not tell the version.
+    let is_made_here =
+        |line: &str| line.starts_with("Made by `") && (line.contains("` with mge ") || line.contains("`mge "));
+    str::from_utf8(found).is_ok_and(|text| text.lines().take(5).any(is_made_here))
+}
+
+/// How the first paragraph of a report begins: the command and the version of the program that made it.
+pub fn made_by(command: &str, version: &str) -> String {
+    format!("Made by {} with mge {version}", code(command))
+}
 
 /// Escapes text for a paragraph, a list item or a table cell.
 pub fn text(text: &str) -> String {
@@ -48,6 +64,13 @@ pub fn header<S: AsRef<str>>(cells: impl IntoIterator<Item = S>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn reports_are_recognised() {
+        let report = |paragraph: &str| (REPORT.is)(format!("# Title\n\n{paragraph}. More.\n").as_bytes());
+        assert!(report(&made_by("mge report runs", "0.1.0")) && report(&made_by("mge.write_report()", "0.1.0")));
+        assert!(!report("Made by me with `mge report`") && !report("Notes"));
+    }
 
     #[test]
     fn untrusted_text_is_escaped() {

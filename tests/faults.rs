@@ -362,10 +362,10 @@ fn a_folder_with_a_partly_created_run_is_reused() {
     let run = folder.path().join("run");
     std::fs::create_dir(&run).unwrap();
     std::fs::write(run.join("lock"), "1").unwrap();
-    std::fs::write(run.join(".mge-abcdef"), "{\"format\": 1, \"mge").unwrap();
+    std::fs::write(run.join(".mge-abcdefABCD.tmp"), "{\"format\": 1, \"mge").unwrap();
     succeed(mge(&folder, train("run", "5")));
-    assert!(!run.join(".mge-abcdef").exists(), "the temporary file remains");
-    std::fs::write(run.join(".mge-later"), "x").unwrap();
+    assert!(!run.join(".mge-abcdefABCD.tmp").exists(), "the temporary file remains");
+    std::fs::write(run.join(".mge-laterLATER.tmp"), "x").unwrap();
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
 }
 

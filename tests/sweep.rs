@@ -114,7 +114,7 @@ fn a_sweep_finishes_a_run_whose_creation_was_killed() {
     let run = here.join("sweep/runs/task1-ddpg-seed0");
     std::fs::create_dir_all(&run).unwrap();
     std::fs::write(run.join("lock"), "1").unwrap();
-    std::fs::write(run.join(".mge-aB3xY9"), "{\n  \"format\": 1,").unwrap();
+    std::fs::write(run.join(".mge-aB3xY9aB3x.tmp"), "{\n  \"format\": 1,").unwrap();
     succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", "sweep"]));
     assert_eq!(read(&here.join("sweep/results.csv")).matches(",finished,").count(), 2);
 }

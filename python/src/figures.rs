@@ -77,7 +77,7 @@ impl Figure {
     #[pyo3(signature = (path, dpi = None))]
     fn save(&self, py: Python<'_>, path: PathBuf, #[pyo3(from_py_with = dpi)] dpi: Option<u32>) -> PyResult<()> {
         let dpi = dpi.unwrap_or(DEFAULT_DPI);
-        self.drawn(py, move |drawn| drawn.figure.write(&path, &drawn.provenance, dpi))?.map_err(exception)
+        self.drawn(py, move |drawn| drawn.figure.write(&(&path).into(), &drawn.provenance, dpi))?.map_err(exception)
     }
 
     fn __repr__(&self) -> String {

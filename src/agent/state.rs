@@ -9,6 +9,7 @@ use thiserror::Error;
 use super::{
     Ddpg, DdpgConfig, Learner, Options, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, learner::LearnerStreams,
 };
+use crate::atomic::Format;
 use crate::nn::{Mlp, MlpShape, Optimiser, TensorFile, TensorFileError};
 use crate::validation::ValidationError;
 
@@ -129,10 +130,12 @@ impl Ddpg {
         file.to_bytes()
     }
 
-    /// Whether these are the bytes of [`export_actor`](Self::export_actor).
-    pub fn is_exported_actor(bytes: &[u8]) -> bool {
-        TensorFile::from_bytes(bytes).is_ok_and(|file| file.metadata.contains_key("layers"))
-    }
+    /// The format of [`export_actor`](Self::export_actor).
+    pub const ACTOR_FORMAT: Format<'static> = Format {
+        name: "an exported actor",
+        suffix: "safetensors",
+        is: &|found| TensorFile::from_bytes(found).is_ok_and(|file| file.metadata.contains_key("layers")),
+    };
 
     fn to_file(&self) -> TensorFile {
         let mut file = TensorFile::default();

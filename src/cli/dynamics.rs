@@ -10,7 +10,7 @@ use crate::dynamics::{
     self, DynamicsError, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant, canonical_tool_set,
     train_to_file,
 };
-use crate::figures::{Figure, Provenance};
+use crate::figures::{Figure, PICTURE, Provenance};
 use crate::stats::Bootstrap;
 use crate::stop::Stop;
 use crate::study::ablation::{AblationPlan, ablation};
@@ -33,8 +33,8 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     let on_progress = |now: &dynamics::Progress| {
         progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
     };
-    let (out, stop) = (&arguments.out, interrupt.stop());
-    let trained = train_to_file(out, config, settings, arguments.tools.kinds(), &command, stop, on_progress);
+    let (to, stop) = (arguments.force.target(&arguments.out), interrupt.stop());
+    let trained = train_to_file(to, config, settings, arguments.tools.kinds(), &command, stop, on_progress);
     let trained = match trained {
         Err(DynamicsError::Stopped) => {
             return Err(interrupt.ended("stopped: the same command continues".to_owned()).into());
@@ -101,10 +101,8 @@ fn file_name(path: &Path) -> String {
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
-    if let Some(path) = &arguments.figure {
-        let is_figure = |bytes: &[u8]| matches!(bytes.get(..4), Some(b"\x89PNG" | b"%PDF" | b"<svg"));
-        output::check_target(path, "a figure", is_figure)?;
-    }
+    let figure = arguments.figure.as_deref().map(|path| arguments.force.target(path));
+    figure.iter().try_for_each(|to| output::check_target(to, &PICTURE))?;
     let model = dynamics::named(&arguments.model)?;
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
@@ -113,14 +111,14 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         progress.set(now.done as u64, now.total as u64, &now.part);
     })?;
     drop(progress);
-    if let Some(path) = &arguments.figure {
+    if let Some(to) = &figure {
         let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;
         let name = shell_words::quote(name);
-        let (options, file) = (print.option(), file_name(path));
+        let (options, file) = (print.option(), file_name(&to.path));
         let command =
             format!("mge dynamics evaluate {name} --seed {seed} --launches {launches}{options} --figure {file}");
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
-        model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;
+        model_error_figure(&evaluation, &model).write(to, &provenance, arguments.print.dpi)?;
     }
     Ok(output::line(serde_json::to_string_pretty(&evaluation)?)?)
 }
@@ -148,10 +146,11 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         evaluation: EvaluationConfig::default(),
         bootstrap: Bootstrap::default(),
     };
+    let out = arguments.force.target(&arguments.out);
     in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| ablation(&plan, &arguments.out, &command, arguments.print.dpi, batch, on_progress),
+        |batch, on_progress| ablation(&plan, &out, &command, arguments.print.dpi, batch, on_progress),
         StudyError::is_interruption,
     )?;
     Ok(output::line(arguments.out.join("ablation.md").display())?)

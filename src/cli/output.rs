@@ -2,10 +2,10 @@
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Write};
-use std::path::Path;
 
+use crate::atomic::{self, Format, Target};
+use crate::run::RunError;
 use crate::text::{excerpt, printable, printable_lines};
-use crate::{atomic, bounded};
 
 /// Maximum length of a message, in characters.
 const MAX_MESSAGE_LENGTH: usize = 2000;
@@ -44,22 +44,16 @@ pub fn stream() -> impl Write {
     BufWriter::new(io::stdout().lock())
 }
 
-/// Checks before the work on it that a result can be written to `path`. An existing file is only replaced by a file
-/// of the same kind, named `kind`, which `is_of_kind` recognises.
+/// Checks before the work on it that a result can be written to a file.
 ///
 /// # Errors
-/// When the folder does not exist, or `path` is not a regular file, cannot be read or is a file of another kind.
-pub fn check_target(path: &Path, kind: &str, is_of_kind: impl FnOnce(&[u8]) -> bool) -> Outcome {
-    let (name, folder) = (path.display(), atomic::parent_of(path));
+/// When its folder does not exist, or as for [`Target::check`].
+pub fn check_target(to: &Target, format: &Format<'_>) -> Outcome {
+    let folder = atomic::parent_of(&to.path);
     if !folder.is_dir() {
-        return Err(format!("{name}: the folder {} does not exist", folder.display()).into());
+        return Err(format!("{}: the folder {} does not exist", to.path.display(), folder.display()).into());
     }
-    match bounded::regular(path).and_then(|()| bounded::read(path, bounded::MODEL)) {
-        Ok(bytes) if is_of_kind(&bytes) => Ok(()),
-        Ok(_) => Err(format!("{name}: exists and is not {kind}: choose another name, or remove it").into()),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        Err(error) => Err(format!("{name}: {error}").into()),
-    }
+    Ok(to.check(format).map_err(RunError::io("write", &to.path))?)
 }
 
 /// Writes a message of one line to standard error.

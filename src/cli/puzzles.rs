@@ -27,10 +27,11 @@ pub fn run(command: &Puzzles) -> Outcome {
 fn generate(arguments: &PuzzlesGenerate) -> Outcome {
     let wanted = Index::new(arguments.seed, arguments.split, arguments.start_noise);
     let criteria = Criteria { random_actions: arguments.random_actions, ..Criteria::default() };
+    let out = arguments.force.target(&arguments.out);
     in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| puzzles::generate(&wanted, arguments.count, &criteria, &arguments.out, batch, on_progress),
+        |batch, on_progress| puzzles::generate(&wanted, arguments.count, &criteria, &out, batch, on_progress),
         PuzzleError::is_interruption,
     )?;
     Ok(output::line(arguments.out.join("index.json").display())?)
@@ -51,10 +52,11 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     // The search for subgoals uses the model in any case.
     trial.jobs.iter_mut().for_each(|job| _ = job.set.remove("prior"));
     sweeps::warn(&trial);
+    let out = arguments.force.target(&arguments.out);
     let file = in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| puzzles::prepare(&plan, &index, &arguments.out, batch, on_progress),
+        |batch, on_progress| puzzles::prepare(&plan, &index, &out, batch, on_progress),
         PuzzleError::is_interruption,
     )?;
     if arguments.prepare {
@@ -107,11 +109,11 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
         seed: arguments.seed,
     };
     let index = index_of(&arguments.search)?;
-    let out = &arguments.out;
+    let (out, to) = (&arguments.out, arguments.force.target(&arguments.out));
     let rows = in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| puzzles::transfer(&plan, &index, out, batch, on_progress),
+        |batch, on_progress| puzzles::transfer(&plan, &index, &to, batch, on_progress),
         PuzzleError::is_interruption,
     )?;
     let options = [
@@ -131,7 +133,7 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
         rows,
     };
     brief(|| {
-        results.write(out)?;
+        results.write(&to)?;
         Ok(output::line(out.join("report.md").display())?)
     })
 }
@@ -153,6 +155,6 @@ fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
     let command = command + &arguments.print.option();
     let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
     let rows = runs.into_iter().map(|run| run.trained.row).collect();
-    BenchResults::new(&command, index, rows).write(out, &hash, arguments.print.dpi)?;
+    BenchResults::new(&command, index, rows).write(arguments.force.target(out), &hash, arguments.print.dpi)?;
     Ok(output::line(out.join("report.md").display())?)
 }

@@ -17,7 +17,7 @@ use super::progress::Progress;
 use crate::agent::Ddpg;
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
-use crate::paths::{check_suffix, expanded, fitting};
+use crate::paths::{expanded, fitting};
 use crate::run::{Event, RunError, RunState};
 use crate::task;
 use crate::text::printable;
@@ -324,14 +324,13 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {
-    check_suffix(&arguments.out, "safetensors").map_err(RunError::io("write", &arguments.out))?;
+    let to = arguments.force.target(&arguments.out);
+    output::check_target(&to, &Ddpg::ACTOR_FORMAT)?;
     let (_, agent) = RunView::open(&arguments.run)?.saved().at(arguments.checkpoint).agent()?;
     if agent.options().is_some() {
         return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
     }
-    output::check_target(&arguments.out, "an exported actor", Ddpg::is_exported_actor)?;
-    let actor = agent.export_actor();
-    crate::atomic::write(&arguments.out, &actor).map_err(RunError::io("write", &arguments.out))?;
+    to.write(&agent.export_actor(), &Ddpg::ACTOR_FORMAT).map_err(RunError::io("write", &to.path))?;
     Ok(output::line(arguments.out.display())?)
 }
 
@@ -360,18 +359,20 @@ pub fn figures(arguments: &Figures) -> Outcome {
         let (key, value) = split_definition(option, "--set")?;
         composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
     }
-    let learning = command::Figure::with_defaults(FigureKind::Learning, shared.join(format!("learning.{extension}")));
+    let target = |path: &Path| arguments.force.target(path);
+    let learning = target(&shared.join(format!("learning.{extension}")));
+    let learning = command::Figure::with_defaults(FigureKind::Learning, learning);
     export(&mut session, command::Figure { dpi, composition, ..learning })?;
     for run in &arguments.runs {
         session.apply(command::Open(run.clone()))?;
         export(
             &mut session,
-            command::Figure { dpi, ..command::Figure::with_defaults(FigureKind::Dashboard, dashboard(run)) },
+            command::Figure { dpi, ..command::Figure::with_defaults(FigureKind::Dashboard, target(&dashboard(run))) },
         )?;
         if let Some(checkpoint) = arguments.checkpoint {
             session.apply(command::Checkpoint(checkpoint))?;
             let path = figure_path(arguments.out.as_deref(), run, &format!("{checkpoint}"), "gif");
-            export(&mut session, command::Figure::with_defaults(FigureKind::Episode, path))?;
+            export(&mut session, command::Figure::with_defaults(FigureKind::Episode, target(&path)))?;
         }
     }
     Ok(())
@@ -379,7 +380,7 @@ pub fn figures(arguments: &Figures) -> Outcome {
 
 /// Writes a figure, and prints its path on stdout.
 fn export(session: &mut Session, figure: command::Figure) -> Outcome {
-    let path = figure.path.clone();
+    let path = figure.to.path.clone();
     let figure = Command::from(figure);
     session.apply(figure.clone())?;
     session.wait_for(&figure)?;

@@ -4,7 +4,7 @@ use super::arguments::Screenshot;
 use super::interrupt::nothing_to_save;
 use super::output::{self, Outcome};
 use super::runs::after_script;
-use crate::figures::{Provenance, encode};
+use crate::figures::{PICTURE, Provenance, encode};
 use crate::paths::expanded;
 use crate::run::{RunError, config_hash};
 use crate::tui::OffscreenWorkbench;
@@ -17,6 +17,9 @@ pub fn run(arguments: &Screenshot) -> Outcome {
             .ok_or_else(|| format!("--screen {screen}: write FILE=KEYS, such as training.png=\"3 z\""))
     });
     let screens: Vec<(&str, &str)> = screens.collect::<Result<_, _>>()?;
+    for (path, _) in &screens {
+        output::check_target(&arguments.force.target(&expanded(*path)), &PICTURE)?;
+    }
     let session = after_script(&arguments.script)?;
     nothing_to_save()?;
     let (seed, hash) = (session.config().seed, config_hash(session.config())?);
@@ -28,13 +31,13 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     for (path, keys) in screens {
         workbench.press(keys)?;
         command.extend(["--screen".to_owned(), format!("{path}={keys}")]);
-        let path = &expanded(path);
+        let to = arguments.force.target(&expanded(path));
         let command = shell_words::join(&command);
         let provenance = Provenance::new(command, &[seed], hash.clone());
         let picture = workbench.picture(width, height, &provenance.to_svg());
-        let bytes = encode(path, &picture, &provenance, arguments.dpi)?;
-        crate::atomic::write(path, &bytes).map_err(RunError::io("write", path))?;
-        output::line(path.display())?;
+        let bytes = encode(&to.path, &picture, &provenance, arguments.dpi)?;
+        to.write(&bytes, &PICTURE).map_err(RunError::io("write", &to.path))?;
+        output::line(path)?;
     }
     Ok(())
 }
@@ -52,14 +55,14 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::cli::arguments::Script;
+    use crate::cli::arguments::{Force, Script};
 
     fn arguments(folder: &Path, screens: &[&str], size: &str) -> Screenshot {
         let file = folder.join("screen.mge");
         std::fs::write(&file, "task task2\nmodel true\nseed 7\n").unwrap();
         let script = Script { file, variables: Vec::new(), runs: folder.join("runs"), quiet: true };
         let screens = screens.iter().map(|screen| screen.replace("DIR", &folder.display().to_string())).collect();
-        Screenshot { script, screens, size: size.to_owned(), dpi: 72 }
+        Screenshot { script, screens, force: Force { force: false }, size: size.to_owned(), dpi: 72 }
     }
 
     #[test]

@@ -21,10 +21,11 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
         command += " --questions";
     }
     command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
+    let out = arguments.force.target(&arguments.out);
     in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, batch, on_progress),
+        |batch, on_progress| study::reproduce(&plan, &out, &command, arguments.print.dpi, batch, on_progress),
         StudyError::is_interruption,
     )?;
     Ok(output::line(arguments.out.join("report.md").display())?)
@@ -44,8 +45,8 @@ pub fn report(arguments: &Report) -> Outcome {
         let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
         progress.set(read as u64, all as u64, message);
     };
-    let report =
-        evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi, on_progress)?;
+    let out = arguments.force.target(&arguments.out);
+    let report = evidence::report(&arguments.runs, out, &bootstrap, &command, arguments.print.dpi, on_progress)?;
     drop(progress);
     if !report.left_out.is_empty() {
         output::message(format_args!("{} left out: the report has the reasons", counted(report.left_out.len(), "run")));

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use super::arguments::Sweep as Arguments;
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
+use crate::atomic::Target;
 use crate::run::RunError;
 use crate::sweep::{self, Sweep, SweepError};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {
-        return brief(|| collect(&arguments.collect, &folder(arguments)));
+        return brief(|| collect(&arguments.collect, &arguments.force.target(&folder(arguments))));
     }
     let sweep = match (&arguments.file, &arguments.one) {
         (Some(file), _) => Sweep::load(file)?,
@@ -32,10 +33,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
         };
         return Ok(output::lines(text)?);
     }
+    let to = arguments.force.target(&folder);
+    if arguments.file.is_some() {
+        sweep::check_results(&to)?;
+    }
     let failures = work(&sweep, &folder, arguments.threads, arguments.quiet)?;
     if arguments.file.is_some() {
         brief(|| match sweep::read_results(&folder) {
-            Ok(results) => Ok(output::line(results.write(&folder)?.display())?),
+            Ok(results) => Ok(output::line(results.write(&to)?.display())?),
             // The failures are reported below.
             Err(SweepError::Run(RunError::NoRuns(_))) if !failures.is_empty() => Ok(()),
             Err(error) => Err(error.into()),
@@ -70,10 +75,12 @@ pub fn work(
     in_batch(threads, quiet, |batch, on_progress| sweep::run(sweep, folder, batch, on_progress), is_interruption)
 }
 
-fn collect(folders: &[PathBuf], out: &Path) -> Outcome {
+fn collect(folders: &[PathBuf], to: &Target) -> Outcome {
+    let out = &to.path;
+    sweep::check_results(to)?;
     let runs = sweep::collect(folders, out)?;
     output::message(format_args!("{} holds {runs} runs", out.display()));
-    Ok(output::line(sweep::read_results(out)?.write(out)?.display())?)
+    Ok(output::line(sweep::read_results(out)?.write(to)?.display())?)
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

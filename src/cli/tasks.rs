@@ -1,6 +1,5 @@
 //! `mge tasks`: list, check, propose subgoals and audit.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::json;
@@ -8,6 +7,7 @@ use serde_json::json;
 use super::arguments::{Tasks, TasksCommand};
 use super::output::{self, Outcome};
 use super::progress::Progress;
+use crate::atomic::Target;
 use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
@@ -22,8 +22,8 @@ pub fn run(arguments: Tasks) -> Outcome {
     match arguments.command {
         None => list(arguments.json),
         Some(TasksCommand::Check { files }) => check(&files),
-        Some(TasksCommand::Propose { task, subgoals, model, seed, out }) => {
-            propose(&task, subgoals, &model, seed, out.as_deref())
+        Some(TasksCommand::Propose { task, subgoals, model, seed, out, force }) => {
+            propose(&task, subgoals, &model, seed, out.map(|path| force.target(&path)).as_ref())
         }
         Some(TasksCommand::Audit { tasks, episodes, seeds, json }) => run_audit(&tasks, episodes, seeds, json),
     }
@@ -96,10 +96,8 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
     Ok(task)
 }
 
-fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Option<&Path>) -> Outcome {
-    if let Some(path) = out {
-        output::check_target(path, "a task", |_| task::load_regular(&path.to_string_lossy()).is_ok())?;
-    }
+fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, to: Option<&Target>) -> Outcome {
+    to.into_iter().try_for_each(|to| output::check_target(to, &task::FORMAT))?;
     let mut task = task::load(name)?;
     let model = required_model(model, &task)?;
     let mut progress = Progress::new(TRIALS as u64, false);
@@ -118,8 +116,8 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Opt
         100.0 * chosen.least_reached,
     ));
     task.subgoals = chosen.subgoals;
-    match out {
-        Some(path) => task::save(&task, path)?,
+    match to {
+        Some(to) => task::save(&task, to)?,
         None => output::lines(task::to_json(&task))?,
     }
     Ok(())

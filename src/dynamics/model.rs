@@ -13,6 +13,7 @@ use super::network::Network;
 use super::normaliser::Normaliser;
 use super::object::ObjectType;
 use super::tool_set::{canonical_tool_set, model_name};
+use crate::atomic::Format;
 use crate::bounded;
 use crate::identity::FileId;
 use crate::nn::TensorFile;
@@ -223,6 +224,13 @@ impl Model {
             Normaliser::load(file, (layout.functions, layout.edge, layout.node, outputs)).map_err(wrong)?;
         Ok(Self::assemble(config, tools, provenance, normaliser, network))
     }
+
+    /// The format of files of models, of any version.
+    pub const FORMAT: Format<'static> = Format {
+        name: "a dynamics model",
+        suffix: "safetensors",
+        is: &|found| TensorFile::from_bytes(found).is_ok_and(|file| file.metadata.contains_key("provenance")),
+    };
 
     /// Reads a model from the bytes of a file; `origin` names it in errors.
     ///

@@ -9,9 +9,9 @@ use super::error::{DynamicsError, Result};
 use super::model::Model;
 use super::tool_set::canonical_tool_set;
 use super::train::{Progress, Training, TrainingOutcome};
+use crate::atomic::{self, Target};
 use crate::bounded;
 use crate::nn::TensorFile;
-use crate::paths::check_suffix;
 use crate::physics::ToolKind;
 use crate::stop::Stop;
 
@@ -75,16 +75,16 @@ pub fn checkpoint_of(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Trains a model into the file `path`, starting from the checkpoint beside it if there is one. A
+/// Trains a model into a file, starting from the checkpoint beside it if there is one. A
 /// completed training saves its model; a stopped one saves its checkpoint. A diverged one saves
 /// nothing, because the model of the previous epoch is not what was asked for; the caller may save
 /// it. `on_progress` is called after every epoch. The other arguments are those of [`Training::new`].
 ///
 /// # Errors
 /// As [`Training::new`] and [`Training::resume`], for example when `stop` is requested before the first epoch; when the checkpoint belongs to a training with
-/// other settings, `path` is a file of another kind, or a file cannot be read or written.
+/// other settings, the file is of another kind, or a file cannot be read or written.
 pub fn train_to_file(
-    path: &Path,
+    to: impl Into<Target>,
     config: ModelConfig,
     settings: TrainConfig,
     tools: &[ToolKind],
@@ -94,8 +94,11 @@ pub fn train_to_file(
 ) -> Result<TrainedModel> {
     config.validate()?;
     settings.validate()?;
-    check_target(path)?;
-    let checkpoint = checkpoint_of(path);
+    // Refused before the training.
+    let to = to.into();
+    let checked = to.check(&Model::FORMAT).and_then(|()| atomic::create_parent(&to.path));
+    checked.map_err(|source| DynamicsError::Io { origin: to.path.display().to_string(), source })?;
+    let checkpoint = checkpoint_of(&to.path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
     let read = bounded::regular(&checkpoint).and_then(|()| bounded::read(&checkpoint, MAX_CHECKPOINT_BYTES));
     let mut training = match read {
@@ -104,7 +107,7 @@ pub fn train_to_file(
         Err(error) => return Err(io(error)),
     };
     let (mut train_loss, mut failure) = (None, None);
-    let save = |training: &Training| crate::atomic::write(&checkpoint, &training.checkpoint().to_bytes());
+    let save = |training: &Training| atomic::write(&checkpoint, &training.checkpoint().to_bytes());
     let ended = training.run(stop, |training, now| {
         train_loss = Some(now.loss);
         on_progress(now);
@@ -120,26 +123,9 @@ pub fn train_to_file(
         return Err(io(error));
     }
     if ended == TrainingOutcome::Done {
-        training.model().save(path)?;
+        training.model().save(&to.path)?;
     }
     Ok(TrainedModel { training, ended, train_loss, checkpoint })
-}
-
-/// Refuses a path at which no model can be saved, before the training; creates its folder.
-fn check_target(path: &Path) -> Result<()> {
-    let origin = || path.display().to_string();
-    match Model::load(path) {
-        Ok(_) => Ok(()),
-        Err(DynamicsError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            let usable = check_suffix(path, "safetensors").and_then(|()| crate::atomic::create_parent(path));
-            usable.map_err(|source| DynamicsError::Io { origin: origin(), source })
-        }
-        Err(error @ DynamicsError::Io { .. }) => Err(error),
-        Err(_) => {
-            let reason = "it exists and is not a dynamics model: choose another name, or remove it".to_owned();
-            Err(DynamicsError::Content { origin: origin(), reason })
-        }
-    }
 }
 
 fn resume(

@@ -173,16 +173,19 @@ mod tests {
     use super::*;
     use crate::run::{EpisodeRecord, Event, RunWriter};
 
+    /// The configuration of a dynamics model.
+    const MODEL: &str = r#"{ "tools": ["box"], "model": {}, "training": {}, "evaluation": {} }"#;
+
     #[test]
     fn unfinished_copies_and_dynamics_models_are_not_runs() {
         let folder = tempfile::tempdir().unwrap();
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
-        for name in ["a", ".collecting-x"] {
+        for name in ["a", ".mge-Collecting.tmp", ".trash/1/b"] {
             RunDirectory::create(folder.path().join(name), &config).unwrap();
         }
         let found = find_runs(&[folder.path().to_owned()]).unwrap();
         assert_eq!(found, [folder.path().join("a")]);
-        RunDirectory::create(folder.path().join("b"), &serde_json::json!({ "tools": ["box"] })).unwrap();
+        RunDirectory::create(folder.path().join("b"), &MODEL.parse::<serde_json::Value>().unwrap()).unwrap();
         let error = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap_err();
         assert!(matches!(error, RunError::OfModel(_)), "{error}");
     }

@@ -1,7 +1,7 @@
 //! The report of a set of runs: Markdown, JSON and figures in a folder.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
 use super::error::EvidenceError;
@@ -10,28 +10,44 @@ use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
 use super::row::{LearningRow, TrainedRun};
 use super::table::{format_share, holding_80, reached};
-use crate::figures::{Figure, Provenance};
-use crate::markdown;
+use crate::atomic::Target;
+use crate::figures::{Figure, Provenance, check_all};
 use crate::run::{RunError, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
+use crate::{json, markdown};
 
 /// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
 const MAX_PAIRED: usize = 6;
 
+/// The figures, with their captions.
+const FIGURES: [(&str, &str); 5] = [
+    ("methods", "Area under the curve by method and task"),
+    ("learning", "Rolling success during training"),
+    ("learning-steps", "Rolling success against all actions in the real environment"),
+    ("learning-greedy", "Success of the greedy policy"),
+    ("performance-profile", "Performance profile of the final success"),
+];
+
 /// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
-/// `out`. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all
+/// `out`, in place of an earlier report. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all
 /// runs.
 ///
 /// # Errors
-/// When no run is finished, or a file cannot be written.
+/// When no run is finished, or a file cannot be written or is of another origin.
 pub fn report(
     folders: &[PathBuf],
-    out: &Path,
+    out: impl Into<Target>,
     bootstrap: &Bootstrap,
     command: &str,
     dpi: u32,
     on_progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Comparison, EvidenceError> {
+    let out = out.into();
+    let (figures, [markdown, json]) = (out.join("figures"), ["report.md", "report.json"].map(|name| out.join(name)));
+    // Found before the runs are read.
+    markdown.check(&markdown::REPORT).map_err(RunError::io("write", &markdown.path))?;
+    json.check(&json::RESULTS).map_err(RunError::io("write", &json.path))?;
+    check_all(&figures, &FIGURES.map(|(name, _)| name))?;
     let paths = find_runs(folders)?;
     let found = RunReader::default().read(&paths, &mut |read| on_progress(read, paths.len()));
     let ReadRuns { runs: found, unreadable } = found;
@@ -51,8 +67,7 @@ pub fn report(
     let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
     let rows = runs.iter().map(|run| run.row.clone()).collect();
     let report = Comparison::new(rows, left_out, bootstrap, command)?;
-    let figures = out.join("figures");
-    std::fs::create_dir_all(&figures).map_err(RunError::io("create", &figures))?;
+    std::fs::create_dir_all(&figures.path).map_err(RunError::io("create", &figures.path))?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap)?)?;
@@ -67,11 +82,9 @@ pub fn report(
             &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
         )?;
     }
-    let json = crate::json::pretty(&report);
-    for (name, text) in [("report.json", json), ("report.md", report.to_markdown()?)] {
-        let path = out.join(name);
-        crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?;
-    }
+    json::write(&json, &report).map_err(RunError::io("write", &json.path))?;
+    let text = report.to_markdown()?;
+    markdown.write(text.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &markdown.path))?;
     Ok(report)
 }
 
@@ -87,9 +100,8 @@ impl Comparison {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Made by {} with mge {}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
-            markdown::code(&self.command),
-            self.mge_version,
+            "{}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
+            markdown::made_by(&self.command, &self.mge_version),
             self.learning.len(),
             100.0 * confidence,
         );
@@ -172,15 +184,13 @@ impl Comparison {
 
     fn write_figures(&self, text: &mut String) {
         let greedy = self.learning.iter().any(|row| row.greedy_success.is_some());
-        let figures = [
-            ("methods", "Area under the curve by method and task", true),
-            ("learning", "Rolling success during training", true),
-            ("learning-steps", "Rolling success against all actions in the real environment", true),
-            ("learning-greedy", "Success of the greedy policy", greedy),
-            ("performance-profile", "Performance profile of the final success", !self.common_tasks.is_empty()),
-        ];
+        let is_drawn = |name: &str| match name {
+            "learning-greedy" => greedy,
+            "performance-profile" => !self.common_tasks.is_empty(),
+            _ => true,
+        };
         text.push_str("## Figures\n\n");
-        for (file, caption, _) in figures.iter().filter(|(_, _, drawn)| *drawn) {
+        for (file, caption) in FIGURES.iter().filter(|(name, _)| is_drawn(name)) {
             let _ = writeln!(text, "![{caption}](figures/{file}.png)\n\n*{caption}*\n");
         }
     }

@@ -1,7 +1,6 @@
 //! An episode as an animated GIF.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use super::canvas::{Canvas, Pen, svg};
 use super::layout::note;
@@ -13,6 +12,7 @@ use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::Table;
 use super::tasks::heading;
 use super::{Figure, FigureError};
+use crate::atomic::Target;
 use crate::paths::suffix;
 use crate::physics::Tool;
 use crate::task::Task;
@@ -110,11 +110,11 @@ impl Animation {
     ///
     /// # Errors
     /// When the extension is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
-    pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        if suffix(path) != "gif" {
-            return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
+    pub fn write_gif(&self, to: &Target, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
+        if suffix(&to.path) != "gif" {
+            return Err(FigureError::Format { path: to.path.clone(), known: "`.gif`" });
         }
-        write_with_table(path, &self.to_gif(provenance, dpi)?, &self.table())
+        write_with_table(to, &self.to_gif(provenance, dpi)?, &self.table())
     }
 }
 

@@ -55,7 +55,7 @@ pub use hits::{HitBars, PolicyHits, TaskHits};
 pub use launches::{Launches, ToolLaunches};
 pub use methods::{MethodScore, MethodScores, ScorePanel};
 pub use model_error::{ModelError, Predictor};
-pub use output::{EXTENSIONS, Figure, encode};
+pub use output::{EXTENSIONS, Figure, PICTURE, check_all, encode};
 pub use plot_style::PlotStyle;
 pub use provenance::Provenance;
 pub use relative::{Edge, Instant, RelativeFrames};

@@ -8,7 +8,20 @@ use super::pdf::pdf;
 use super::provenance::Provenance;
 use super::render;
 use super::table::Table;
+use crate::atomic::{Format, Target};
 use crate::paths::suffix;
+
+/// The format of pictures: PNG, SVG, PDF and GIF with [`Provenance`].
+pub const PICTURE: Format<'static> = Format { name: "a figure", suffix: "", is: &is_picture };
+
+fn is_picture(found: &[u8]) -> bool {
+    let starts = |marks: &[&[u8]]| marks.iter().any(|mark| found.starts_with(mark));
+    let has = |mark: &[u8]| found.windows(mark.len()).any(|part| part == mark);
+    // As the first of the chunks of a provenance is written in each format.
+    (starts(&[b"\x89PNG"]) && has(b"Software\0mge "))
+        || (starts(&[b"%PDF"]) && has(b"/Software (mge "))
+        || (starts(&[b"<svg", b"GIF"]) && has(b"Software: mge "))
+}
 
 /// File extensions of the supported formats.
 pub const EXTENSIONS: [&str; 3] = ["png", "svg", "pdf"];
@@ -47,27 +60,27 @@ pub trait Figure {
         svg(self.size(), self.scale(), &provenance.to_svg(), |canvas| self.draw(canvas))
     }
 
-    /// Writes the figure to `path` in the format of its extension (see [`EXTENSIONS`]), and its numbers to the same
+    /// Writes the figure in the format of the file's extension (see [`EXTENSIONS`]), and its numbers to the same
     /// path with the extension `.csv`.
     ///
     /// # Errors
-    /// When the extension is unknown, the resolution is impossible, or a file cannot be written; existing files then
-    /// stay whole.
-    fn write(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        let bytes = encode(path, &self.to_svg(provenance), provenance, dpi)?;
-        write_with_table(path, &bytes, &self.table())
+    /// When the extension is unknown, the resolution is impossible, or a file cannot be written or replaced; existing
+    /// files then stay whole.
+    fn write(&self, to: &Target, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
+        let bytes = encode(&to.path, &self.to_svg(provenance), provenance, dpi)?;
+        write_with_table(to, &bytes, &self.table())
     }
 
     /// Writes the figure in every format, named `name` in `folder`, and its numbers beside them.
     ///
     /// # Errors
     /// As [`Self::write`].
-    fn write_all(&self, folder: &Path, name: &str, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
+    fn write_all(&self, folder: &Target, name: &str, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
         let (page, table) = (self.to_svg(provenance), self.table());
         EXTENSIONS.iter().try_for_each(|extension| {
             // Not `with_extension`: a name may contain a dot.
-            let path = folder.join(format!("{name}.{extension}"));
-            write_with_table(&path, &encode(&path, &page, provenance, dpi)?, &table)
+            let to = folder.join(format!("{name}.{extension}"));
+            write_with_table(&to, &encode(&to.path, &page, provenance, dpi)?, &table)
         })
     }
 }
@@ -85,9 +98,25 @@ pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Resu
     }
 }
 
-/// Writes `bytes` to `path` and the table beside it.
-pub(super) fn write_with_table(path: &Path, bytes: &[u8], table: &Table) -> Result<(), FigureError> {
-    let beside = path.with_extension("csv");
-    crate::atomic::write(&beside, &table.to_csv()).map_err(|source| FigureError::io(&beside, source))?;
-    crate::atomic::write(path, bytes).map_err(|source| FigureError::io(path, source))
+/// Checks that figures of these names may be written into a folder by [`Figure::write_all`].
+///
+/// # Errors
+/// When a file of another origin is in the way.
+pub fn check_all(folder: &Target, names: &[&str]) -> Result<(), FigureError> {
+    let files = names.iter().flat_map(|name| EXTENSIONS.map(|extension| folder.join(format!("{name}.{extension}"))));
+    files.into_iter().try_for_each(|to| to.check(&PICTURE).map_err(|source| FigureError::io(&to.path, source)))
+}
+
+/// Writes a picture and the table beside it.
+pub(super) fn write_with_table(to: &Target, bytes: &[u8], table: &Table) -> Result<(), FigureError> {
+    let beside = Target { path: to.path.with_extension("csv"), force: to.force };
+    let text = table.to_csv();
+    // A table has nothing that tells its origin but its columns.
+    let columns = |text: &[u8]| text.split(|byte| *byte == b'\n').next().map(<[u8]>::to_vec);
+    let has_columns = |found: &[u8]| columns(found) == columns(&text);
+    let format = Format { name: "the table of such a figure", suffix: "", is: &has_columns };
+    let of_picture = |source| FigureError::io(&to.path, source);
+    to.check(&PICTURE).map_err(of_picture)?;
+    beside.write(&text, &format).map_err(|source| FigureError::io(&beside.path, source))?;
+    to.write(bytes, &PICTURE).map_err(of_picture)
 }

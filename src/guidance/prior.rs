@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::clusters::{Cluster, ToolCluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
 use super::rollout::RolloutModel;
+use crate::atomic::Format;
 use crate::dynamics::Result;
 use crate::env::{Action, uniform_action};
 use crate::json;
@@ -133,6 +134,13 @@ impl ActionPrior {
         }
         Ok(refined)
     }
+
+    /// The format of files of clusters.
+    pub const FORMAT: Format<'static> = Format {
+        name: "a file of action clusters",
+        suffix: "json",
+        is: &|found| serde_json::from_slice::<ActionPrior>(found).is_ok(),
+    };
 
     /// The JSON text of the prior, as it is saved.
     pub fn to_json(&self) -> String {

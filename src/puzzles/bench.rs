@@ -7,11 +7,27 @@ use serde_json::{Map, Value, json};
 use super::error::PuzzleError;
 use super::index::Index;
 use super::proposals::SubgoalSearch;
+use super::results::check_report;
+use crate::atomic::{Format, Target};
 use crate::batch::{Batch, BatchProgress};
 use crate::trainer::Method;
 
 /// Name of the bench's sweep in its folder.
 const SWEEP: &str = "sweep.json";
+
+/// The format of such sweeps: their tasks are in the folder `tasks` of a bench.
+const FORMAT: Format<'static> = Format { name: "the sweep of a bench", suffix: "", is: &is_of_a_bench };
+
+fn is_of_a_bench(found: &[u8]) -> bool {
+    let sweep: Option<Map<String, Value>> = serde_json::from_slice(found).ok();
+    let tasks = sweep.as_ref().and_then(|sweep| sweep.get("task")?.as_array());
+    let is_in_tasks = |task: &Value| {
+        let folder = task.as_str().and_then(|path| Path::new(path).parent()?.file_name());
+        folder.is_some_and(|folder| folder == "tasks")
+    };
+    tasks.is_some_and(|tasks| tasks.iter().all(is_in_tasks))
+        && sweep.is_some_and(|sweep| ["method", "seed", "episodes", "model"].iter().all(|key| sweep.contains_key(*key)))
+}
 
 /// The methods, puzzles and settings of a bench.
 #[derive(Debug, Clone)]
@@ -58,13 +74,16 @@ impl BenchPlan {
 pub fn prepare(
     plan: &BenchPlan,
     index: &Index,
-    out: &Path,
+    out: impl Into<Target>,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<PathBuf, PuzzleError> {
-    let tasks = plan.search.propose(index, out, batch, on_progress)?;
+    let out = out.into();
+    let sweep = out.join(SWEEP);
+    sweep.check(&FORMAT).map_err(PuzzleError::io(&sweep.path))?;
+    check_report(&out)?;
+    let tasks = plan.search.propose(index, &out, batch, on_progress)?;
     let text = plan.sweep(&tasks)?;
-    let path = out.join(SWEEP);
-    crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
-    Ok(path)
+    sweep.write(text.as_bytes(), &FORMAT).map_err(PuzzleError::io(&sweep.path))?;
+    Ok(sweep.path)
 }

@@ -1,6 +1,5 @@
 //! Generates random layouts, and decides by play which of them are puzzles.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use rand::Rng;
@@ -8,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle, Split};
+use crate::atomic::Target;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::env::Environment;
 use crate::guidance::{self, GuidanceConfig, InterruptibleModel, TruePhysics, propose_subgoals};
@@ -63,23 +63,25 @@ pub fn generate(
     wanted: &Index,
     count: u64,
     criteria: &Criteria,
-    folder: &Path,
+    folder: impl Into<Target>,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Index, PuzzleError> {
+    let to = folder.into();
+    let folder = &to.path;
     std::fs::create_dir_all(folder).map_err(PuzzleError::io(folder))?;
     let mut index = Index::load(folder)?.unwrap_or_else(|| wanted.clone());
     if !index.is_like(wanted) {
-        return Err(PuzzleError::OtherPuzzles { path: folder.to_owned() });
+        return Err(PuzzleError::OtherPuzzles { path: folder.clone() });
     }
     // A puzzle whose file is gone is generated again.
     index.puzzles.retain(|puzzle| puzzle.path(folder).exists());
     let missing = (0..count).filter(|number| index.puzzles.iter().all(|puzzle| puzzle.number != *number));
-    let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria }.job(folder)).collect();
+    let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria }.job(&to)).collect();
     let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
     index.puzzles.extend(found);
     index.puzzles.sort_by_key(|puzzle| puzzle.number);
-    index.save(folder)?;
+    index.save(&to)?;
     match interrupted {
         0 => Ok(index),
         _ => Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() }),
@@ -105,7 +107,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// The job that writes the puzzle into `folder`.
-    fn job(self, folder: &'a Path) -> Job<'a, Puzzle, PuzzleError> {
+    fn job(self, folder: &'a Target) -> Job<'a, Puzzle, PuzzleError> {
         Job::new(self.name(), 1, move |handle| self.search(folder, handle))
     }
 
@@ -122,14 +124,15 @@ impl<'a> Search<'a> {
         Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed)
     }
 
-    fn search(&self, folder: &Path, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
+    fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
         handle.report(self.name());
         let mut rng = self.rng();
         let (task, mut puzzle) = self.find(&mut rng, handle.stop())?;
         // Other episodes than those by which the puzzle was chosen, which have few goals for that reason.
         (puzzle.random_episodes, puzzle.random_goals) =
             play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop())?;
-        task::save(&task, &puzzle.path(folder))?;
+        let to = Target { path: puzzle.path(&folder.path), force: folder.force };
+        task::save(&task, to)?;
         Ok(Some(puzzle))
     }
 

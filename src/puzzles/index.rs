@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::error::PuzzleError;
+use crate::atomic::Target;
 use crate::bounded;
 use crate::json;
 use crate::physics::ToolKind;
@@ -122,10 +123,9 @@ impl Index {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn save(&self, folder: &Path) -> Result<(), PuzzleError> {
-        let path = folder.join(FILE);
-        let text = json::pretty(self);
-        crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))
+    pub fn save(&self, folder: &Target) -> Result<(), PuzzleError> {
+        let to = folder.join(FILE);
+        json::write(&to, self).map_err(PuzzleError::io(&to.path))
     }
 
     /// Whether `other` has the same sequence of puzzles.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle};
+use crate::atomic::Target;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
 use crate::task;
@@ -31,11 +32,11 @@ impl SubgoalSearch {
     pub(super) fn propose(
         &self,
         index: &Index,
-        out: &Path,
+        out: &Target,
         batch: &Batch<'_>,
         on_progress: &mut dyn FnMut(&BatchProgress<'_>),
     ) -> Result<Vec<PathBuf>, PuzzleError> {
-        let tasks = out.join("tasks");
+        let tasks = out.path.join("tasks");
         std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
         self.claim(&tasks)?;
         let proposal = |puzzle: &Puzzle| Proposal {

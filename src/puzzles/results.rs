@@ -2,17 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde::Serialize;
 
 use super::error::PuzzleError;
 use super::index::Index;
+use crate::atomic::Target;
 use crate::evidence::LearningRow;
 use crate::figures::{Figure, Provenance};
-use crate::markdown;
 use crate::stats::Bootstrap;
 use crate::stats::rolling::WINDOW;
+use crate::{json, markdown};
 
 /// Minimum success rate of a solved puzzle.
 pub(super) const SOLVED: f64 = 0.8;
@@ -25,13 +25,23 @@ pub(super) fn group_of(actions: u32) -> Option<usize> {
     GROUPS.iter().rposition(|(least, _)| *least <= actions)
 }
 
-/// Writes results as `report.json`, and in words as `report.md`, into `folder`.
-pub(super) fn write_report(folder: &Path, results: &impl Serialize, markdown: String) -> Result<(), PuzzleError> {
-    for (name, text) in [("report.json", crate::json::pretty(results)), ("report.md", markdown)] {
-        let path = folder.join(name);
-        crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
+/// Checks before the work on it that a report may be written into `folder`.
+///
+/// # Errors
+/// When a file of another origin is in the way.
+pub(super) fn check_report(folder: &Target) -> Result<(), PuzzleError> {
+    for (name, format) in [("report.json", json::RESULTS), ("report.md", markdown::REPORT)] {
+        let to = folder.join(name);
+        to.check(&format).map_err(PuzzleError::io(&to.path))?;
     }
     Ok(())
+}
+
+/// Writes results as `report.json`, and in words as `report.md`, into `folder`.
+pub(super) fn write_report(folder: &Target, results: &impl Serialize, text: &str) -> Result<(), PuzzleError> {
+    let [data, report] = ["report.json", "report.md"].map(|name| folder.join(name));
+    json::write(&data, results).map_err(PuzzleError::io(&data.path))?;
+    report.write(text.as_bytes(), &markdown::REPORT).map_err(PuzzleError::io(&report.path))
 }
 
 /// Trainings on generated puzzles.
@@ -67,11 +77,12 @@ impl BenchResults {
     ///
     /// # Errors
     /// When a statistic cannot be computed, or a file cannot be written.
-    pub fn write(&self, folder: &Path, config_hash: &str, dpi: u32) -> Result<(), PuzzleError> {
-        write_report(folder, self, self.to_markdown())?;
+    pub fn write(&self, folder: impl Into<Target>, config_hash: &str, dpi: u32) -> Result<(), PuzzleError> {
+        let folder = folder.into();
+        write_report(&folder, self, &self.to_markdown())?;
         let bootstrap = Bootstrap::default();
         let figures = folder.join("figures");
-        std::fs::create_dir_all(&figures).map_err(PuzzleError::io(&figures))?;
+        std::fs::create_dir_all(&figures.path).map_err(PuzzleError::io(&figures.path))?;
         let seeds: BTreeSet<u64> = self.runs.iter().map(|row| row.seed).collect();
         let provenance = Provenance::new(&self.command, &Vec::from_iter(seeds), config_hash);
         self.solved_curves(&bootstrap)?.write_all(&figures, "solved", &provenance, dpi)?;
@@ -84,11 +95,10 @@ impl BenchResults {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Made by {} with mge {}: {} trainings of {} episodes on {} puzzles (seed {}, start noise {}). A puzzle is \
+            "{}: {} trainings of {} episodes on {} puzzles (seed {}, start noise {}). A puzzle is \
              solved when {:.0} % of the last {WINDOW} episodes reached the goal, and held when that is so over the \
              last quarter of the training.\n",
-            markdown::code(&self.command),
-            self.mge_version,
+            markdown::made_by(&self.command, &self.mge_version),
             self.runs.len(),
             self.episodes,
             self.index.puzzles.len(),

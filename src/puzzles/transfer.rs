@@ -9,8 +9,9 @@ use serde::Serialize;
 use super::error::{PuzzleError, finished};
 use super::index::Index;
 use super::proposals::SubgoalSearch;
-use super::results::{GROUPS, SOLVED, group_of, write_report};
+use super::results::{GROUPS, SOLVED, check_report, group_of, write_report};
 use crate::agent::Ddpg;
+use crate::atomic::Target;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::markdown;
 use crate::stop::{Pieces, Stop, Stopped};
@@ -77,7 +78,7 @@ pub struct TransferResults {
 pub fn transfer(
     plan: &TransferPlan,
     index: &Index,
-    out: &Path,
+    out: impl Into<Target>,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Vec<TransferRow>, PuzzleError> {
@@ -88,7 +89,9 @@ pub fn transfer(
     if let Some(known) = index.puzzles.iter().find(|puzzle| is_known(&puzzle.name)) {
         return Err(PuzzleError::TrainedOn { name: known.name.clone() });
     }
-    let files = plan.search.propose(index, out, batch, on_progress)?;
+    let out = out.into();
+    check_report(&out)?;
+    let files = plan.search.propose(index, &out, batch, on_progress)?;
     let job = |file: PathBuf| {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Job::new(name.clone(), 1, move |handle: &JobHandle| {
@@ -162,8 +165,8 @@ impl TransferResults {
     ///
     /// # Errors
     /// When a file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
-        write_report(folder, self, self.to_markdown())
+    pub fn write(&self, folder: impl Into<Target>) -> Result<(), PuzzleError> {
+        write_report(&folder.into(), self, &self.to_markdown())
     }
 
     /// The results as Markdown tables.
@@ -172,11 +175,10 @@ impl TransferResults {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Made by {} with mge {}. The agent was trained on {} tasks for {} episodes. On each puzzle, its greedy \
+            "{}. The agent was trained on {} tasks for {} episodes. On each puzzle, its greedy \
              policy played {} episodes before any training on it, and as many after {} episodes of training; so did a \
              new agent after the same training. A puzzle is solved when {:.0} % of these episodes reach the goal.\n",
-            markdown::code(&self.command),
-            self.mge_version,
+            markdown::made_by(&self.command, &self.mge_version),
             self.trained_on,
             self.trained_episodes,
             self.evaluations,

@@ -4,20 +4,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use tempfile::TempDir;
 
 use super::checkpoint::Checkpoint;
 use super::log::EventLog;
 use super::retention::{CheckpointAction, CheckpointName};
 use super::sums::{LogSums, SUMS_SECTION};
 use super::{Result, RunDirectory, RunError, episodes, file, folder, metrics};
-use crate::atomic::parent_of;
+use crate::atomic::{NewFolder, parent_of, remove_leftovers};
 
 /// The folder of a run that is being created from another. It is moved to its place when it is complete, and
 /// removed if dropped before.
 #[derive(Debug)]
 pub struct Branch {
-    filled: TempDir,
+    filled: NewFolder,
     directory: RunDirectory,
     place: PathBuf,
     episode: u64,
@@ -29,12 +28,14 @@ impl Branch {
     /// they were after `episode` episodes.
     ///
     /// # Errors
-    /// [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run has fewer episodes; [`RunError::Io`].
+    /// [`RunError::AlreadyARun`]; [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run has fewer episodes; [`RunError::Io`].
     pub fn new(source: &RunDirectory, place: &Path, episode: u64) -> Result<Self> {
+        RunDirectory::at(place).make_room()?;
         let is_taken = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_some());
         if is_taken || place.is_file() {
             return Err(RunError::NotEmpty(place.to_owned()));
         }
+        remove_leftovers(parent_of(place));
         let filled = folder::new_beside(place)?;
         let directory = RunDirectory::at(filled.path());
         let copies = [
@@ -90,9 +91,7 @@ impl Branch {
         folder::sync(filled.path())?;
         // Any folder there is empty; not every system can rename over it.
         let _ = fs::remove_dir(&place);
-        fs::rename(filled.path(), &place).map_err(RunError::io("create", &place))?;
-        // It has been renamed, so there is no temporary folder to remove.
-        let _ = filled.keep();
+        filled.rename(&place).map_err(RunError::io("create", &place))?;
         folder::sync(parent_of(&place))?;
         Ok(RunDirectory::at(&place))
     }
@@ -118,7 +117,7 @@ mod tests {
             matches!(&short, Err(RunError::LogTooShort { path, .. }) if *path == source.events_path()),
             "{short:?}"
         );
-        assert!(matches!(Branch::new(&source, source.path(), 4), Err(RunError::NotEmpty(_))));
+        assert!(matches!(Branch::new(&source, source.path(), 4), Err(RunError::AlreadyARun(_))));
         drop(Branch::new(&source, &place, 4).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");
         let branch = Branch::new(&source, &place, 4).unwrap();

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::file::{check_format, parse_json};
 use super::folder::{self, write_new};
 use super::{Result, RunError, file, number};
-use crate::atomic::parent_of;
+use crate::atomic::{NewFolder, parent_of};
 use crate::identity::{self, sha256};
 
 /// The checkpoint format that this program writes, and the newest that it reads.
@@ -222,26 +222,24 @@ pub(super) fn duplicate(from: &Path, to: &Path) -> Result<()> {
 }
 
 /// Renames a complete folder to `path`; an old one there is removed afterwards.
-fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
+fn swap_in(new: NewFolder, path: &Path) -> Result<()> {
     let previous = previous_of(path);
     if path.exists() {
         remove(&previous)?;
         fs::rename(path, &previous).map_err(RunError::io("replace", path))?;
     }
-    if let Err(error) = fs::rename(new.path(), path) {
+    if let Err(error) = new.rename(path) {
         // Restore the old one; if this fails as well, readers still find it under its other name.
         let _ = fs::rename(&previous, path);
         return Err(RunError::io("write", path)(error));
     }
-    // The temporary folder now has its final name and must not be removed.
-    let _ = new.keep();
     folder::sync(parent_of(path))?;
     remove(&previous)
 }
 
 /// Removes a checkpoint, if it exists, atomically: even if the process is killed, no partial checkpoint remains.
 pub(super) fn remove_whole(path: &Path) -> Result<()> {
-    // `CheckpointStore::tidy` removes folders with the new name. The rename replaces the empty folder.
+    // Folders with the new name are removed as leftovers. The rename replaces the empty folder.
     let leaving = folder::new_beside(path)?;
     match fs::rename(path, leaving.path()) {
         Ok(()) => {

@@ -61,16 +61,8 @@ impl RunDirectory {
     pub fn create_with_model(path: impl Into<PathBuf>, config: &impl Serialize, model: Option<&[u8]>) -> Result<Self> {
         let directory = Self { path: path.into() };
         let path = &directory.path;
-        directory.refuse_existing()?;
+        directory.make_room()?;
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
-        for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
-            let name = entry.map_err(RunError::io("read", path))?.file_name();
-            // These may be left by a process that was killed here; creation is then completed.
-            let is_model = name == MODEL && model.is_some() && file::read(&path.join(MODEL)).ok().as_deref() == model;
-            if name != LOCK && !is_model && !atomic::is_temporary(&name.to_string_lossy()) {
-                return Err(RunError::NotEmpty(path.clone()));
-            }
-        }
         let _lock = directory.lock()?;
         // Another process may have been faster.
         directory.refuse_existing()?;
@@ -101,12 +93,73 @@ impl RunDirectory {
     }
 
     /// The run in a folder, without any check.
-    pub(super) fn at(path: &Path) -> Self {
+    pub(crate) fn at(path: &Path) -> Self {
         Self { path: path.to_owned() }
     }
 
     fn refuse_existing(&self) -> Result<()> {
         if self.config_path().exists() { Err(RunError::AlreadyARun(self.path.clone())) } else { Ok(()) }
+    }
+
+    /// Makes sure that a run can be created here. What is left of a run without its configuration, as of an
+    /// interrupted deletion, is moved to the trash.
+    ///
+    /// # Errors
+    /// [`RunError::AlreadyARun`] or [`RunError::NotEmpty`], with nothing changed; [`RunError::Io`].
+    pub fn make_room(&self) -> Result<()> {
+        if self.has_remains()? {
+            let _lock = self.lock()?;
+            // Another process may have been faster.
+            if self.has_remains()? {
+                super::trash::discard(&self.path)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the folder has what is left of a run; an error if it has anything else.
+    fn has_remains(&self) -> Result<bool> {
+        self.refuse_existing()?;
+        let names = match self.names() {
+            Err(error) if error.is_not_found() => return Ok(false),
+            names => names?,
+        };
+        // A process that was killed while it created the run leaves at most its lock: creation is then completed.
+        match names.iter().all(|name| name == LOCK) {
+            true => Ok(false),
+            false if is_of_a_run(&names) => Ok(true),
+            false => Err(RunError::NotEmpty(self.path.clone())),
+        }
+    }
+
+    /// The names in the folder, without temporary ones.
+    fn names(&self) -> Result<Vec<String>> {
+        let names = self.contents()?.into_iter().map(|(name, _)| name);
+        Ok(names.filter(|name| !atomic::is_temporary(name)).collect())
+    }
+
+    /// Moves the run, with everything in its folder, to the trash. Returns where it is now.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`]; [`RunError::Io`]. Then nothing has changed.
+    pub fn discard(&self) -> Result<PathBuf> {
+        folder::check(&self.path)?;
+        let _lock = self.lock()?;
+        super::trash::discard(&self.path)
+    }
+
+    /// What is in a folder and can be deleted as a run: one with a configuration that `is_valid` accepts, or a damaged
+    /// one, if the folder has nothing but the files of a run.
+    ///
+    /// # Errors
+    /// [`RunError::NotARun`], [`RunError::Malformed`] and others: why it is not a run.
+    pub fn deletable(path: impl Into<PathBuf>, is_valid: impl FnOnce(&Self) -> Result<()>) -> Result<Self> {
+        let directory = Self { path: path.into() };
+        folder::check(&directory.path)?;
+        let checked = directory.config_bytes().and_then(|_| is_valid(&directory));
+        let is_damaged = || directory.names().is_ok_and(|names| is_of_a_run(&names));
+        checked.or_else(|error| if is_damaged() { Ok(()) } else { Err(error) })?;
+        Ok(directory)
     }
 
     /// Opens the run in `path` for reading.
@@ -135,7 +188,9 @@ impl RunDirectory {
     pub fn is_of_model(&self) -> Result<bool> {
         let config: serde_json::Value = self.config()?;
         // The tools of a model are a list; those of an agent are the name of a split.
-        Ok(config.get("tools").is_some_and(serde_json::Value::is_array))
+        let settings = ["model", "training", "evaluation"];
+        Ok(config.get("tools").is_some_and(serde_json::Value::is_array)
+            && settings.iter().all(|key| config.get(key).is_some_and(serde_json::Value::is_object)))
     }
 
     /// Returns an error if it is of a dynamics model.
@@ -210,7 +265,10 @@ impl RunDirectory {
     pub fn lock(&self) -> Result<RunLock> {
         let path = self.path.join(LOCK);
         // Readers of the status hold the lock for a moment.
-        let Some(mut file) = exclusive(&path, true, Duration::from_millis(200))? else { return Err(self.in_use()) };
+        // The folder is gone if the run was deleted meanwhile.
+        let missing = |error: RunError| if error.is_not_found() { RunError::NotARun(self.path.clone()) } else { error };
+        let file = exclusive(&path, true, Duration::from_millis(200)).map_err(missing)?;
+        let Some(mut file) = file else { return Err(self.in_use()) };
         file.set_len(0).map_err(RunError::io("write", &path))?;
         write!(file, "{}", std::process::id()).map_err(RunError::io("write", &path))?;
         Ok(RunLock { file, path })
@@ -401,6 +459,17 @@ fn has_no_locks(error: &std::io::Error) -> bool {
 fn is_at(file: &File, path: &Path) -> bool {
     let (Ok(held), Ok(found)) = (file.metadata(), fs::symlink_metadata(path)) else { return false };
     (held.dev(), held.ino()) == (found.dev(), found.ino())
+}
+
+/// Whether these names, of everything in a folder, are those of a run: all of them are names of its files, and one is
+/// not likely in another folder.
+fn is_of_a_run(names: &[String]) -> bool {
+    const DISTINCT: &str = "episodes.jsonl events.jsonl lock tensorboard";
+    const OTHERS: &str = "checkpoint config.json control.jsonl figures log.txt metrics.csv model.safetensors \
+                          model.safetensors.checkpoint notes.json prior.json result.json";
+    let is_in = |list: &str, name: &String| list.split(' ').any(|known| known == name);
+    names.iter().any(|name| is_in(DISTINCT, name))
+        && names.iter().all(|name| is_in(DISTINCT, name) || is_in(OTHERS, name))
 }
 
 /// The lock on a run for writing; released when dropped or when the process ends.

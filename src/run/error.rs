@@ -35,6 +35,9 @@ pub enum RunError {
     /// The folder has no `config.json`.
     #[error("{} is not a run: it has no config.json", .0.display())]
     NotARun(PathBuf),
+    /// The run to be restored was not deleted, or the trash was emptied.
+    #[error("{} is not in the trash", .0.display())]
+    NotInTrash(PathBuf),
     /// A folder that should hold runs has none.
     #[error("{} holds no runs: name the folder of a run, of a sweep or of a study", .0.display())]
     NoRuns(PathBuf),

@@ -4,18 +4,13 @@ use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use tempfile::{Builder, TempDir};
-
 use super::{Result, RunError};
-use crate::atomic::parent_of;
+use crate::atomic::{NewFolder, parent_of};
 
 /// A new folder beside `path`, to fill and then rename to it; removed if dropped before.
-pub(super) fn new_beside(path: &Path) -> Result<TempDir> {
-    Builder::new().prefix(TEMPORARY).tempdir_in(parent_of(path)).map_err(RunError::io("create a folder beside", path))
+pub(super) fn new_beside(path: &Path) -> Result<NewFolder> {
+    NewFolder::create(parent_of(path)).map_err(RunError::io("create a folder beside", path))
 }
-
-/// Name prefix of folders that are being filled.
-pub(super) const TEMPORARY: &str = ".writing-";
 
 /// Creates a folder, unless it exists. Its parent must exist, so that this does not recreate the folder of
 /// a deleted run.

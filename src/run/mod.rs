@@ -39,6 +39,10 @@
 //!
 //! Each checkpoint holds checksums of the logs up to its episode. [`RunDirectory::check_logs`] compares them, and
 //! [`RunDirectory::status`] the ends and sizes of the files.
+//!
+//! # Deletion
+//!
+//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`.
 
 mod append;
 mod branch;
@@ -65,6 +69,7 @@ mod status;
 mod store;
 mod sums;
 mod tensorboard;
+mod trash;
 mod writer;
 
 pub use branch::Branch;
@@ -86,6 +91,7 @@ pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
 pub use sums::{LogSums, SUMS_SECTION};
+pub use trash::restore;
 pub use writer::RunWriter;
 
 /// Result of operations on a run on disk.

@@ -6,9 +6,9 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
-use super::folder::{self, TEMPORARY};
 use super::retention::{CheckpointAction, CheckpointName};
-use super::{Result, RunError};
+use super::{Result, RunError, folder};
+use crate::atomic;
 
 /// The folder that holds a run's checkpoints by name.
 #[derive(Clone, Debug)]
@@ -165,16 +165,22 @@ impl CheckpointStore {
 
     /// Cleans up after a process that was killed while writing. Only for the holder of the run's lock.
     pub(super) fn tidy(&self) -> Result<()> {
-        for entry in self.entries()? {
+        atomic::remove_leftovers(&self.folder);
+        // Whatever else is in the folder is the user's.
+        for entry in self.entries()?.into_iter().filter(|entry| finished_name(entry).parse::<CheckpointName>().is_ok())
+        {
             let path = self.folder.join(&entry);
             // Succeeds only for an empty folder, left by an interrupted removal.
             if fs::remove_dir(&path).is_ok() {
                 continue;
             }
             let finished = self.folder.join(finished_name(&entry));
-            if entry.starts_with(TEMPORARY) || (finished != path && finished.exists()) {
+            if finished == path {
+                continue;
+            }
+            if finished.exists() {
                 checkpoint::remove(&path)?;
-            } else if finished != path {
+            } else {
                 fs::rename(&path, &finished).map_err(RunError::io("restore", &finished))?;
             }
         }
@@ -254,10 +260,13 @@ mod tests {
         store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
         fs::rename(store.path(Last), folder.path().join(".previous-last")).unwrap();
         fs::create_dir(folder.path().join(".previous-best")).unwrap();
-        fs::create_dir(folder.path().join(".writing-abc")).unwrap();
+        fs::create_dir(folder.path().join(".mge-abcDEF0123.tmp")).unwrap();
+        for mine in [".writing-mine", ".previous-mine", "mine"] {
+            fs::create_dir(folder.path().join(mine)).unwrap();
+        }
         assert_eq!(store.names().unwrap(), [Last, Best]);
         store.tidy().unwrap();
-        assert_eq!(store.entries().unwrap().len(), 2);
+        assert_eq!(store.entries().unwrap().len(), 5, "the checkpoints and the user's folders");
         assert_eq!(store.load(Last).unwrap().episode, 10);
     }
 }

@@ -1,12 +1,11 @@
 //! Ablation of the structural assumptions of the dynamics models (paper, section 4.1): each is
 //! switched off in turn, over several seeds and the tool sets of the tasks.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use super::error::StudyError;
 use super::folder::Folder;
+use crate::atomic::Target;
 use crate::batch::{self, Batch, BatchProgress, Job};
 use crate::dynamics::{
     Evaluation, EvaluationConfig, ModelConfig, OneTool, SceneErrors, TrainConfig, TrainingOutcome, Variant, evaluate,
@@ -173,14 +172,15 @@ pub struct AblationReport {
 /// The first failure; completed parts are kept, and the next call continues.
 pub fn ablation(
     plan: &AblationPlan,
-    folder: &Path,
+    folder: impl Into<Target>,
     command: &str,
     dpi: u32,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<AblationReport, StudyError> {
-    let folder = Folder(folder);
-    folder.claim(plan, &["models"])?;
+    let folder = folder.into();
+    let folder = Folder(&folder);
+    folder.claim(plan, &["models"], "ablation.md")?;
     let mut jobs = Vec::new();
     for tools in &plan.tool_sets {
         for seed in plan.training.seed..plan.training.seed + plan.seeds {
@@ -197,7 +197,7 @@ pub fn ablation(
         models,
     };
     folder.write_json("ablation.json", &report)?;
-    folder.write("ablation.md", report.to_markdown(command).as_bytes())?;
+    folder.write_report("ablation.md", &report.to_markdown(command))?;
     let seeds: Vec<u64> = (plan.training.seed..plan.training.seed + plan.seeds).collect();
     let provenance = Provenance::new(command.to_owned(), &seeds, config_hash(plan)?);
     let horizon = plan.evaluation.horizon;
@@ -295,8 +295,8 @@ impl AblationReport {
     /// The results as a Markdown table.
     pub fn to_markdown(&self, command: &str) -> String {
         let mut text = format!(
-            "Made by {}: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
-            markdown::code(command),
+            "{}: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
+            markdown::made_by(command, env!("CARGO_PKG_VERSION")),
             self.epochs,
             self.seeds
         );
@@ -342,6 +342,8 @@ impl AblationReport {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::figures::DEFAULT_DPI;
     use crate::stop::Stop;

@@ -1,24 +1,27 @@
 //! The folder of a study: it belongs to one plan, and existing files are reused.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::error::StudyError;
-use crate::json;
+use crate::atomic::Target;
 use crate::run::{RunError, read_optional};
+use crate::{json, markdown};
 
 /// A study's folder.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Folder<'a>(pub &'a Path);
+pub(super) struct Folder<'a>(pub &'a Target);
 
 impl Folder<'_> {
-    /// Creates the folder with its subfolders `parts`, and binds it to `plan`.
+    /// Creates the folder with its subfolders `parts`, and binds it to `plan`. The study ends with a file `report`.
     ///
     /// # Errors
-    /// When it holds the study of another plan, or cannot be written.
-    pub fn claim(&self, plan: &impl Serialize, parts: &[&str]) -> Result<(), StudyError> {
+    /// When it holds the study of another plan or another file `report`, or cannot be written.
+    pub fn claim(&self, plan: &impl Serialize, parts: &[&str], report: &str) -> Result<(), StudyError> {
+        let report = self.0.join(report);
+        report.check(&markdown::REPORT).map_err(RunError::io("write", &report.path))?;
         for part in parts {
             let path = self.path(part);
             std::fs::create_dir_all(&path).map_err(RunError::io("create", &path))?;
@@ -27,14 +30,14 @@ impl Folder<'_> {
         match read_optional(&path)? {
             Some(found) if found == json::pretty(plan).as_bytes() => Ok(()),
             Some(found) if serde_json::from_slice::<IgnoredAny>(&found).is_err() => Err(StudyError::Plan { path }),
-            Some(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
-            None => self.write("plan.json", json::pretty(plan).as_bytes()),
+            Some(_) => Err(StudyError::OtherStudy { path: self.0.path.clone() }),
+            None => self.write_json("plan.json", plan),
         }
     }
 
     /// The path of a file.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path.join(name)
     }
 
     /// The value in a file of the study; if there is no such file, makes it and saves it there. None if `make` was
@@ -65,12 +68,13 @@ impl Folder<'_> {
 
     /// Writes a value as JSON.
     pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), StudyError> {
-        self.write(name, json::pretty(value).as_bytes())
+        let to = self.0.join(name);
+        Ok(json::write(&to, value).map_err(RunError::io("write", &to.path))?)
     }
 
-    /// Writes a file atomically.
-    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
-        let path = self.path(name);
-        Ok(crate::atomic::write(&path, bytes).map_err(RunError::io("write", &path))?)
+    /// Writes a report.
+    pub fn write_report(&self, name: &str, text: &str) -> Result<(), StudyError> {
+        let to = self.0.join(name);
+        Ok(to.write(text.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &to.path))?)
     }
 }

@@ -68,9 +68,8 @@ impl Report {
         let _ = writeln!(text, "# Model-guided exploration: study report\n");
         let _ = writeln!(
             text,
-            "Made by {} with mge {}. Every number comes from the files in this folder; `report.json` has one row for each count and training. Intervals are 95 % percentile bootstrap intervals over seeds ({} resamples, seed {}).\n",
-            markdown::code(command),
-            crate::identity::VERSION,
+            "{}. Every number comes from the files in this folder; `report.json` has one row for each count and training. Intervals are 95 % percentile bootstrap intervals over seeds ({} resamples, seed {}).\n",
+            markdown::made_by(command, crate::identity::VERSION),
             bootstrap.resamples,
             bootstrap.seed
         );

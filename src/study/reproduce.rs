@@ -10,6 +10,7 @@ use super::hits::{ActorNoise, Guided, count_hits};
 use super::plan::{Part, PlannedRun, StudyPlan};
 use super::report::{HitRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
+use crate::atomic::Target;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file};
 use crate::evidence::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
@@ -34,14 +35,15 @@ const COUNTED_EPISODES_PER_EPISODE: u64 = 8;
 /// The first failure; completed parts are kept, and the next call continues.
 pub fn reproduce(
     plan: &StudyPlan,
-    folder: &Path,
+    folder: impl Into<Target>,
     command: &str,
     dpi: u32,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Report, StudyError> {
-    let folder = Folder(folder);
-    folder.claim(&plan.foundation(), &["models", "priors", "hits", "subgoals", "runs", "figures"])?;
+    let folder = folder.into();
+    let folder = Folder(&folder);
+    folder.claim(&plan.foundation(), &["models", "priors", "hits", "subgoals", "runs", "figures"], "report.md")?;
     let study = Study { plan, folder, command, dpi, interrupt: batch.interrupt };
     let jobs = study.jobs()?;
     let mut progress = StudyProgress { total: jobs.work(), done: 0, on_progress };
@@ -56,7 +58,7 @@ pub fn reproduce(
     study.figures(&report, &priors, &trained)?;
     folder.write_json("report.json", &report)?;
     let text = report.to_markdown(plan, command)?;
-    folder.write("report.md", text.as_bytes())?;
+    folder.write_report("report.md", &text)?;
     Ok(report)
 }
 
@@ -190,7 +192,7 @@ impl<'a> Study<'a> {
         self.interrupt.check()?;
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
-        Ok(figure.write_all(&self.folder.path("figures"), name, &provenance, self.dpi)?)
+        Ok(figure.write_all(&self.folder.0.join("figures"), name, &provenance, self.dpi)?)
     }
 
     /// The job that trains and evaluates a dynamics model.

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::error::SweepError;
 use super::models::{MODEL, RESULT};
 use super::results::{Kind, common_kind, kind_of};
+use crate::atomic::{NewFolder, parent_of, remove_leftovers};
 use crate::dynamics::{Model, Provenance, checkpoint_of};
 use crate::evidence::find_runs;
 use crate::identity::Origin;
@@ -35,6 +36,8 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
             found => all.extend(found?),
         }
     }
+    // What is left of a run without its configuration has no results.
+    all.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
     if !all.is_empty() {
         common_kind(&all)?;
     }
@@ -52,7 +55,7 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
     }
     let runs = out.join("runs");
     fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
-    remove_unfinished(&runs)?;
+    remove_leftovers(&runs);
     for (name, path) in &best {
         let target = runs.join(name);
         if *path != target {
@@ -116,31 +119,17 @@ fn origin(path: &Path) -> Origin {
     Model::load(&path.join(MODEL)).map(of_model).unwrap_or_default()
 }
 
-/// Prefix of the folder into which a run is copied before it gets its name.
-const COLLECTING: &str = ".collecting-";
-
-/// Removes the unfinished copies of a process that was killed.
-fn remove_unfinished(runs: &Path) -> Result<(), SweepError> {
-    for entry in fs::read_dir(runs).map_err(RunError::io("read", runs))? {
-        let path = entry.map_err(RunError::io("read", runs))?.path();
-        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(COLLECTING)) {
-            fs::remove_dir_all(&path).map_err(RunError::io("remove", &path))?;
-        }
-    }
-    Ok(())
-}
-
-/// Copies a run's folder completely, then puts the copy in the place of `target`.
+/// Copies a run's folder completely, then puts the copy in the place of `target`, which goes to the trash.
 fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
-    let parent = target.parent().unwrap_or(Path::new("."));
-    let new = tempfile::Builder::new().prefix(COLLECTING).tempdir_in(parent).map_err(RunError::io("write", parent))?;
+    let parent = parent_of(target);
+    let new = NewFolder::create(parent).map_err(RunError::io("write", parent))?;
     copy(from, new.path())?;
-    if target.exists() {
-        fs::remove_dir_all(target).map_err(RunError::io("replace", target))?;
+    match RunDirectory::open(target) {
+        Ok(old) => drop(old.discard()?),
+        Err(RunError::NotARun(_)) => RunDirectory::at(target).make_room()?,
+        Err(error) => return Err(error.into()),
     }
-    // `keep` prevents the removal of the temporary folder, which gets its final name.
-    fs::rename(new.keep(), target).map_err(RunError::io("write", target))?;
-    Ok(())
+    Ok(new.rename(target).map_err(RunError::io("write", target))?)
 }
 
 /// Copies the folders and files in a folder. Links, which may lead out of it, and pipes are refused.

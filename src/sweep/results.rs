@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::error::SweepError;
 use super::models::{ModelResult, RESULT, short};
+use crate::atomic::{Format, Target};
 use crate::evidence::{FoundRun, find_runs, read_runs};
 use crate::json;
 use crate::run::{RunDirectory, RunError, read_optional};
@@ -37,6 +38,27 @@ pub(super) enum Kind {
 /// The kind of a run in a sweep's folder.
 pub(super) fn kind_of(path: &Path) -> Result<Kind, SweepError> {
     Ok(if RunDirectory::open(path)?.is_of_model()? { Kind::Model } else { Kind::Agent })
+}
+
+/// The formats of the two files of results.
+const TABLE: Format<'static> =
+    Format { name: "a table of results", suffix: "", is: &|found| found.starts_with(b"run,state,") };
+const ROWS: Format<'static> = Format {
+    name: "a file of results",
+    suffix: "",
+    is: &|found| ["kind", "rows", "version"].iter().all(|key| json::keys(found).contains(*key)),
+};
+
+/// Checks before the work on them that results may be written into the folder of a sweep.
+///
+/// # Errors
+/// When a file of another origin is in the way.
+pub fn check_results(folder: &Target) -> Result<(), SweepError> {
+    for (name, format) in [("results.csv", TABLE), ("results.json", ROWS)] {
+        let to = folder.join(name);
+        to.check(&format).map_err(RunError::io("write", &to.path))?;
+    }
+    Ok(())
 }
 
 /// Reads the results of all runs in a sweep's folder that have a configuration.
@@ -186,12 +208,11 @@ impl Results {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<PathBuf, SweepError> {
-        let csv = folder.join("results.csv");
-        crate::atomic::write(&csv, &self.to_csv()).map_err(RunError::io("write", &csv))?;
-        let path = folder.join("results.json");
-        let text = json::pretty(self);
-        crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?;
-        Ok(csv)
+    pub fn write(&self, folder: impl Into<Target>) -> Result<PathBuf, SweepError> {
+        let folder = folder.into();
+        let [csv, data] = ["results.csv", "results.json"].map(|name| folder.join(name));
+        csv.write(&self.to_csv(), &TABLE).map_err(RunError::io("write", &csv.path))?;
+        data.write(json::pretty(self).as_bytes(), &ROWS).map_err(RunError::io("write", &data.path))?;
+        Ok(csv.path)
     }
 }

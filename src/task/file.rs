@@ -7,9 +7,10 @@ use serde::{Deserialize, Deserializer};
 
 use super::Task;
 use super::create;
+use crate::atomic::{Format, Target};
 use crate::bounded;
 use crate::json::{self, SyntaxError};
-use crate::paths::{check_suffix, expanded, suffix};
+use crate::paths::{expanded, suffix};
 use crate::spelling::did_you_mean;
 use crate::validation::ValidationError;
 
@@ -208,15 +209,22 @@ pub fn to_json(task: &Task) -> String {
     json::pretty(task)
 }
 
-/// Writes the task to `path` atomically.
+/// The format of tasks.
+pub const FORMAT: Format<'static> = Format { name: "a task", suffix: "json", is: &is_task };
+
+fn is_task(found: &[u8]) -> bool {
+    // CREATE's levels are other programs' files.
+    str::from_utf8(found).is_ok_and(|text| !is_create_level(text) && parse(text, "").is_ok())
+}
+
+/// Writes the task atomically.
 ///
 /// # Errors
-/// When the task is invalid or the file cannot be written.
-pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
-    task.validate().map_err(|error| TaskError::Invalid { origin: path.display().to_string(), error })?;
-    check_suffix(path, "json")
-        .and_then(|()| crate::atomic::write(path, to_json(task).as_bytes()))
-        .map_err(|source| TaskError::Io { path: path.to_owned(), source })
+/// When the task is invalid, or the file cannot be written or is not a task.
+pub fn save(task: &Task, to: impl Into<Target>) -> Result<(), TaskError> {
+    let to = to.into();
+    task.validate().map_err(|error| TaskError::Invalid { origin: to.path.display().to_string(), error })?;
+    to.write(to_json(task).as_bytes(), &FORMAT).map_err(|source| TaskError::Io { path: to.path, source })
 }
 
 #[cfg(test)]

@@ -18,8 +18,8 @@ mod validate;
 
 pub use edit::{Draft, Edit, Editor};
 pub use file::{
-    TaskError, file_of, level_names, load, load_all, load_regular, name_of, parse, save, shipped, shipped_names,
-    to_json,
+    FORMAT, TaskError, file_of, level_names, load, load_all, load_regular, name_of, parse, save, shipped,
+    shipped_names, to_json,
 };
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};
 pub use part::{Offset, Part, Shift};

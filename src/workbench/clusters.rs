@@ -1,11 +1,11 @@
 //! The session's action clusters.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use super::command::{Clusters, Command};
 use super::job::Reporter;
 use super::{Session, SessionError, write_file};
+use crate::atomic::Target;
 use crate::guidance::{ActionPrior, GuidanceConfig};
 use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig, build_prior};
@@ -68,12 +68,12 @@ impl Session {
         self.setup.config.validate()?;
         // Jobs that write clusters to a file are not cancelled.
         self.cancel_jobs(is_for_the_session);
-        let (config, path) = (self.setup.config.clone(), command.0.clone());
+        let (config, to) = (self.setup.config.clone(), command.0.clone());
         let key = RolloutInputs::of(&config);
         self.clusters.building = Some(key.clone());
         let work = move |reporter: &Reporter| {
             let prior = build(&config, reporter)?;
-            let saved = path.map(|path| save(&prior, &path)).transpose();
+            let saved = to.map(|to| save(&prior, &to)).transpose();
             Ok((prior, saved))
         };
         self.start_job(command.clone(), work, move |session, result| {
@@ -131,9 +131,9 @@ fn build(config: &RunConfig, reporter: &Reporter) -> Result<ActionPrior, String>
     build_prior(config, on_stage, reporter.stop()).map_err(|error| error.to_string())
 }
 
-fn save(prior: &ActionPrior, path: &Path) -> Result<String, String> {
-    write_file(path, prior.to_json().as_bytes()).map_err(|error| error.to_string())?;
-    Ok(format!("saved the action clusters to {}", path.display()))
+fn save(prior: &ActionPrior, to: &Target) -> Result<String, String> {
+    write_file(to, prior.to_json().as_bytes(), &ActionPrior::FORMAT).map_err(|error| error.to_string())?;
+    Ok(format!("saved the action clusters to {}", to.path.display()))
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use super::setup::Setup;
-use crate::paths::{check_suffix, expanded};
-use crate::run::RunError;
+use crate::atomic::Target;
+use crate::paths::expanded;
 use crate::trainer::{PriorSource, check_model, warnings};
 
 /// The state that is known before anything is computed, trained or written.
@@ -59,12 +59,9 @@ impl DryRun {
         if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
     }
 
-    /// Notes that a file is written, and checks that its suffix is that of the format.
-    pub fn writes(&mut self, path: Option<&Path>, format: &str) -> Result<(), SessionError> {
-        let Some(path) = path else { return Ok(()) };
-        check_suffix(path, format).map_err(RunError::io("write", path))?;
-        self.written.insert(path.to_owned());
-        Ok(())
+    /// Notes that a file is written.
+    pub fn writes(&mut self, to: Option<&Target>) {
+        self.written.extend(to.map(|to| to.path.clone()));
     }
 
     /// Checks that a run can start with the settings.

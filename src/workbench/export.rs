@@ -38,8 +38,9 @@ pub struct DrawnFigure {
 impl Session {
     /// Starts writing a figure, with its data as CSV beside it.
     pub(super) fn export(&mut self, command: &command::Figure) -> Result<String, SessionError> {
-        command.check_output()?;
+        command.check_kind()?;
         let mut made_by = command.clone();
+        made_by.to.force = false;
         if command.kind == FigureKind::Learning {
             made_by.composition.runs = self.evidence(&command.composition);
         }
@@ -50,23 +51,23 @@ impl Session {
         };
         let settings = self.settings_of(command.kind);
         let (seed, config_hash) = (settings.seed, config_hash(settings)?);
-        let report = format!("drawing {}", command.path.display());
-        let (path, dpi) = (command.path.clone(), command.dpi);
+        let report = format!("drawing {}", command.to.path.display());
+        let (to, dpi) = (command.to.clone(), command.dpi);
         let work = move |reporter: &Reporter| -> Result<PathBuf, String> {
-            atomic::create_parent(&path).map_err(|error| RunError::io("write", &path)(error).to_string())?;
+            atomic::create_parent(&to.path).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
             let written = match drawing {
                 Ok(drawing) => {
                     let DrawnFigure { figure, seeds, config_hash } =
                         drawing(&mut |done, all| _ = reporter.progress(done, all))?;
-                    figure.write(&path, &Provenance::new(made_by, &seeds, config_hash), dpi.unwrap_or(DEFAULT_DPI))
+                    figure.write(&to, &Provenance::new(made_by, &seeds, config_hash), dpi.unwrap_or(DEFAULT_DPI))
                 }
                 Err(play) => {
                     let (task, trace) = play().map_err(|error| error.to_string())?;
                     let provenance = Provenance::new(made_by, &[seed], config_hash);
-                    animation(&task, &trace).write_gif(&path, &provenance, dpi.unwrap_or(ANIMATION_DPI))
+                    animation(&task, &trace).write_gif(&to, &provenance, dpi.unwrap_or(ANIMATION_DPI))
                 }
             };
-            written.map(|()| path).map_err(|error| error.to_string())
+            written.map(|()| to.path).map_err(|error| error.to_string())
         };
         self.start_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())));
         Ok(report)

@@ -11,7 +11,15 @@ use std::path::{Path, PathBuf};
 use super::command::{
     Awaits, Clusters, Command, Continue, DependsOn, Epsilon, Fork, Guide, Resume, Set, Train, Wait, Watch,
 };
+use crate::atomic::Format;
 use crate::guidance::EpsilonSchedule;
+
+/// The first line of a recorded script.
+const TITLE: &str = "# A recorded session: play it with `mge script FILE`.";
+
+/// The format of recorded scripts.
+pub(super) const SCRIPT: Format<'static> =
+    Format { name: "a recorded script", suffix: "", is: &|found| found.starts_with(TITLE.as_bytes()) };
 
 /// The commands executed so far.
 #[derive(Debug, Clone, Default)]
@@ -133,7 +141,7 @@ impl Journal {
     pub fn to_script(&self) -> String {
         let mut writer =
             Writer { journal: self, lines: Vec::new(), runs: Vec::new(), current: None, paused: HashSet::new() };
-        writer.lines.push("# A recorded session: play it with `mge script FILE`.".to_owned());
+        writer.lines.push(TITLE.to_owned());
         for index in 0..self.entries.len() {
             writer.write(index);
         }

@@ -40,12 +40,11 @@ pub use saved::{Player, SavedAgent, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
 pub use session::{FIRST_TASK, Notice, Session};
 
-use std::path::Path;
-
-use crate::atomic;
+use crate::atomic::{self, Format, Target};
 use crate::run::RunError;
 
 /// Writes a file, creating its parent folder if needed.
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
-    atomic::create_parent(path).and_then(|()| atomic::write(path, bytes)).map_err(RunError::io("write", path))
+fn write_file(to: &Target, bytes: &[u8], format: &Format<'_>) -> Result<(), RunError> {
+    let written = atomic::create_parent(&to.path).and_then(|()| to.write(bytes, format));
+    written.map_err(RunError::io("write", &to.path))
 }

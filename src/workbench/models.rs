@@ -5,11 +5,20 @@ use std::path::{Path, PathBuf};
 use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, write_file};
+use crate::atomic::{Format, Target};
 use crate::dynamics::{
     self, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, TrainingOutcome,
     train_to_file,
 };
+use crate::run::RunError;
 use crate::task;
+
+/// The format of saved evaluations.
+const EVALUATION: Format<'static> = Format {
+    name: "the evaluation of a model",
+    suffix: "",
+    is: &|found| serde_json::from_slice::<Evaluation>(found).is_ok(),
+};
 
 /// The folder for models trained in the workbench.
 pub const MODELS: &str = "models";
@@ -20,7 +29,7 @@ fn is_model_work(command: &Command) -> bool {
 
 fn name(command: &Command) -> String {
     match command {
-        Command::ModelTrain(train) => format!("training {}", train.path.display()),
+        Command::ModelTrain(train) => format!("training {}", train.to.path.display()),
         Command::ModelEvaluate(ModelEvaluate(model)) => format!("evaluating {model}"),
         other => other.to_string(),
     }
@@ -87,7 +96,8 @@ fn evaluation_of(name: &str) -> PathBuf {
 }
 
 fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result<String, String> {
-    let ModelTrain { tools, path, epochs } = train;
+    let ModelTrain { tools, to, epochs } = train;
+    let path = &to.path;
     let mut settings = TrainConfig { seed, ..TrainConfig::default() };
     settings.epochs = epochs.unwrap_or(settings.epochs);
     let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -99,7 +109,7 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
         reporter.progress(now.epoch as usize, now.epochs as usize);
     };
     let (config, stop) = (tools.apply(ModelConfig::default()), reporter.stop());
-    let trained = train_to_file(path, config, settings, tools.kinds(), &command, stop, on_progress)
+    let trained = train_to_file(to, config, settings, tools.kinds(), &command, stop, on_progress)
         .map_err(|error| failed(&error))?;
     if trained.ended == TrainingOutcome::Stopped {
         return Err(failed(&"stopped before its training was complete; train it again to continue"));
@@ -111,6 +121,9 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
 }
 
 fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String> {
+    let to = Target::from(&evaluation_of(name));
+    // Refused before the work.
+    to.check(&EVALUATION).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
     let model = dynamics::named(name).map_err(|error| error.to_string())?;
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
     let on_progress = &mut |now: &EvaluationProgress| _ = reporter.progress(now.done, now.total);
@@ -120,9 +133,7 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
         let (model, baseline) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
         format!("{} {:.4} ({:.4})", launches.tool, model.mean, baseline.mean)
     });
-    let json = crate::json::pretty(&evaluation);
-    let path = evaluation_of(name);
-    write_file(&path, json.as_bytes()).map_err(|error| error.to_string())?;
+    write_file(&to, crate::json::pretty(&evaluation).as_bytes(), &EVALUATION).map_err(|error| error.to_string())?;
     let scenes = evaluation.scenes.iter().filter_map(|scene| {
         let error = &scene.rollout.model.first()?;
         Some(format!("{} {:.4}", scene.task, error.mean))
@@ -131,7 +142,7 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
         "{name}: error after one prediction (constant velocity): {}; after one action: {}; saved to {}",
         launches.collect::<Vec<_>>().join(", "),
         scenes.collect::<Vec<_>>().join(", "),
-        path.display()
+        to.path.display()
     ))
 }
 

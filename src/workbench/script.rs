@@ -89,7 +89,9 @@ impl Script {
             if dry_run.task_unknown {
                 break;
             }
-            command.behaviour().check(&mut dry_run).map_err(|error| self.failed(*line, error))?;
+            let checked = command.check_output(session.file()).map_err(SessionError::from);
+            let checked = checked.and_then(|()| command.behaviour().check(&mut dry_run));
+            checked.map_err(|error| self.failed(*line, error))?;
             warnings.extend(dry_run.warnings.drain(..).map(|warning| (*line, warning)));
         }
         Ok(warnings)

@@ -55,6 +55,8 @@ pub struct Session {
     pub(super) current: Option<usize>,
     /// Number of runs so far, including deleted ones.
     pub(super) runs_created: usize,
+    /// The folders of deleted runs that were not restored, in the order of their deletion.
+    pub(super) deleted: Vec<PathBuf>,
     /// Number of runs queued so far.
     pub(super) turns: u64,
     /// Maximum number of runs trained at the same time; further runs are queued.
@@ -86,6 +88,7 @@ impl Session {
             runs: Vec::new(),
             current: None,
             runs_created: 0,
+            deleted: Vec::new(),
             turns: 0,
             cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             folder,
@@ -132,6 +135,7 @@ impl Session {
         // A run of the session is recorded by number, as its folder may differ when the script is played.
         let named = |folder: &Path| Ok::<_, SessionError>(self.number_of(folder).map(run_name));
         let recorded = command.clone().with_run_folders(named)?;
+        command.check_output(self.file())?;
         let report = command.behaviour().execute(self)?;
         if unrecorded {
             return Ok(report);

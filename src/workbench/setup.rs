@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::SessionError;
+use crate::atomic::Target;
 use crate::task::{Edit, Editor, Region, Task, file_of, load_regular, save};
 use crate::trainer::RunConfig;
 
@@ -47,28 +48,28 @@ impl Setup {
         Ok(())
     }
 
-    pub fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
+    pub fn save_task(&mut self, to: Option<&Target>) -> Result<String, SessionError> {
         let mut task = self.editor.task().clone();
-        let path = match (path, &self.file) {
-            (Some(path), file) => {
-                if let Some(stem) = path.file_stem()
-                    && file.as_deref() != Some(path)
-                {
+        let own = |path: &Path| Target { path: path.to_owned(), force: true };
+        let to = match (to, &self.file) {
+            (Some(to), Some(file)) if to.path == *file => own(file),
+            (Some(to), _) => {
+                if let Some(stem) = to.path.file_stem() {
                     task.name = stem.to_string_lossy().into_owned();
                 }
-                path.to_owned()
+                to.clone()
             }
             (None, Some(file)) if self.was_changed_outside(file) => {
                 return Err(SessionError::ChangedOutside(file.clone()));
             }
-            (None, Some(file)) => file.clone(),
+            (None, Some(file)) => own(file),
             (None, None) => return Err(SessionError::NoFile(task.name)),
         };
-        save(&task, &path)?;
+        save(&task, &to)?;
         self.editor.mark_saved(task.name);
         self.task_changed();
-        let report = format!("saved to {}", path.display());
-        self.file = Some(path);
+        let report = format!("saved to {}", to.path.display());
+        self.file = Some(to.path);
         Ok(report)
     }
 

@@ -1,1 +1,333 @@
 //! Nothing is removed or replaced except what the program wrote.
+//!
+//! The kind: a deletion that a crash or another process divides, or that takes a user's files along; a result written
+//! over a user's file. Decided in `src/run/trash.rs` (deletion is one rename into a trash), in
+//! `RunDirectory::make_room` and `deletable` (what counts as a run), and in `atomic::Target`, through which everything
+//! goes that is written to a path named by the user.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+
+use crate::program::{command, fail, mge, succeed, text};
+
+/// A run of one episode.
+fn train(folder: &Path, run: &str) {
+    let options = "train task1 --method ddpg --episodes 1 --set ddpg.hidden=8 --quiet --out";
+    succeed(mge(folder, options.split(' ').chain([run])));
+}
+
+/// Writes a script of these lines, and returns the arguments that run it.
+fn script(folder: &Path, lines: &str) -> [&'static str; 3] {
+    fs::write(folder.join("script.mge"), lines).unwrap();
+    ["script", "script.mge", "--quiet"]
+}
+
+/// The paths of all files below a folder, relative to it, in order.
+fn files(folder: &Path) -> Vec<String> {
+    fn walk(folder: &Path, top: &Path, found: &mut Vec<String>) {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            match path.is_dir() {
+                true => walk(&path, top, found),
+                false => found.push(path.strip_prefix(top).unwrap().display().to_string()),
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(folder, folder, &mut found);
+    found.sort();
+    found
+}
+
+#[test]
+fn what_is_left_of_an_interrupted_deletion_blocks_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    fs::write(here.join("s.json"), r#"{"task": "task1", "method": "ddpg", "episodes": 1, "ddpg.hidden": 8}"#).unwrap();
+    let ends: [&[&str]; 4] = [
+        &["events.jsonl"],
+        &["events.jsonl", "checkpoint/last/manifest.json", "lock", "metrics.csv"],
+        &["tensorboard/events.out.tfevents.1", "figures/mine.png"],
+        &["episodes.jsonl", "notes.json", ".mge-abcdefghij.tmp"],
+    ];
+    for (number, end) in ends.iter().enumerate() {
+        let left = |run: &str| {
+            for file in *end {
+                fs::create_dir_all(here.join(run).join(file).parent().unwrap()).unwrap();
+                fs::write(here.join(run).join(file), "left").unwrap();
+            }
+        };
+        let kept = |run: &str| {
+            let (parent, name) = run.rsplit_once('/').unwrap();
+            let place = here.join(parent).join(".trash").join((number + 1).to_string()).join(name);
+            assert!(end.iter().all(|file| place.join(file).exists()), "{run}: {end:?}");
+        };
+        for run in ["a/x", "b/x", "sweep/runs/task1-ddpg-seed0"] {
+            let _ = fs::remove_dir_all(here.join(run));
+            left(run);
+        }
+        train(here, "a/x");
+        kept("a/x");
+        succeed(mge(here, script(here, "delete b/x")));
+        kept("b/x");
+        succeed(mge(here, ["sweep", "s.json", "--out", "sweep", "--quiet"]));
+        kept("sweep/runs/task1-ddpg-seed0");
+        assert!(fs::read_to_string(here.join("sweep/results.csv")).unwrap().contains(",finished,"));
+    }
+    succeed(mge(here, ["report", "a"]));
+    fs::create_dir_all(here.join("left/runs/x")).unwrap();
+    fs::write(here.join("left/runs/x/events.jsonl"), "").unwrap();
+    succeed(mge(here, ["sweep", "--collect", "sweep", "left", "--out", "left"]));
+    train(here, "fork-source");
+    fs::create_dir_all(here.join("fork")).unwrap();
+    fs::write(here.join("fork/events.jsonl"), "").unwrap();
+    succeed(mge(here, "fork fork-source --at 0 --out fork --quiet".split(' ')));
+}
+
+#[test]
+fn only_a_whole_run_is_deleted_and_all_of_it_can_be_restored() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let refused = [
+        ("{\"format\":1}", "missing field"),
+        ("{\"format\":1,\"mge_version\":\"0.1.0\",\"config\":{}}", "missing field"),
+        ("{\"format\":1,\"mge_version\":\"0.1.0\",\"config\":{\"tools\":[]}}", ""),
+        ("{\"format\":1,\"mge_", "config.json"),
+        ("{\"format\":99}", "format 99"),
+        ("{\"name\":\"a web page\"}", "config.json"),
+    ];
+    for (config, reason) in refused {
+        let _ = fs::remove_dir_all(here.join("p"));
+        fs::create_dir(here.join("p")).unwrap();
+        fs::write(here.join("p/config.json"), config).unwrap();
+        fs::write(here.join("p/thesis.tex"), "mine").unwrap();
+        fail(mge(here, script(here, "delete p")), reason);
+        assert_eq!(files(&here.join("p")), ["config.json", "thesis.tex"], "{config}");
+    }
+    for lines in ["delete nowhere", "delete .", "delete p/thesis.tex", "delete /", "restore p", "restore"] {
+        fail(mge(here, script(here, lines)), "script.mge:1: ");
+    }
+    // The configuration is damaged, but every file is one of a run.
+    train(here, "damaged");
+    fs::write(here.join("damaged/config.json"), "{").unwrap();
+    succeed(mge(here, script(here, "delete damaged")));
+    assert!(here.join(".trash/1/damaged/config.json").exists());
+
+    train(here, "runs/a");
+    fs::write(here.join("runs/a/thesis.tex"), "mine").unwrap();
+    let before = files(&here.join("runs/a"));
+    // From within, by another name.
+    succeed(mge(here.join("runs/a"), script(&here.join("runs/a"), "delete .")));
+    let gone = here.join("runs/.trash/1/a");
+    assert!(!here.join("runs/a").exists() && gone.join("thesis.tex").exists());
+    fail(mge(here, ["report", "runs"]), "holds no runs");
+    fail(mge(here, ["resume", "runs/a", "--quiet"]), "is not a run");
+    fs::remove_file(gone.join("script.mge")).unwrap();
+    succeed(mge(here, script(here, "restore runs/a")));
+    assert_eq!(files(&here.join("runs/a")), before);
+    std::os::unix::fs::symlink("runs/a", here.join("link")).unwrap();
+    fail(mge(here, script(here, "delete link")), "a link");
+    succeed(mge(
+        here,
+        script(here, "open runs/a\ndelete ./runs/../runs/a\nrestore\nopen runs/a\ndelete runs/a\nrestore"),
+    ));
+    assert_eq!(files(&here.join("runs/a")), before);
+}
+
+#[test]
+fn a_deletion_that_is_killed_or_races_with_others_leaves_a_whole_run_somewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "r/x");
+    let whole = files(&here.join("r/x"));
+    script(here, "delete r/x");
+    for trial in 0..8u64 {
+        let start = |arguments: &[&str]| {
+            let mut command = command(here, arguments);
+            command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+        };
+        let mut delete = start(&["script", "script.mge", "--quiet"]);
+        let mut others = match trial % 2 {
+            0 => vec![start(&["resume", "r/x", "--episodes", "3", "--quiet"]), start(&["script", "script.mge"])],
+            _ => Vec::new(),
+        };
+        if trial % 2 == 1 {
+            std::thread::sleep(Duration::from_millis(trial * 3));
+            let _ = delete.kill();
+        }
+        delete.wait().unwrap();
+        others.iter_mut().for_each(|other| _ = other.wait().unwrap());
+        let trash = fs::read_dir(here.join("r/.trash")).into_iter().flatten().map(|entry| entry.unwrap().path());
+        let mut found: Vec<PathBuf> = trash.map(|place| place.join("x")).filter(|place| place.exists()).collect();
+        found.extend(Some(here.join("r/x")).filter(|place| place.exists()));
+        assert_eq!(found.len(), 1, "trial {trial}: {found:?}");
+        let now = files(&found[0]);
+        assert!(whole.iter().all(|file| now.contains(file)), "trial {trial}: {now:?}");
+        if found[0] != here.join("r/x") {
+            fs::rename(&found[0], here.join("r/x")).unwrap();
+        }
+        let _ = fs::remove_dir_all(here.join("r/.trash"));
+    }
+    succeed(mge(here, ["resume", "r/x", "--quiet"]));
+}
+
+#[test]
+fn files_that_look_temporary_are_the_users() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "run");
+    let mine = [
+        ".mge-notes-of-mine",
+        ".mge-backup",
+        "run/.mge-notes-of-mine",
+        "run/.writing-mine/a",
+        "run/checkpoint/.writing-mine/a",
+        "run/checkpoint/.previous-mine/a",
+        "sweep/runs/.collecting-mine/a",
+    ];
+    for file in mine {
+        fs::create_dir_all(here.join(file).parent().unwrap()).unwrap();
+        fs::write(here.join(file), "mine").unwrap();
+    }
+    fs::create_dir(here.join("run/checkpoint/empty")).unwrap();
+    succeed(mge(here, ["resume", "run", "--episodes", "2", "--quiet"]));
+    succeed(mge(here, ["export", "run", "--out", "actor.safetensors"]));
+    fs::create_dir_all(here.join("other/runs")).unwrap();
+    fs::rename(here.join("run"), here.join("other/runs/run")).unwrap();
+    succeed(mge(here, ["sweep", "--collect", "other", "--out", "sweep"]));
+    assert!(here.join("other/runs/run/checkpoint/empty").exists());
+    for file in mine {
+        let file = if file.starts_with("run/") { format!("other/runs/{file}") } else { file.to_owned() };
+        assert_eq!(fs::read_to_string(here.join(&file)).unwrap(), "mine", "{file}");
+    }
+}
+
+#[test]
+fn collecting_moves_what_it_replaces_to_the_trash() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "a/runs/x");
+    succeed(mge(here, ["sweep", "--collect", "a", "--out", "all"]));
+    fs::write(here.join("all/runs/x/thesis.tex"), "mine").unwrap();
+    succeed(mge(here, ["resume", "a/runs/x", "--episodes", "2", "--quiet"]));
+    succeed(mge(here, ["sweep", "--collect", "a", "--out", "all"]));
+    assert!(!here.join("all/runs/x/thesis.tex").exists());
+    assert_eq!(fs::read_to_string(here.join("all/runs/.trash/1/x/thesis.tex")).unwrap(), "mine");
+    // A folder that is no run is not replaced.
+    fs::remove_dir_all(here.join("all/runs/x")).unwrap();
+    fs::create_dir(here.join("all/runs/x")).unwrap();
+    fs::write(here.join("all/runs/x/thesis.tex"), "mine").unwrap();
+    fail(mge(here, ["sweep", "--collect", "a", "--out", "all"]), "is not empty");
+    assert_eq!(files(&here.join("all/runs/x")), ["thesis.tex"]);
+}
+
+#[test]
+fn a_file_of_the_user_is_replaced_only_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "runs/a");
+    fs::write(here.join("s.json"), r#"{"task": "task1", "method": "ddpg", "episodes": 1, "ddpg.hidden": 8}"#).unwrap();
+    fs::write(here.join("tour.mge"), "seed 7").unwrap();
+    // The arguments, the file in the way, and whether to try `--force` and a repetition as well, which takes longer.
+    let commands = [
+        ("report runs --out .", "report.md", true),
+        ("report runs --out .", "report.json", false),
+        ("report runs --out .", "figures/methods.png", false),
+        ("figures runs/a --out .", "learning.png", true),
+        ("figures runs/a --svg --out .", "dashboard-a.svg", true),
+        ("figures runs/a --pdf --out .", "dashboard-a.csv", true),
+        ("sweep s.json --out . --quiet", "results.csv", true),
+        ("sweep s.json --out . --quiet", "results.json", false),
+        ("sweep --collect . --out .", "results.csv", true),
+        ("export runs/a --out a.safetensors", "a.safetensors", true),
+        ("clusters task1 --out k.json", "k.json", false),
+        ("tasks propose task1 --out t", "t", false),
+        ("dynamics train --tools box --out n.safetensors", "n.safetensors", false),
+        ("dynamics train --tools box,floor --layers 1 --observations 2 --epochs 1 --quiet --out m", "m", true),
+        ("dynamics evaluate bucket-box --figure e.png", "e.png", false),
+        ("dynamics ablate --out .", "ablation.md", false),
+        ("reproduce --quick --out .", "report.md", false),
+        ("screenshot tour.mge --quiet --screen s.png=1", "s.png", true),
+        ("screenshot tour.mge --quiet --screen s.svg=1", "s.svg", true),
+    ];
+    for (arguments, file, whole) in commands {
+        let path = here.join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        let words = || arguments.split(' ');
+        // Neither an empty file nor one that begins like the format is taken for the program's own.
+        for content in ["", "mine", "{\"version\": 1}", "<svg>mine</svg>", "run,note\n1,mine\n", "# Runs compared\n"] {
+            fs::write(&path, content).unwrap();
+            let message = fail(mge(here, words()), "--force");
+            assert!(message.contains(file), "{message}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), content, "{arguments}");
+        }
+        if whole {
+            succeed(mge(here, words().chain(["--force"])));
+            assert_ne!(fs::read(&path).unwrap(), b"# Runs compared\n", "{arguments}");
+            succeed(mge(here, words()));
+        }
+        fs::remove_file(&path).unwrap();
+    }
+}
+
+#[test]
+fn a_script_command_replaces_a_file_of_the_user_only_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    for (line, file, whole) in [
+        ("save s.json", "s.json", true),
+        ("record r.tex", "r.tex", true),
+        ("clusters k", "k", false),
+        ("figure scene f.svg", "f.svg", true),
+        ("figure scene f.png", "f.csv", true),
+        ("figure scene f.pdf", "f.pdf", true),
+        ("model train box m.safetensors", "m.safetensors", false),
+    ] {
+        fs::write(here.join(file), "mine").unwrap();
+        let message = fail(mge(here, script(here, &format!("seed 1\n{line}\n"))), "`force`");
+        assert!(message.contains(file), "{message}");
+        assert_eq!(fs::read_to_string(here.join(file)).unwrap(), "mine", "{line}");
+        if whole {
+            succeed(mge(here, script(here, &format!("{line} force\n"))));
+            assert_ne!(fs::read(here.join(file)).unwrap(), b"mine", "{line}");
+            succeed(mge(here, script(here, &format!("{line}\n"))));
+        }
+    }
+    for line in ["save s.tex force", "clusters s.tex force", "model train box s.tex force"] {
+        fs::write(here.join("s.tex"), "mine").unwrap();
+        fail(mge(here, script(here, line)), "s.tex");
+        assert_eq!(fs::read_to_string(here.join("s.tex")).unwrap(), "mine", "{line}");
+    }
+    // The mistake is found before anything is done.
+    fs::write(here.join("mine.tex"), "mine").unwrap();
+    fail(mge(here, script(here, "save first.json\nrecord mine.tex\n")), "script.mge:2: ");
+    assert!(!here.join("first.json").exists());
+    // A task that was opened is saved to its own file.
+    succeed(mge(here, script(here, "save own.json\ntask own.json\nsubgoal add 0 0\nsave\nsave own.json\n")));
+    // The evaluation of a model is written beside it.
+    fs::create_dir(here.join("models")).unwrap();
+    fs::write(here.join("models/bucket-box.evaluation.json"), "{\"mine\": 1}").unwrap();
+    let output = mge(here, script(here, "model evaluate bucket-box\nwait\n"));
+    assert!(text(&output.stderr).contains("is not the evaluation of a model"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn puzzles_replace_no_file_of_the_user() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let index = r#"{"version": 1, "seed": 0, "split": "test", "start_noise": 0.01, "puzzles": []}"#;
+    fs::create_dir(here.join("puzzles")).unwrap();
+    fs::write(here.join("puzzles/index.json"), index).unwrap();
+    train(here, "runs/a");
+    for file in ["sweep.json", "report.md", "report.json"] {
+        let mine = r#"{"task": ["task1"], "method": "ddpg", "seed": 0, "episodes": 9, "model": "true"}"#;
+        fs::write(here.join(file), mine).unwrap();
+        fail(mge(here, "puzzles bench puzzles --out . --quiet".split(' ')), "--force");
+        assert_eq!(fs::read_to_string(here.join(file)).unwrap(), mine);
+        fs::remove_file(here.join(file)).unwrap();
+    }
+    fs::write(here.join("index.json"), "{\"mine\": 1}").unwrap();
+    assert!(!mge(here, "puzzles generate --count 1 --out . --quiet".split(' ')).status.success());
+    assert_eq!(fs::read_to_string(here.join("index.json")).unwrap(), "{\"mine\": 1}");
+}

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Print, count, first_seed, threads};
+use super::{Force, Print, count, first_seed, threads};
 use crate::dynamics::{Loss, ToolSet, Variant};
 use crate::physics::{ToolKind, ToolSplit};
 use crate::trainer::PriorSource;
@@ -27,6 +27,8 @@ pub struct DynamicsTrain {
     /// Model file to write; an unfinished training beside it is resumed
     #[arg(long)]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Seed of launches, weights and batches
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -71,6 +73,8 @@ pub struct DynamicsAblate {
     /// Folder of the results
     #[arg(long)]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// One tool set, such as box,bucket [default: those of all shipped tasks]
     #[arg(long, value_delimiter = ',')]
     pub tools: Option<Vec<ToolKind>>,
@@ -110,6 +114,8 @@ pub struct DynamicsEvaluate {
     #[arg(long)]
     pub figure: Option<PathBuf>,
     #[command(flatten)]
+    pub force: Force,
+    #[command(flatten)]
     pub print: Print,
     /// No progress on stderr
     #[arg(long)]
@@ -133,4 +139,6 @@ pub struct Clusters {
     /// Write to this file instead of stdout
     #[arg(long)]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub force: Force,
 }

@@ -12,11 +12,12 @@ pub use runs::{Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
 pub use studies::{Report, Reproduce, Screenshot, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions, Tasks, TasksCommand};
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 
+use crate::atomic::Target;
 use crate::figures::DEFAULT_DPI;
 use crate::tui::Notify;
 
@@ -45,6 +46,21 @@ fn count(most: u64) -> RangedU64ValueParser<usize> {
 /// The first of consecutive seeds, of which at most a million follow.
 fn first_seed() -> RangedU64ValueParser<u64> {
     RangedU64ValueParser::new().range(..=u64::MAX - 1_000_000)
+}
+
+/// The option to replace any files.
+#[derive(Debug, Args)]
+pub struct Force {
+    /// Also replace files that this program did not write
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Force {
+    /// A file or folder to write to.
+    pub fn target(&self, path: &Path) -> Target {
+        Target { force: self.force, ..path.into() }
+    }
 }
 
 /// Options for figures.

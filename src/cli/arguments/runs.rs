@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Print, first_seed};
+use super::{Force, Print, first_seed};
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolSplit;
 use crate::run::CheckpointName;
@@ -138,6 +138,8 @@ pub struct Export {
     /// Checkpoint of the actor: last, best or the number of its episode
     #[arg(long, value_name = "NAME", default_value_t = CheckpointName::Last)]
     pub checkpoint: CheckpointName,
+    #[command(flatten)]
+    pub force: Force,
 }
 
 #[derive(Debug, Args)]
@@ -148,6 +150,8 @@ pub struct Figures {
     /// Folder for the figures [default: the first run's own]
     #[arg(long)]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub force: Force,
     /// SVG instead of PNG
     #[arg(long, conflicts_with = "dpi")]
     pub svg: bool,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Print, first_seed, threads};
+use super::{Force, Print, first_seed, threads};
 
 #[derive(Debug, Args)]
 pub struct Script {
@@ -29,6 +29,8 @@ pub struct Screenshot {
     /// `training.png="3 z"`
     #[arg(long = "screen", value_name = "FILE=KEYS", required = true)]
     pub screens: Vec<String>,
+    #[command(flatten)]
+    pub force: Force,
     /// Columns and rows of the screen
     #[arg(long, value_name = "COLUMNSxROWS", default_value = "120x36")]
     pub size: String,
@@ -51,6 +53,8 @@ pub struct Sweep {
     /// The sweep's folder; finished runs there are not repeated [default: sweeps/NAME of the file]
     #[arg(long)]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub force: Force,
     /// Train nothing: print one command line per run, for GNU parallel
     #[arg(long, requires = "file")]
     pub plan: bool,
@@ -73,6 +77,8 @@ pub struct Report {
     /// Folder for report.md, report.json and figures
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Bootstrap resamples for every interval
     #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub resamples: u32,
@@ -95,6 +101,8 @@ pub struct Reproduce {
     /// The study's folder; finished parts there are not repeated
     #[arg(long, default_value = "study")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// First seed
     #[arg(long, default_value_t = 0, value_parser = first_seed())]
     pub seed: u64,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Print, count, first_seed, threads};
+use super::{Force, Print, count, first_seed, threads};
 use crate::physics::MAX_OBJECTS;
 use crate::puzzles::{START_NOISE, Split};
 use crate::trainer::{Method, PriorSource};
@@ -43,6 +43,8 @@ pub enum TasksCommand {
         /// Write to this file instead of stdout
         #[arg(long)]
         out: Option<PathBuf>,
+        #[command(flatten)]
+        force: Force,
     },
     /// Count how often exploration at random and guided by the true physics reaches each stage
     Audit {
@@ -90,6 +92,8 @@ pub struct PuzzlesGenerate {
     /// Folder for the task files and index.json
     #[arg(long, default_value = "puzzles")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Number of concurrent searches [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
@@ -128,6 +132,8 @@ pub struct PuzzlesTransfer {
     /// Folder for tasks and the report
     #[arg(long, default_value = "transfer")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Number of puzzles played at the same time [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
@@ -155,6 +161,8 @@ pub struct PuzzlesBench {
     /// Folder for tasks, sweep.json, runs and the report
     #[arg(long, default_value = "bench")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Train nothing: write the tasks and sweep.json for `mge sweep --plan` or `--slurm`
     #[arg(long)]
     pub prepare: bool,

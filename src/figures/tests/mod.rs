@@ -7,6 +7,7 @@ mod shipped;
 use std::path::Path;
 
 use super::*;
+use crate::atomic::Target;
 use crate::stats::Estimate;
 
 fn provenance() -> Provenance {
@@ -57,7 +58,7 @@ fn every_figure_is_written_with_its_numbers() {
     let dpi = if kept.is_some() { DEFAULT_DPI } else { 72 };
     for (name, figure) in invented::all() {
         let path = folder.join(name).with_extension("png");
-        figure.write(&path, &provenance(), dpi).unwrap();
+        figure.write(&Target::from(&path), &provenance(), dpi).unwrap();
         let (width, height, pixels) = decode(&path);
         let expected = figure.size().map(|points| (points / 72.0 * f64::from(dpi)).round() as u32);
         assert_eq!([width, height], expected, "{name}");
@@ -65,9 +66,9 @@ fn every_figure_is_written_with_its_numbers() {
         assert_eq!(Provenance::read(&path).unwrap(), provenance());
         assert_eq!(rows(&path).len(), figure.table().rows().len());
         assert!(!rows(&path).is_empty(), "{name} has no numbers");
-        figure.write(&folder.join(name).with_extension("svg"), &provenance(), dpi).unwrap();
+        figure.write(&Target::from(&folder.join(name).with_extension("svg")), &provenance(), dpi).unwrap();
     }
-    invented::animation().write_gif(&folder.join("episode.gif"), &provenance(), 72).unwrap();
+    invented::animation().write_gif(&Target::from(&folder.join("episode.gif")), &provenance(), 72).unwrap();
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn tables_hold_the_data_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let (hits, curves) = (invented::hits(), invented::curves());
     let path = folder.path().join("hits.png");
-    hits.write(&path, &provenance(), 72).unwrap();
+    hits.write(&Target::from(&path), &provenance(), 72).unwrap();
     let number = |text: &String| if text.is_empty() { f64::NAN } else { text.parse().unwrap() };
     for task in &hits.tasks {
         for policy in &task.policies {
@@ -120,7 +121,7 @@ fn tables_hold_the_data_exactly() {
         }
     }
     let path = folder.path().join("curves.png");
-    curves.write(&path, &provenance(), 72).unwrap();
+    curves.write(&Target::from(&path), &provenance(), 72).unwrap();
     let expected = curves.panels.iter().flat_map(|panel| &panel.curves).flat_map(|curve| &curve.y);
     let found: Vec<f64> = rows(&path).iter().map(|row| number(&row["success"])).collect();
     assert!(found.iter().zip(expected.clone()).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())));
@@ -162,7 +163,7 @@ fn many_series_look_different_and_their_legend_does_not_shrink_the_plots() {
     assert!(height(16) > height(3) + 30.0, "{} and {}", height(16), height(3));
     let folder = std::env::var_os("MGE_FIGURE_DIR").map(std::path::PathBuf::from);
     if let Some(folder) = folder {
-        curves(16).write(&folder.join("many.png"), &provenance(), DEFAULT_DPI).unwrap();
+        curves(16).write(&Target::from(&folder.join("many.png")), &provenance(), DEFAULT_DPI).unwrap();
     }
 }
 
@@ -247,7 +248,7 @@ fn provenance_survives_any_text() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tasks.png");
     let ours = Provenance::new("mge figures läufe/ε-0.5 日本", &[], "");
-    invented::tasks().write(&path, &ours, 50).unwrap();
+    invented::tasks().write(&Target::from(&path), &ours, 50).unwrap();
     assert_eq!(Provenance::read(&path).unwrap(), ours);
     std::fs::write(&path, b"not a png").unwrap();
     assert!(matches!(Provenance::read(&path), Err(FigureError::Unreadable { .. })));
@@ -258,15 +259,21 @@ fn impossible_requests_are_refused_and_leave_files_intact() {
     let folder = tempfile::tempdir().unwrap();
     let figure = invented::tasks();
     let path = folder.path().join("tasks.jpeg");
-    assert!(figure.write(&path, &provenance(), 72).unwrap_err().to_string().ends_with("use one of these extensions"));
+    assert!(
+        figure
+            .write(&Target::from(&path), &provenance(), 72)
+            .unwrap_err()
+            .to_string()
+            .ends_with("use one of these extensions")
+    );
     assert!(matches!(figure.to_rgb(0, 10), Err(FigureError::Size { .. })));
     assert!(matches!(
-        figure.write(&folder.path().join("tasks.png"), &provenance(), 1_000_000),
+        figure.write(&Target::from(&folder.path().join("tasks.png")), &provenance(), 1_000_000),
         Err(FigureError::Size { .. })
     ));
     assert!(matches!(invented::animation().to_gif(&provenance(), 0), Err(FigureError::Size { .. })));
     assert!(matches!(
-        figure.write(&folder.path().join("absent/tasks.png"), &provenance(), 72),
+        figure.write(&Target::from(&folder.path().join("absent/tasks.png")), &provenance(), 72),
         Err(FigureError::Io { .. })
     ));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -415,7 +422,7 @@ fn a_note_does_not_end_in_a_single_word() {
 fn the_pdf_holds_the_page_and_its_provenance() {
     let folder = tempfile::tempdir().unwrap();
     let (figure, path) = (invented::tasks(), folder.path().join("tasks.pdf"));
-    figure.write(&path, &provenance(), 72).unwrap();
+    figure.write(&Target::from(&path), &provenance(), 72).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let text = String::from_utf8_lossy(&bytes);
     assert!(text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"));

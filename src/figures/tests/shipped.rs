@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use crate::atomic::Target;
 use crate::figures::actions::StageActions;
 use crate::figures::data::labels;
 use crate::figures::*;
@@ -160,7 +161,7 @@ fn shipped_figures_show_the_numbers_beside_them() {
         let figure = figure(name, &rows.iter().collect::<Vec<_>>(), provenance.seeds.len());
         assert_eq!(String::from_utf8(figure.table().to_csv()).unwrap(), beside, "{name}");
         if redraw {
-            figure.write(&path, &provenance, DEFAULT_DPI).unwrap();
+            figure.write(&Target::from(&path), &provenance, DEFAULT_DPI).unwrap();
         }
     }
 }

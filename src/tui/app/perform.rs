@@ -71,6 +71,7 @@ impl App {
                     );
                 }
             }
+            UiAction::Undo if self.tab == Tab::Runs => self.apply(command::Restore(None)),
             UiAction::Undo => self.apply(command::Undo),
             UiAction::Redo => self.apply(command::Redo),
             UiAction::Save if self.workspace.view().file.is_none() => self.ask_where_to_save(),
@@ -256,7 +257,7 @@ impl App {
 
     fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
         let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
-        self.report(figure).map_err(|error| format!("{}: {error}", kind.name()))
+        self.try_effect(Effect::Apply(figure)).map_err(|error| format!("{}: {error}", kind.name()))
     }
 
     /// Shows a past episode of the watched run at the same step as before, so that one moment can be followed

@@ -35,8 +35,13 @@ impl App {
 
     /// Asks before a file is overwritten.
     pub(super) fn ask_to_overwrite(&mut self, path: &Path, command: Command) {
-        let text = format!("{} exists. What is in it now will be lost.", path.display());
-        self.ask("overwrite the file?", text, vec![('y', "overwrite it", Effect::ApplyConfirmed(command))]);
+        let mut text = format!("{} exists. What is in it now will be lost.", path.display());
+        let table = path.with_extension("csv");
+        if matches!(command, Command::Figure(_)) && table.exists() {
+            text += &format!(" So will what is in {}.", table.display());
+        }
+        let overwrite = Effect::ApplyConfirmed(command.forced());
+        self.ask("overwrite the file?", text, vec![('y', "overwrite it", overwrite)]);
     }
 
     pub(super) fn ask_for_epsilon(&mut self) {
@@ -102,7 +107,7 @@ impl App {
     pub(super) fn ask_where_to_save(&mut self) {
         let view = self.workspace.view();
         let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
-        let read = |path: &str| Ok(Effect::apply(command::Save(Some(expanded(path)))));
+        let read = |path: &str| Ok(Effect::apply(command::Save(Some((&expanded(path)).into()))));
         self.open(Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), read));
     }
 }

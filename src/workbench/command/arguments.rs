@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use crate::atomic::Target;
 use crate::evidence::Composition;
 use crate::paths::expanded;
 use crate::spelling::did_you_mean;
@@ -89,6 +90,27 @@ impl Argument<PathBuf> for Place {
         quoted(&Path::display(value).to_string())
     }
 }
+
+/// The path of a file to write. Followed by `force`, it replaces a file of any format.
+pub(super) struct Output(pub &'static str);
+
+impl Argument<Target> for Output {
+    fn read(&self, words: &mut Words<'_>) -> Result<Target, String> {
+        let path = Place(self.0).read(words)?;
+        let force = words.peek() == Some(FORCE);
+        if force {
+            words.next(FORCE)?;
+        }
+        Ok(Target { path, force })
+    }
+
+    fn write(&self, value: &Target) -> String {
+        let force = if value.force { format!(" {FORCE}") } else { String::new() };
+        Place(self.0).write(&value.path) + &force
+    }
+}
+
+const FORCE: &str = "force";
 
 /// A number.
 pub(super) struct Number(pub &'static str);

@@ -1,34 +1,30 @@
 //! Commands for the action clusters.
 
-use std::path::{Path, PathBuf};
-
-use super::arguments::{Argument, Optional, Place};
+use super::arguments::{Argument, Optional, Output};
 use super::{Awaits, Execute, InScripts, Verb, syntax};
-use crate::paths::check_suffix;
-use crate::run::RunError;
+use crate::atomic::{Format, Target};
+use crate::guidance::ActionPrior;
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
 /// Recomputes the action clusters of the task, and saves them to a file if one is given.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Clusters(pub Option<PathBuf>);
+pub struct Clusters(pub Option<Target>);
 
 impl Execute for Clusters {
     syntax! {
-        "clusters" "[FILE]" "recompute the action clusters of the task, and save them to a file"
-            => Clusters { 0: Optional(Place("a file")) };
+        "clusters" "[FILE [force]]" "recompute the action clusters of the task, and save them to a file"
+            => Clusters { 0: Optional(Output("a file")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        if let Some(path) = &self.0 {
-            check_suffix(path, "json").map_err(RunError::io("write", path))?;
-        }
         session.compute_clusters(self)
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.writes(self.0.as_deref(), "json")
+        dry_run.writes(self.0.as_ref());
+        Ok(())
     }
 
     /// A script waits until the file is written.
@@ -37,8 +33,12 @@ impl Execute for Clusters {
         InScripts { awaits, ..InScripts::default() }
     }
 
-    fn overwrites(&self) -> Option<&Path> {
-        self.0.as_deref()
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        self.0.as_ref().map(|to| (to, ActionPrior::FORMAT))
+    }
+
+    fn output_mut(&mut self) -> Option<&mut Target> {
+        self.0.as_mut()
     }
 }
 

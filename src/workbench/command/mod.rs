@@ -20,6 +20,8 @@ use std::sync::LazyLock;
 use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
+use crate::atomic::{Format, Target};
+use crate::run::RunError;
 use crate::spelling::{nearest_to_any, suggestion};
 use arguments::Words;
 
@@ -28,7 +30,9 @@ pub use clusters::{Clusters, Guide};
 pub use hand_play::{Place, Reset};
 pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
-pub use runs::{Checkpoint, Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
+pub use runs::{
+    Checkpoint, Continue, Delete, Evaluate, Fork, Note, Open, Pause, Restore, Resume, Stop, Tag, Train, Watch,
+};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
 
@@ -132,8 +136,13 @@ pub(super) trait Execute {
         InScripts::default()
     }
 
-    /// The file that it overwrites if it exists.
-    fn overwrites(&self) -> Option<&Path> {
+    /// The file named by the user that it writes, and its format.
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        None
+    }
+
+    /// The file that it writes, to be changed.
+    fn output_mut(&mut self) -> Option<&mut Target> {
         None
     }
 }
@@ -191,6 +200,12 @@ macro_rules! commands {
                     $(Self::$name(command) => command),*
                 }
             }
+
+            fn behaviour_mut(&mut self) -> &mut dyn Execute {
+                match self {
+                    $(Self::$name(command) => command),*
+                }
+            }
         }
 
         /// Every verb of the command language.
@@ -207,7 +222,7 @@ commands! {
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Evaluate, Checkpoint, Note, Tag,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, Evaluate, Checkpoint, Note, Tag,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }
@@ -253,9 +268,31 @@ impl Command {
         Ok(self)
     }
 
-    /// The file that it overwrites if it exists. Not that of a figure, which can be drawn again.
+    /// The existing file whose content would be lost if the command were [forced](Self::forced): any file, except a
+    /// figure in place of a figure, which can be drawn again.
     pub fn overwrites(&self) -> Option<&Path> {
-        self.behaviour().overwrites()
+        let (to, format) = self.behaviour().output().filter(|(to, _)| !to.force && to.path.exists())?;
+        let is_redrawn = matches!(self, Self::Figure(_)) && to.check(&format).is_ok();
+        Some(to.path.as_path()).filter(|_| !is_redrawn)
+    }
+
+    /// The command, replacing a file of any format.
+    pub fn forced(mut self) -> Self {
+        if let Some(to) = self.behaviour_mut().output_mut() {
+            to.force = true;
+        }
+        self
+    }
+
+    /// Checks that the file that it writes may be replaced, unless that is `own`.
+    ///
+    /// # Errors
+    /// When it is a file of another format.
+    pub(super) fn check_output(&self, own: Option<&Path>) -> Result<(), RunError> {
+        match self.behaviour().output() {
+            Some((to, format)) if own != Some(&to.path) => to.check(&format).map_err(RunError::io("write", &to.path)),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -300,7 +337,7 @@ mod tests {
     /// One line for every verb.
     const LINES: &[&str] = &[
         "task task1",
-        "save 'my tasks/new.json'",
+        "save 'my tasks/new.json' force",
         "undo",
         "redo",
         "subgoal add 0.1 -0.2 5",
@@ -343,6 +380,7 @@ mod tests {
         "open runs/a",
         "watch 2",
         "delete runs/a",
+        "restore runs/a",
         "continue runs/a until 300",
         "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
         "evaluate",
@@ -352,7 +390,7 @@ mod tests {
         "tag runs/a paper,best",
         "place 0.25 -0.5 371",
         "reset",
-        "figure learning curves.png",
+        "figure learning curves.png force 300 width=single",
         "expect success >= 0.5",
         "record session.mge",
         "quit",

@@ -1,10 +1,9 @@
 //! Commands that train and evaluate dynamics models in the background.
 
-use std::path::{Path, PathBuf};
-
-use super::arguments::{Argument, Number, Optional, Parsed, Place, Text};
+use super::arguments::{Argument, Number, Optional, Output, Parsed, Text};
 use super::{Awaits, Execute, InScripts, Verb, syntax};
-use crate::dynamics::ToolSet;
+use crate::atomic::{Format, Target};
+use crate::dynamics::{Model, ToolSet};
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
@@ -14,15 +13,15 @@ pub struct ModelTrain {
     /// The tools that the model covers.
     pub tools: ToolSet,
     /// The file.
-    pub path: PathBuf,
+    pub to: Target,
     /// Number of epochs; None for the default.
     pub epochs: Option<u32>,
 }
 
 impl Execute for ModelTrain {
     syntax! {
-        "model train" "TYPE,... FILE [EPOCHS]" "train a dynamics model of these tool types, in the background"
-            => ModelTrain { tools: Parsed("tool types"), path: Place("a file"), epochs: Optional(Number("number of epochs")) };
+        "model train" "TYPE,... FILE [force] [EPOCHS]" "train a dynamics model of these tool types, in the background"
+            => ModelTrain { tools: Parsed("tool types"), to: Output("a file"), epochs: Optional(Number("number of epochs")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -30,15 +29,20 @@ impl Execute for ModelTrain {
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.writes(Some(&self.path), "safetensors")
+        dry_run.writes(Some(&self.to));
+        Ok(())
     }
 
     fn in_scripts(&self) -> InScripts {
         InScripts { awaits: Awaits::Work, ..InScripts::default() }
     }
 
-    fn overwrites(&self) -> Option<&Path> {
-        Some(&self.path)
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        Some((&self.to, Model::FORMAT))
+    }
+
+    fn output_mut(&mut self) -> Option<&mut Target> {
+        Some(&mut self.to)
     }
 }
 

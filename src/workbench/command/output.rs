@@ -1,13 +1,13 @@
 //! Commands for output and control: figures, expectations, recording, waiting and quitting.
 
-use std::path::{Path, PathBuf};
-
-use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Place, is_option};
+use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Output, is_option};
 use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
+use crate::atomic::{Format, Target};
 use crate::evidence::Composition;
-use crate::figures::EXTENSIONS;
+use crate::figures::{EXTENSIONS, PICTURE};
 use crate::paths::suffix;
 use crate::workbench::dry_run::DryRun;
+use crate::workbench::journal::SCRIPT;
 use crate::workbench::{Session, SessionError, write_file};
 
 /// Exports a figure.
@@ -16,7 +16,7 @@ pub struct Figure {
     /// What it shows.
     pub kind: FigureKind,
     /// The file; its extension selects the format.
-    pub path: PathBuf,
+    pub to: Target,
     /// Its resolution; None for the default.
     pub dpi: Option<u32>,
     /// What the figure of learning curves shows, and how.
@@ -25,10 +25,10 @@ pub struct Figure {
 
 impl Execute for Figure {
     syntax! {
-        "figure" "KIND FILE [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode"
+        "figure" "KIND FILE [force] [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode"
             => Figure {
                 kind: OneOf("a kind", &FigureKind::ALL, FigureKind::name),
-                path: Place("a file"),
+                to: Output("a file"),
                 dpi: OptionalUnless(Number("resolution"), is_option),
                 composition: Composed,
             };
@@ -39,7 +39,7 @@ impl Execute for Figure {
     }
 
     fn check(&self, _dry_run: &mut DryRun) -> Result<(), SessionError> {
-        self.check_output()
+        self.check_kind()
     }
 
     fn in_scripts(&self) -> InScripts {
@@ -51,17 +51,25 @@ impl Execute for Figure {
         };
         InScripts { depends_on, awaits: Awaits::Result, ..InScripts::default() }
     }
+
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        Some((&self.to, PICTURE))
+    }
+
+    fn output_mut(&mut self) -> Option<&mut Target> {
+        Some(&mut self.to)
+    }
 }
 
 impl Figure {
     /// A figure with default options.
-    pub fn with_defaults(kind: FigureKind, path: PathBuf) -> Self {
-        Self { kind, path, dpi: None, composition: Composition::default() }
+    pub fn with_defaults(kind: FigureKind, to: impl Into<Target>) -> Self {
+        Self { kind, to: to.into(), dpi: None, composition: Composition::default() }
     }
 
     /// Checks that a figure of this kind has these options and can be written to a file with this extension.
-    pub(in crate::workbench) fn check_output(&self) -> Result<(), SessionError> {
-        let Self { kind, ref path, ref composition, .. } = *self;
+    pub(in crate::workbench) fn check_kind(&self) -> Result<(), SessionError> {
+        let Self { kind, to: Target { ref path, .. }, ref composition, .. } = *self;
         if let Some((key, _)) = composition.options().first().filter(|_| kind != FigureKind::Learning) {
             let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
             return Err(SessionError::Failed(reason));
@@ -210,22 +218,28 @@ impl Comparison {
 
 /// Saves the session so far as a script.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Record(pub PathBuf);
+pub struct Record(pub Target);
 
 impl Execute for Record {
-    syntax! { "record" "FILE" "save the session so far as a script" => Record { 0: Place("a file") }; }
+    syntax! {
+        "record" "FILE [force]" "save the session so far as a script" => Record { 0: Output("a file") };
+    }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        write_file(&self.0, session.to_script().as_bytes())?;
-        Ok(format!("saved the session to {}", self.0.display()))
+        write_file(&self.0, session.to_script().as_bytes(), &SCRIPT)?;
+        Ok(format!("saved the session to {}", self.0.path.display()))
     }
 
     fn in_scripts(&self) -> InScripts {
         InScripts { unrecorded: true, ..InScripts::default() }
     }
 
-    fn overwrites(&self) -> Option<&Path> {
-        Some(&self.0)
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        Some((&self.0, SCRIPT))
+    }
+
+    fn output_mut(&mut self) -> Option<&mut Target> {
+        Some(&mut self.0)
     }
 }
 

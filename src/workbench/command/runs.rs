@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{
-    Argument, Changes, Index, Keyword, List, Number, OptionalUnless, Or, Parsed, Place, Rest, Within,
+    Argument, Changes, Index, Keyword, List, Number, Optional, OptionalUnless, Or, Parsed, Place, Rest, Within,
 };
 use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
 use crate::run::{CheckpointName, Notes, RunDirectory};
@@ -192,22 +192,33 @@ impl Execute for Fork {
     }
 }
 
-/// Deletes a run from the disk, with all its files.
+/// Moves a run, with all its files, to the trash beside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delete(pub PathBuf);
 
 impl Execute for Delete {
     syntax! {
-        "delete" "FOLDER" "delete a run from the disk, with all its files; the key asks first"
+        "delete" "FOLDER" "move a run, with all its files, to the trash beside it; the key asks first"
             => Delete { 0: Place("a run's folder") };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.delete(self)
     }
+}
 
-    fn in_scripts(&self) -> InScripts {
-        InScripts { awaits: Awaits::Result, ..InScripts::default() }
+/// Brings back the run deleted from a folder, or else the run deleted last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Restore(pub Option<PathBuf>);
+
+impl Execute for Restore {
+    syntax! {
+        "restore" "[FOLDER]" "bring back the run deleted last, or the one deleted from a folder"
+            => Restore { 0: Optional(Place("a run's folder")) };
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.restore(self.0.as_deref())
     }
 }
 

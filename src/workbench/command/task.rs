@@ -1,13 +1,13 @@
 //! Commands that open, edit and save the task, and propose subgoals for it.
 
-use std::path::{Path, PathBuf};
-
 use super::arguments::{
-    Argument, Index, Number, Optional, OptionalUnless, Or, Parsed, Place, Position, Properties, Text, Within, is_option,
+    Argument, Index, Number, Optional, OptionalUnless, Or, Output, Parsed, Position, Properties, Text, Within,
+    is_option,
 };
 use super::{Awaits, Edit, Execute, InScripts, Verb, syntax};
+use crate::atomic::{Format, Target};
 use crate::task::Edit::*;
-use crate::task::{Editor, STANDARD_RADIUS};
+use crate::task::{self, Editor, STANDARD_RADIUS};
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
@@ -64,21 +64,26 @@ impl Execute for Puzzle {
 
 /// Saves the edited task to the given file, by default the one it was loaded from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Save(pub Option<PathBuf>);
+pub struct Save(pub Option<Target>);
 
 impl Execute for Save {
-    syntax! { "save" "[FILE]" "save the edited task" => Save { 0: Optional(Place("a file")) }; }
+    syntax! { "save" "[FILE [force]]" "save the edited task" => Save { 0: Optional(Output("a file")) }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.setup.save_task(self.0.as_deref())
+        session.setup.save_task(self.0.as_ref())
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.writes(self.0.as_deref(), "json")
+        dry_run.writes(self.0.as_ref());
+        Ok(())
     }
 
-    fn overwrites(&self) -> Option<&Path> {
-        self.0.as_deref()
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        self.0.as_ref().map(|to| (to, task::FORMAT))
+    }
+
+    fn output_mut(&mut self) -> Option<&mut Target> {
+        self.0.as_mut()
     }
 }
 

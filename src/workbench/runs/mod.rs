@@ -15,7 +15,7 @@ use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use super::setup::Setup;
 use crate::paths::fitting;
-use crate::run::{CheckpointName, RunDirectory, RunError, RunState};
+use crate::run::{CheckpointName, RunDirectory, RunState, restore};
 use crate::trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
 
 impl Session {
@@ -200,7 +200,10 @@ impl Session {
 
     /// The number of the run in a folder, if it is in the session.
     pub(super) fn number_of(&self, folder: &Path) -> Option<usize> {
-        self.runs.iter().find(|run| run.directory().path() == folder).map(RunView::number)
+        // A folder may have several names, such as `.`.
+        let place = folder.canonicalize().ok();
+        let is_there = |path: &Path| path == folder || (place.is_some() && path.canonicalize().ok() == place);
+        self.runs.iter().find(|run| is_there(run.directory().path())).map(RunView::number)
     }
 
     /// Opens the run in a folder and makes it the current one.
@@ -217,40 +220,26 @@ impl Session {
         Ok(report)
     }
 
-    /// Starts deleting a run's folder, unless this or another process is training the run.
+    /// Moves a run to the trash beside it, unless this or another process is training it.
     pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
-        let folder = command.0.clone();
+        let number = self.number_of(&command.0);
+        let known = number.and_then(|number| self.run_numbered(number)).map(|run| run.directory().path().to_owned());
+        let folder = known.unwrap_or_else(|| command.0.clone());
         self.refuse_if_busy(&folder)?;
-        let index = self.runs.iter().position(|run| run.directory().path() == folder);
-        if let Some(index) = index
-            && !folder.exists()
-        {
-            let name = self.runs.remove(index).name();
-            self.current = self.current.filter(|_| self.run().is_some());
-            return Ok(format!("{name} is no longer listed: its folder is gone"));
-        }
-        let directory = RunDirectory::open(&folder)?;
-        let lock = directory.lock()?;
-        // Removed from the session, so that the run is not polled while its files are deleted.
-        let removed = index.map(|index| self.runs.remove(index));
-        let current_is_gone = self.run().is_none();
-        let report = format!("deleting {}", folder.display());
-        let work = move |_: &Reporter| {
-            let outcome = std::fs::remove_dir_all(&folder);
-            drop(lock);
-            outcome.map_err(RunError::io("delete", &folder)).map(|()| folder).map_err(|error| error.to_string())
+        let name = folder.display();
+        let report = if number.is_some() && !folder.exists() {
+            format!("{name} is no longer listed: its folder is gone")
+        } else {
+            let is_valid = |run: &RunDirectory| match run.is_of_model()? {
+                true => Ok(()),
+                false => run.config::<RunConfig>().map(drop),
+            };
+            RunDirectory::deletable(&folder, is_valid)?.discard()?;
+            self.deleted.push(folder.clone());
+            format!("moved {name} to the trash: `restore` brings it back")
         };
-        self.start_job(command.clone(), work, |session, outcome| match outcome {
-            Ok(folder) => Ok(format!("deleted {}", folder.display())),
-            Err(reason) => {
-                session.runs.extend(removed);
-                session.runs.sort_by_key(RunView::number);
-                Err(reason)
-            }
-        });
-        if current_is_gone {
-            self.current = None;
-        }
+        self.runs.retain(|run| Some(run.number()) != number);
+        self.current = self.current.filter(|_| self.run().is_some());
         Ok(report)
     }
 
@@ -259,6 +248,15 @@ impl Session {
         let name = run.directory().checkpoints().chosen(choice)?;
         run.set_checkpoint(choice);
         Ok(format!("the agent of checkpoint {name} plays"))
+    }
+
+    /// Brings back the run deleted from a folder, or else the one that this session deleted last.
+    pub(super) fn restore(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
+        let last = self.deleted.last().map(PathBuf::as_path);
+        let folder = folder.or(last).ok_or(SessionError::Nothing("restore"))?.to_owned();
+        restore(&folder)?;
+        self.deleted.retain(|deleted| *deleted != folder);
+        Ok(format!("restored {}", folder.display()))
     }
 
     /// Starts playing an episode of the greedy policy of the current run.

@@ -67,8 +67,10 @@ fn a_run_is_deleted_only_when_no_process_trains_it() {
     drop(lock);
     apply(&mut session, &[&format!("delete {shown}")]);
     assert!(!path.exists() && session.runs().is_empty() && session.run().is_none());
-    let error = try_line(&mut session, &format!("delete {shown}")).unwrap_err();
-    assert!(!error.is_empty());
+    assert!(try_line(&mut session, &format!("delete {shown}")).is_err());
+    apply(&mut session, &["restore"]);
+    assert!(path.exists());
+    assert_eq!(try_line(&mut session, "restore").unwrap_err(), "there is nothing to restore");
 }
 
 #[test]
@@ -143,7 +145,6 @@ fn no_command_waits_for_the_work_it_starts() {
         format!("figure episode {}", path("new/episode.gif")),
         format!("open {}", path("b")),
         format!("continue {}", path("c")),
-        format!("delete {}", path("d")),
         "model evaluate bucket-box".to_owned(),
     ];
     for line in &begun {

@@ -105,7 +105,7 @@ fn a_run_whose_folder_is_gone_fails_with_a_notice_and_leaves_the_list() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     assert!(matches!(&failures[..], [reason] if reason.contains("was moved or deleted")), "{failures:?}");
-    assert_eq!(apply(&mut session, &delete).unwrap(), "run is no longer listed: its folder is gone");
+    assert!(apply(&mut session, &delete).unwrap().ends_with("run is no longer listed: its folder is gone"));
     assert!(session.runs().is_empty() && session.run().is_none());
 
     // The moved run recorded its failure; continued without its checkpoints, it fails again, before its first event.

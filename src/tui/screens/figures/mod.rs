@@ -101,7 +101,7 @@ pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &U
         FigureKind::Learning => common_task(&composition, ui),
         _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| &*run.name)),
     };
-    command::Figure { composition, ..command::Figure::with_defaults(kind, path_of(kind, about, format)) }.into()
+    command::Figure { composition, ..command::Figure::with_defaults(kind, &path_of(kind, about, format)) }.into()
 }
 
 /// The path of a figure of a task or run, or of all runs.

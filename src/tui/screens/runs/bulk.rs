@@ -9,6 +9,9 @@ use crate::tui::layers::Question;
 use crate::tui::view::{Level, RunSummary};
 use crate::workbench::{Command, FigureKind, command};
 
+/// Number of runs that a question before their deletion names.
+const MAX_NAMED: usize = 6;
+
 /// Applies an action to runs, after one question if something would be lost.
 pub(super) fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: UiAction) -> Vec<Effect> {
     let count = runs.len();
@@ -35,7 +38,7 @@ pub(super) fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: UiAction) -> Vec
         UiAction::Export => {
             let dashboard = |run: &&RunSummary| {
                 let path = path_of(FigureKind::Dashboard, Some(&run.name), "png");
-                let figure = command::Figure::with_defaults(FigureKind::Dashboard, path);
+                let figure = command::Figure::with_defaults(FigureKind::Dashboard, &path);
                 [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
             };
             let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
@@ -81,16 +84,23 @@ fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
             return vec![Effect::info(format!("{} is {doing}: {}", run.name, ui.text("{stop} stops it")))];
         }
         ([], _) => return vec![Effect::info(ui.text("none of them has ended: {stop} stops them"))],
-        ([run], _) => run.path.display().to_string(),
-        (several, _) => format!("{} runs", several.len()),
+        (ended, _) => {
+            let names = ended.iter().take(MAX_NAMED).map(|run| run.name.as_str()).collect::<Vec<_>>().join(", ");
+            let more = ended.len().saturating_sub(MAX_NAMED);
+            if more > 0 { format!("{names} and {more} more") } else { names }
+        }
     };
-    let mut text = format!("Everything in {what} is deleted from the disk. This cannot be undone.");
+    let undo = ui.text("{undo} here brings back the last one");
+    let mut text = format!("With all files: {what}. To the trash, `.trash` beside them: {undo}, until you empty it.");
     if !going.is_empty() {
         text = format!("{text} Not deleted, because they have not ended: {}.", going.len());
     }
-    let title = if ended.len() == 1 { "delete the run?" } else { "delete the runs?" };
+    let title = match ended.len() {
+        1 => "delete the run?".to_owned(),
+        several => format!("delete {several} runs?"),
+    };
     let delete = ended.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
-    vec![Effect::open(Question::warning(title, text, vec![('y', "delete", Effect::All(delete))]))]
+    vec![Effect::open(Question::warning(&title, text, vec![('y', "delete", Effect::All(delete))]))]
 }
 
 /// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.

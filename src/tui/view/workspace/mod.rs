@@ -232,10 +232,9 @@ impl SessionWorkspace {
                 self.view.model_outcome = Some(outcome.clone());
             }
             Command::Figure(figure) if outcome.is_ok() => {
-                self.view.figures.retain(|known| *known != figure.path);
-                self.view.figures.push(figure.path.clone());
+                self.view.figures.retain(|known| *known != figure.to.path);
+                self.view.figures.push(figure.to.path.clone());
             }
-            Command::Delete(_) => self.look_for_runs(),
             _ => {}
         }
         let training = self.session.run().is_some_and(RunView::is_active);
@@ -301,7 +300,10 @@ impl Workspace for SessionWorkspace {
             return Err(format!("not allowed: {command}"));
         }
         self.touched = Instant::now();
-        let changes_folder = matches!(command, Command::Out(_) | Command::Note(_) | Command::Tag(_));
+        let changes_folder = matches!(
+            command,
+            Command::Out(_) | Command::Note(_) | Command::Tag(_) | Command::Delete(_) | Command::Restore(_)
+        );
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {
             self.look_for_runs();

@@ -31,9 +31,10 @@ fn runs_are_watched_filtered_continued_and_evaluated() {
 
 #[test]
 fn a_run_is_deleted_after_a_question() {
-    check(typical(), "5 down X", &[], "Everything in runs/old is deleted");
+    check(typical(), "5 down X", &[], "With all files: old.");
     check(typical(), "5 down X esc", &[], "running");
     check(typical(), "5 down delete y", &["delete runs/old"], "");
+    check(typical(), "5 u", &["restore"], "");
     check(typical(), "5 X", &[], "task1-ddpg-mge-seed0 is being trained: x stops it");
     let mut view = typical();
     change_run(&mut view, 1, |run| run.state = RunState::Paused);
@@ -51,7 +52,7 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     check(view, "5 space down space 4 v", &[], "training · 1 group · 1 run");
     let both = ["task1-ddpg-mge-seed0", "old"];
-    check(grouped(), "5 down X", &[], "Everything in 3 runs is deleted");
+    check(grouped(), "5 down X", &[], "With all files: guided-0, guided-1, guided-2.");
     check(typical(), "5 space down space X", &[], "Not deleted, because they");
     check(typical(), "5 space down space X y", &["delete runs/old"], "");
     let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
