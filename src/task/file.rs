@@ -1,6 +1,6 @@
 //! Task files on disk and the tasks shipped with the program.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer};

@@ -2,7 +2,7 @@
 //! the first training starts.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::SessionError;
 use super::setup::Setup;
