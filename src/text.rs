@@ -1,4 +1,4 @@
-//! Makes text from files and users safe to display; counts in words.
+//! Makes text from files and users safe to display; counts in words; sorts texts with numbers.
 
 use std::borrow::Cow;
 use std::fmt::{Display, Write};
@@ -60,6 +60,26 @@ pub fn counted<N: Display + PartialEq + From<u8>>(count: N, noun: &str) -> Strin
     format!("{count} {noun}{ending}")
 }
 
+/// A key by which texts are sorted so that the numbers in them count as numbers: `seed2` is before `seed10`, and `0.05`
+/// before `0.1`.
+pub fn natural_key(text: &str) -> (Vec<(String, u64)>, String) {
+    let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    let (mut parts, mut rest) = (Vec::new(), text);
+    while !rest.is_empty() {
+        let (before, from) = rest.split_at(rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len()));
+        let mut end = digits(from);
+        for mark in [".", "e-", "e"] {
+            let further = from[end..].strip_prefix(mark).map_or(0, digits);
+            end += if further > 0 { mark.len() + further } else { 0 };
+        }
+        // The bits of positive numbers have their order.
+        let number: f64 = from[..end].parse().unwrap_or_default();
+        parts.push((before.to_owned(), number.to_bits()));
+        rest = &from[end..];
+    }
+    (parts, text.to_owned())
+}
+
 /// Maximum number of characters of a value that an error message shows.
 pub const MAX_EXCERPT_LENGTH: usize = 300;
 
@@ -114,5 +134,14 @@ mod tests {
             short.starts_with("begin") && short.ends_with("end") && short.contains(" [968 characters] "),
             "{short}"
         );
+    }
+
+    #[test]
+    fn numbers_in_texts_are_sorted_as_numbers() {
+        let sorted = ["a-1e-5-seed3", "a-0.05-seed0", "a-0.1-seed2", "a-0.1-seed10", "a-2", "a-16", "b", "b1e5", "é7"];
+        let mut texts = sorted.to_vec();
+        texts.reverse();
+        texts.sort_by_cached_key(|text| natural_key(text));
+        assert_eq!(texts, sorted);
     }
 }

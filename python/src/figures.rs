@@ -120,6 +120,6 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
 #[pyfunction]
 pub fn figure_methods(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Figure> {
     let rows: Vec<_> = found(py, folders)?.into_iter().map(|run| run.trained.row).collect();
-    let scores = abandonable(py, move || method_scores(&rows, &Bootstrap::default()))?;
+    let scores = abandonable(py, move || method_scores(&rows, &Bootstrap::default(), None))?;
     Ok(Figure::new(scores.map_err(exception)?, "mge.figures.methods()"))
 }

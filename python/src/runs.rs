@@ -116,7 +116,8 @@ pub fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
     abandonable_on_threads(py, move || read_runs(&find_runs(&folders)?))?.map_err(exception)
 }
 
-/// The results of the runs in folders, as columns: one row per run, with its label in figures.
+/// The results of the runs in folders, as columns: one row per run, with its label in figures and the effective values
+/// of all settings in which any two runs differ.
 #[pyfunction]
 pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Bound<'_, PyDict>> {
     let rows: Vec<_> = found(py, folders)?
@@ -126,7 +127,13 @@ pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Bound<'_,
             cells.insert("run".to_owned(), json!(run.path));
             cells.insert("state".to_owned(), json!(run.state.name()));
             cells.insert("label".to_owned(), json!(run.trained.row.label()));
-            cells.extend(row(&run.trained.row));
+            let mut measures = row(&run.trained.row);
+            for differing in ["settings", "implied"] {
+                if let Some(Value::Object(settings)) = measures.remove(differing) {
+                    cells.extend(settings);
+                }
+            }
+            cells.extend(measures);
             cells.insert("charged".to_owned(), json!(run.trained.row.charged));
             cells
         })
@@ -151,7 +158,7 @@ pub fn write_report(
     }
     let bootstrap = Bootstrap { resamples, confidence, seed };
     let dpi = dpi.unwrap_or(DEFAULT_DPI);
-    let write = move || evidence::report(&folders, &out, &bootstrap, "mge.write_report()", dpi, &mut |_, _| {});
+    let write = move || evidence::report(&folders, &out, &bootstrap, None, "mge.write_report()", dpi, &mut |_, _| {});
     let report = abandonable_on_threads(py, write)?.map_err(exception)?;
     serde_json::to_string(&report).map_err(exception)
 }

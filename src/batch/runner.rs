@@ -80,7 +80,7 @@ pub enum BatchError {
 }
 
 /// The progress of a batch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct BatchProgress<'a> {
     /// Work done, in the unit of [`Job::size`](Job).
     pub done: u64,

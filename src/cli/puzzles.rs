@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions};
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
-use super::runs::split_definition;
+use super::runs::definitions;
 use super::sweeps;
 use crate::evidence;
 use crate::puzzles::{
@@ -38,13 +38,12 @@ fn generate(arguments: &PuzzlesGenerate) -> Outcome {
 }
 
 fn bench(arguments: &PuzzlesBench) -> Outcome {
-    let definitions = arguments.settings.iter().map(|setting| split_definition(setting, "--set"));
     let plan = BenchPlan {
         search: search(&arguments.search),
         methods: arguments.methods.clone(),
         episodes: arguments.episodes,
         seeds: arguments.seeds,
-        settings: definitions.collect::<Result<_, _>>()?,
+        settings: definitions(&arguments.settings, "--set", &[])?,
     };
     let index = index_of(&arguments.search)?;
     // Invalid settings are found before the search for subgoals, on any task.
@@ -53,7 +52,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     trial.jobs.iter_mut().for_each(|job| _ = job.set.remove("prior"));
     sweeps::warn(&trial);
     let out = arguments.force.target(&arguments.out);
-    let file = in_batch(
+    let (file, text) = in_batch(
         arguments.threads,
         arguments.quiet,
         |batch, on_progress| puzzles::prepare(&plan, &index, &out, batch, on_progress),
@@ -62,7 +61,8 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     if arguments.prepare {
         return Ok(output::line(file.display())?);
     }
-    let sweep = Sweep::load(&file)?;
+    // Not from the file, which another process may have replaced.
+    let sweep = Sweep::parse(text.as_bytes(), &file.display().to_string())?;
     let failures = sweeps::work(&sweep, &arguments.out, arguments.threads, arguments.quiet)?;
     let Some((name, reason)) = failures.first() else { return brief(|| report(arguments, index, &sweep)) };
     if failures.len() < sweep.jobs.len() {

@@ -51,31 +51,34 @@ pub fn train(arguments: &Train) -> Outcome {
     let runs =
         std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).map_or_else(|| PathBuf::from("runs"), expanded);
     let mut session = Session::on_task(&arguments.task, runs)?;
+    let given = [
+        ("method", "--method", arguments.method.is_some()),
+        ("tools", "--tools", arguments.tools.is_some()),
+        ("seed", "--seed", arguments.seed.is_some()),
+        ("episodes", "--episodes", arguments.episodes.is_some()),
+        ("epsilon", "--epsilon", arguments.epsilon.is_some()),
+        ("prior", "--model", arguments.model.is_some()),
+    ];
+    let settings = definitions(&arguments.settings, "--set", &given)?;
     let method = arguments.method.unwrap_or_else(|| Method::usual(arguments.tools));
     let mut commands: Vec<Command> = vec![command::Method(method).into()];
     let tools = arguments.tools.map(|tools| command::Set { key: "tools".to_owned(), value: tools.to_string() });
     commands.extend(tools.map(Command::from));
-    commands.extend([command::Seed(arguments.seed).into(), command::Episodes(arguments.episodes).into()]);
+    let (seed, episodes) = (arguments.seed.unwrap_or(0), arguments.episodes.unwrap_or(2000));
+    commands.extend([command::Seed(seed).into(), command::Episodes(episodes).into()]);
     commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
     commands.extend(arguments.model.clone().map(|source| command::Model(source).into()));
     for command in commands {
         session.apply(command)?;
     }
-    apply_settings(&mut session, &arguments.settings)?;
+    apply_settings(&mut session, settings)?;
     session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, interrupt)
 }
 
-/// Applies `--set` options in their order; the last value of a setting counts. A setting that is out of range only
-/// because of a later one is tried again after it.
-fn apply_settings(session: &mut Session, settings: &[String]) -> Outcome {
-    let parsed = settings.iter().map(|setting| split_definition(setting, "--set"));
-    let mut left: Vec<(String, String)> = Vec::new();
-    for setting in parsed {
-        let (key, value) = setting?;
-        left.retain(|(earlier, _)| *earlier != key);
-        left.push((key, value));
-    }
+/// Applies `--set` options in their order. A setting that is out of range only because of a later one is tried again
+/// after it.
+fn apply_settings(session: &mut Session, mut left: Vec<(String, String)>) -> Outcome {
     while !left.is_empty() {
         let (count, mut refusal) = (left.len(), None);
         left.retain(|(key, value)| {
@@ -150,8 +153,7 @@ fn runs_to_continue(arguments: &Resume) -> Outcome<Vec<&PathBuf>> {
 pub fn fork(arguments: &Fork) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let mut session = Session::on_run(&arguments.run)?;
-    let mut changes: Vec<(String, String)> =
-        arguments.settings.iter().map(|setting| split_definition(setting, "--set")).collect::<Result<_, _>>()?;
+    let mut changes = definitions(&arguments.settings, "--set", &[("task", "--task", arguments.task.is_some())])?;
     if let Some(task) = &arguments.task {
         session.apply(command::Task(task.clone()))?;
         changes.push(("task".to_owned(), "edited".to_owned()));
@@ -403,8 +405,7 @@ pub fn script(arguments: &Script) -> Outcome {
 /// Runs a script and returns its session.
 pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
     let interrupt = Interrupt::listen()?;
-    let variables: Vec<(String, String)> =
-        arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
+    let variables = definitions(&arguments.variables, "--define", &[])?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
     session.interrupt_with(interrupt.stop());
@@ -425,7 +426,38 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
     interrupt.result(outcome, |_| true)
 }
 
-pub fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {
+/// Reads the definitions `NAME=VALUE` of a repeatable option. A name may be defined once, also by another option:
+/// `options` are names with the options that define them too, and whether these are given. The name of a group, such as
+/// `guidance.clusters`, defines all in it.
+///
+/// # Errors
+/// What is not a definition, or the two options that contradict each other.
+pub fn definitions(
+    texts: &[String],
+    flag: &str,
+    options: &[(&str, &str, bool)],
+) -> Result<Vec<(String, String)>, String> {
+    let mut known: Vec<(String, String)> = Vec::new();
+    for text in texts {
+        let (name, value) = split_definition(text, flag)?;
+        let overlaps = |other: &str| {
+            let within = |inner: &str, outer: &str| {
+                inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            within(&name, other) || within(other, &name)
+        };
+        let option = options.iter().find(|(other, _, is_given)| *is_given && overlaps(other));
+        let earlier = known.iter().find(|(other, _)| overlaps(other));
+        let other = option.map(|(_, option, _)| (*option).to_owned());
+        if let Some(other) = other.or_else(|| earlier.map(|(name, value)| format!("{flag} {name}={value}"))) {
+            return Err(format!("{other} and {flag} {text} set the same: give one of them"));
+        }
+        known.push((name, value));
+    }
+    Ok(known)
+}
+
+fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or_else(|| format!("{flag} {text}: write NAME=VALUE"))?;
     Ok((name.to_owned(), value.to_owned()))
 }

@@ -39,14 +39,18 @@ pub fn report(arguments: &Report) -> Outcome {
     if bootstrap != Bootstrap::default() {
         command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
     }
+    if let Some(label) = &arguments.reference {
+        command += &format!(" --reference {}", shell_words::quote(label));
+    }
     command += &arguments.print.option();
     let mut progress = Progress::new(1, false);
     let on_progress = &mut |read: usize, all: usize| {
         let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
         progress.set(read as u64, all as u64, message);
     };
+    let Report { runs, reference, print, .. } = arguments;
     let out = arguments.force.target(&arguments.out);
-    let report = evidence::report(&arguments.runs, out, &bootstrap, &command, arguments.print.dpi, on_progress)?;
+    let report = evidence::report(runs, out, &bootstrap, reference.as_deref(), &command, print.dpi, on_progress)?;
     drop(progress);
     if !report.left_out.is_empty() {
         output::message(format_args!("{} left out: the report has the reasons", counted(report.left_out.len(), "run")));

@@ -39,8 +39,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let failures = work(&sweep, &folder, arguments.threads, arguments.quiet)?;
     if arguments.file.is_some() {
-        brief(|| match sweep::read_results(&folder) {
-            Ok(results) => Ok(output::line(results.write(&to)?.display())?),
+        brief(|| match sweep::write_results(&to) {
+            Ok(path) => Ok(output::line(path.display())?),
             // The failures are reported below.
             Err(SweepError::Run(RunError::NoRuns(_))) if !failures.is_empty() => Ok(()),
             Err(error) => Err(error.into()),
@@ -80,7 +80,7 @@ fn collect(folders: &[PathBuf], to: &Target) -> Outcome {
     sweep::check_results(to)?;
     let runs = sweep::collect(folders, out)?;
     output::message(format_args!("{} holds {runs} runs", out.display()));
-    Ok(output::line(sweep::read_results(out)?.write(to)?.display())?)
+    Ok(output::line(sweep::write_results(to)?.display())?)
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::EvidenceError;
 use super::found::FoundRun;
 use super::groups::{AREA, FINAL, Groups, HELD, Score};
 use super::row::LearningRow;
@@ -30,6 +31,9 @@ pub struct Comparison {
     pub learning: Vec<LearningRow>,
     /// Runs that are left out: unfinished ones and duplicates.
     pub left_out: Vec<ExcludedRun>,
+    /// Label of the method that the others are compared with.
+    #[serde(default)]
+    pub reference: String,
     /// Tasks on which every method was trained; scores are aggregated over these.
     pub common_tasks: Vec<String>,
     /// Each method's scores over the common tasks.
@@ -136,16 +140,17 @@ impl Comparison {
     /// The version this program writes.
     pub const VERSION: u32 = 1;
 
-    /// Compares finished runs.
+    /// Compares finished runs; with those labelled `reference` in particular, or else with the usual baseline.
     ///
     /// # Errors
-    /// When a statistic cannot be computed.
+    /// When there are no runs with that label, or a statistic cannot be computed.
     pub fn new(
         learning: Vec<LearningRow>,
         left_out: Vec<ExcludedRun>,
         bootstrap: &Bootstrap,
         command: &str,
-    ) -> Result<Self, StatsError> {
+        reference: Option<&str>,
+    ) -> Result<Self, EvidenceError> {
         let mut report = Self {
             version: Self::VERSION,
             command: command.to_owned(),
@@ -153,11 +158,14 @@ impl Comparison {
             bootstrap: *bootstrap,
             learning,
             left_out,
+            reference: String::new(),
             common_tasks: Vec::new(),
             aggregates: Vec::new(),
             improvements: Vec::new(),
         };
         let groups = Groups::new(&report.learning);
+        reference.map_or(Ok(()), |label| groups.check_label(label))?;
+        report.reference = reference.or(groups.baseline()).unwrap_or_default().to_owned();
         let common_tasks = groups.common_tasks();
         if common_tasks.is_empty() {
             return Ok(report);

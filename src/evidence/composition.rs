@@ -9,6 +9,7 @@ use super::error::EvidenceError;
 use super::estimates::CurveEstimates;
 use super::figures::{Success, learning_curves, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
+use super::groups::Groups;
 use super::row::TrainedRun;
 use crate::figures::{Against, LearningCurves, PlotStyle};
 use crate::paths::expanded;
@@ -162,20 +163,11 @@ impl Composition {
 
     /// The runs of the chosen curves.
     fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, EvidenceError> {
-        let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
-        let asked = || self.curves.iter().map(|(label, _)| label);
-        if let Some(missing) = asked().chain(&self.reference).find(|label| !labels.contains(label)) {
-            let mut known = labels;
-            known.sort();
-            known.dedup();
-            let hint = did_you_mean(known.iter().map(String::as_str), missing);
-            return Err(EvidenceError::NoCurve { label: missing.clone(), known: known.join("; "), hint });
-        }
+        let groups = Groups::new(runs.iter().map(|run| &run.trained.row));
+        let asked = || self.curves.iter().map(|(label, _)| label).chain(&self.reference);
+        asked().try_for_each(|label| groups.check_label(label))?;
         if !self.curves.is_empty() {
-            let mut kept = labels
-                .iter()
-                .map(|label| asked().any(|asked| asked == label) || self.reference.as_ref() == Some(label));
-            runs.retain(|_| kept.next().unwrap_or(false));
+            runs.retain(|run| asked().any(|asked| *asked == run.trained.row.label()));
         }
         if runs.is_empty() { Err(EvidenceError::NothingStarted) } else { Ok(runs) }
     }

@@ -16,9 +16,9 @@ pub enum EvidenceError {
     /// No run has a point of a curve yet.
     #[error("none of the runs has finished enough episodes for a curve")]
     NothingStarted,
-    /// A chosen curve does not exist.
-    #[error("there is no curve `{label}`{hint}: there are {known}")]
-    NoCurve {
+    /// A chosen label does not exist.
+    #[error("no runs are labelled `{label}`{hint}: there are {known}")]
+    NoLabel {
         /// The label given.
         label: String,
         /// The existing labels.

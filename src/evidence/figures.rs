@@ -109,11 +109,15 @@ fn height(curve: &[[f64; 2]], x: f64) -> f64 {
 }
 
 /// Area under the curve of every method on every task and, if all methods were trained on all of
-/// several tasks, over all tasks.
+/// several tasks, over all tasks. The reference is the method with that label, or else the usual baseline.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
-pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<MethodScores, StatsError> {
+pub fn method_scores(
+    rows: &[LearningRow],
+    bootstrap: &Bootstrap,
+    reference: Option<&str>,
+) -> Result<MethodScores, StatsError> {
     let groups = Groups::new(rows);
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     for task in groups.tasks() {
@@ -142,7 +146,7 @@ pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<Meth
     Ok(MethodScores {
         measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
         statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
-        reference: groups.baseline().map(str::to_owned),
+        reference: reference.or(groups.baseline()).map(str::to_owned),
         panels,
     })
 }
@@ -208,7 +212,7 @@ mod tests {
             LearningRow { episodes: 3, efficiency, ..LearningRow::new(&config, &RunHistory::default()) }
         };
         let rows = [Method::DdpgMgeAdaptive, Method::Ddpg].map(row);
-        let scores = method_scores(&rows, &Bootstrap::default()).unwrap();
+        let scores = method_scores(&rows, &Bootstrap::default(), None).unwrap();
         assert_eq!((scores.panels[0].methods[0].label.as_str(), scores.reference.as_deref()), {
             ("adaptive DDPG-MGE, epsilon by need", Some("DDPG"))
         });

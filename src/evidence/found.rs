@@ -9,6 +9,7 @@ use super::charges::Charges;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
+use crate::text::natural_key;
 use crate::trainer::{RunConfig, checked_history};
 
 /// Number of runs read in parallel between two progress reports.
@@ -37,7 +38,7 @@ impl FoundRun {
 }
 
 /// The folders of the runs in `folders`, without duplicates. Each of `folders` is a run itself, or holds runs
-/// directly or in its subfolder `runs`; these are ordered by name.
+/// directly, in its subfolder `runs`, or both; these are ordered by name, with numbers in names as numbers.
 ///
 /// # Errors
 /// [`RunError::NoRuns`] for a folder without runs; [`RunError::Io`].
@@ -48,8 +49,10 @@ pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
             found.push(folder.clone());
             continue;
         }
-        let inner = folder.join("runs");
-        let runs = runs_in(if inner.is_dir() { &inner } else { folder })?;
+        let (mut runs, inner) = (runs_in(folder)?, folder.join("runs"));
+        if inner.is_dir() {
+            runs.extend(runs_in(&inner)?);
+        }
         if runs.is_empty() {
             return Err(RunError::NoRuns(folder.clone()));
         }
@@ -78,7 +81,7 @@ fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
     let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| entry.map(|entry| entry.path())).collect();
     let mut runs = paths.map_err(RunError::io("read", folder))?;
     runs.retain(|path| is_listed_run(path));
-    runs.sort();
+    runs.sort_by_cached_key(|path| natural_key(&path.file_name().unwrap_or_default().to_string_lossy()));
     Ok(runs)
 }
 

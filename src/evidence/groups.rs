@@ -2,10 +2,13 @@
 
 use std::collections::HashMap;
 
+use super::error::EvidenceError;
 use super::row::LearningRow;
+use crate::spelling::did_you_mean;
 use crate::stats::aggregate::{iqm, mean};
 use crate::stats::comparison::improvement_interval;
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
+use crate::trainer::Method;
 
 /// A score of a run; None if the run has none.
 pub type Score = fn(&LearningRow) -> Option<f64>;
@@ -107,9 +110,28 @@ impl<'a> Groups<'a> {
         self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
     }
 
-    /// The label that others are compared with: plain DDPG, or else the first label.
+    /// The label that others are compared with: the first of plain DDPG, with its default settings if there is one, or
+    /// else the first label.
     pub fn baseline(&self) -> Option<&str> {
-        self.labels.iter().find(|label| *label == "DDPG").or(self.labels.first()).map(String::as_str)
+        let runs = |label: &&String| self.tasks.iter().find_map(|task| self.of(task, label).first());
+        let is_plain = |label: &&String| runs(label).is_some_and(|row| row.method == Method::Ddpg.name());
+        let is_usual = |label: &&String| runs(label).is_some_and(|row| row.is_usual);
+        let plain = || self.labels.iter().filter(is_plain);
+        plain().find(is_usual).or(plain().next()).or(self.labels.first()).map(String::as_str)
+    }
+
+    /// Checks that there are runs with this label.
+    ///
+    /// # Errors
+    /// [`EvidenceError::NoLabel`].
+    pub(super) fn check_label(&self, label: &str) -> Result<(), EvidenceError> {
+        if self.labels.iter().any(|known| known == label) {
+            return Ok(());
+        }
+        let mut known = self.labels.clone();
+        known.sort();
+        let hint = did_you_mean(known.iter().map(String::as_str), label);
+        Err(EvidenceError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
     }
 
     /// A score of one group, compared with the group of the label `baseline` on the same task. None if

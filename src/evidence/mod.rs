@@ -23,9 +23,11 @@ mod table;
 
 pub use comparison::Comparison;
 pub use composition::{Composed, Composition, OPTIONS};
+pub use error::EvidenceError;
 pub use estimates::{CurveEstimates, KnownEstimates};
 pub use found::{FoundRun, RunReader, find_runs, is_listed_run, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;
 pub use row::{LearningRow, TrainedRun};
-pub use settings::{differences, distinguish};
+pub use settings::{Settings, differences, distinguish};
+pub(crate) use settings::{complete, leaf_settings};

@@ -14,6 +14,7 @@ use crate::atomic::Target;
 use crate::figures::{Figure, Provenance, check_all};
 use crate::run::{RunError, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
+use crate::sync::hold_folder;
 use crate::{json, markdown};
 
 /// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
@@ -29,15 +30,16 @@ const FIGURES: [(&str, &str); 5] = [
 ];
 
 /// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
-/// `out`, in place of an earlier report. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all
-/// runs.
+/// `out`, in place of an earlier report. Methods are compared with that labelled `reference`, or else with the usual
+/// baseline. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all runs.
 ///
 /// # Errors
-/// When no run is finished, or a file cannot be written or is of another origin.
+/// When no run is finished or has the label, or a file cannot be written or is of another origin.
 pub fn report(
     folders: &[PathBuf],
     out: impl Into<Target>,
     bootstrap: &Bootstrap,
+    reference: Option<&str>,
     command: &str,
     dpi: u32,
     on_progress: &mut dyn FnMut(usize, usize),
@@ -66,11 +68,13 @@ pub fn report(
     let damaged = |(run, error): (PathBuf, RunError)| ExcludedRun { run, reason: error.to_string() };
     let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
     let rows = runs.iter().map(|run| run.row.clone()).collect();
-    let report = Comparison::new(rows, left_out, bootstrap, command)?;
+    let report = Comparison::new(rows, left_out, bootstrap, command, reference)?;
     std::fs::create_dir_all(&figures.path).map_err(RunError::io("create", &figures.path))?;
+    // Reports that are written at the same time into one folder do not mix.
+    let _alone = hold_folder(&out.path, || true).map_err(RunError::io("write into", &out.path))?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
-    draw("methods", &method_scores(&report.learning, bootstrap)?)?;
+    draw("methods", &method_scores(&report.learning, bootstrap, Some(&report.reference))?)?;
     draw("learning", &learning_curves(&runs, bootstrap, Success::Training)?)?;
     draw("learning-steps", &step_curves(&runs, bootstrap)?)?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
@@ -117,7 +121,7 @@ impl Comparison {
     /// # Errors
     /// When a statistic cannot be computed.
     pub fn write_tables(&self, text: &mut String) -> Result<(), StatsError> {
-        Groups::new(&self.learning).write_table(text, &self.bootstrap)?;
+        Groups::new(&self.learning).write_table(text, &self.reference, &self.bootstrap)?;
         self.write_aggregates(text);
         self.write_improvements(text);
         Ok(())
@@ -168,15 +172,14 @@ impl Comparison {
             return;
         }
         text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
-        let learning = Groups::new(&self.learning);
-        let baseline = learning.baseline().filter(|_| learning.labels().len() > MAX_PAIRED);
-        if let Some(baseline) = &baseline {
+        let methods = Groups::new(&self.learning).labels().len();
+        let baseline = Some(&self.reference).filter(|_| methods > MAX_PAIRED);
+        if let Some(baseline) = baseline {
             let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));
         }
         *text += "\n\n";
         *text += &markdown::header(["method", "over", "probability"]);
-        for row in self.improvements.iter().filter(|row| baseline.as_ref().is_none_or(|baseline| row.over == *baseline))
-        {
+        for row in self.improvements.iter().filter(|row| baseline.is_none_or(|baseline| row.over == *baseline)) {
             *text += &markdown::row([&row.method, &row.over, &format_share(row.probability)]);
         }
         text.push('\n');

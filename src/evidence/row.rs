@@ -1,10 +1,10 @@
 //! Training results, one row per run.
 
-use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
+use super::settings::Settings;
 use crate::run::RunHistory;
 use crate::stats::efficiency::{Efficiency, efficiency};
 use crate::stats::rolling::{WINDOW, rolling_mean};
@@ -17,11 +17,17 @@ pub struct LearningRow {
     pub task: String,
     /// Name of the method, such as `ddpg-mge`.
     pub method: String,
-    /// The epsilon schedule.
+    /// The epsilon schedule; 0 for a method without one.
     pub epsilon: String,
-    /// Other settings in which it differs from the runs it is compared with, by JSON path.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub settings: BTreeMap<String, String>,
+    /// Other settings in which the runs it is compared with differ, by JSON path, with its effective values.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub settings: Settings,
+    /// Those in which they differ only because each method has its own default; labels leave them out.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub implied: Settings,
+    /// Whether all of these have the default values of its method.
+    #[serde(skip)]
+    pub is_usual: bool,
     /// Master seed.
     pub seed: u64,
     /// Number of episodes trained.
@@ -92,8 +98,10 @@ impl LearningRow {
         Self {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
-            epsilon: config.epsilon.to_string(),
-            settings: BTreeMap::new(),
+            epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
+            settings: Settings::new(),
+            implied: Settings::new(),
+            is_usual: true,
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,
@@ -106,11 +114,13 @@ impl LearningRow {
     /// The row of a run that is still being trained, from its number of episodes and latest rolling
     /// success.
     pub fn so_far(config: &RunConfig, episodes: u64, success: Option<f64>) -> Self {
-        Self {
-            episodes,
-            efficiency: Efficiency { final_success: success, ..Efficiency::default() },
-            ..Self::new(config, &RunHistory::default())
-        }
+        Self::new(config, &RunHistory::default()).with_progress(episodes, success)
+    }
+
+    /// The same row with another number of episodes and latest rolling success.
+    #[must_use]
+    pub fn with_progress(self, episodes: u64, success: Option<f64>) -> Self {
+        Self { episodes, efficiency: Efficiency { final_success: success, ..Efficiency::default() }, ..self }
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::row::LearningRow;
 use crate::dynamics::{shipped_for, tool_set_name};
@@ -17,41 +17,67 @@ use crate::trainer::{Method, ModelFile, PriorSource, RunConfig};
 /// The key in a row's settings for its whole epsilon schedule, present if the short form is ambiguous.
 const WHOLE_SCHEDULE: &str = "epsilon";
 
-/// Values without a default that a label leaves out even if other runs have other values: the full model of the tool
-/// set, an unchanged task.
-const USUAL: [(&str, &str); 3] = [("prior", WHOLE_MODEL), ("subgoals", UNCHANGED), ("scene", UNCHANGED)];
-/// Value of `fork` for a run that is not a fork.
-const NO_FORK: &str = "none";
+/// The effective value of a setting that has none: `null` and an empty table cell would stand for a setting that the
+/// method does not use.
+const NONE: &str = "none";
 /// Value of `subgoals` and `scene` for a shipped task, or one without variants.
 const UNCHANGED: &str = "unchanged";
 /// The further tasks of a run.
-const FURTHER: &str = "further_tasks";
+const FURTHER: &str = "more_tasks";
 /// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
-/// Settings by JSON path.
-type Settings = BTreeMap<String, String>;
+/// Effective values of settings by JSON path.
+pub type Settings = BTreeMap<String, Value>;
 
-/// Gives each row the settings in which its run differs from other runs on the same task, so that runs
-/// with the same label differ only in the seed. Default values of the run's method are omitted. All rows
-/// that are shown or compared together must be given together, each with its configuration.
-pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
+/// Gives each row every setting in which the runs differ, with its effective value, so that runs with the same label
+/// differ only in the seed. Settings that differ only because each method has its own default are
+/// [implied](LearningRow::implied) by the method. All rows that are shown or compared together must be given together,
+/// each with its configuration. Returns the settings in which the runs do not differ.
+pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) -> Settings {
     let configs: Vec<&RunConfig> = runs.iter().map(|(config, _)| *config).collect();
     let mut settings: Vec<Settings> = configs.iter().map(|config| compared_settings(config)).collect();
     name_task_variants(&configs, &mut settings);
     name_models(&configs, &mut settings);
     name_further_tasks(&mut settings);
-    let differing = differing_settings(&configs, &settings);
+    let differing = complete(&mut settings, |run, path| configs[run].method.uses(path));
     let mut defaults: BTreeMap<String, Settings> = BTreeMap::new();
-    for ((config, row), settings) in runs.iter_mut().zip(&settings) {
-        let kind = format!("{} {:?}", config.method, config.tools);
+    let mut unusual: Vec<BTreeSet<String>> = Vec::new();
+    for (config, settings) in configs.iter().zip(&settings) {
+        let kind = format!("{} {:?} {}", config.method, config.tools, config.task.rules.start_noise);
         let default = defaults.entry(kind).or_insert_with(|| default_settings(config));
-        let shown = settings
-            .iter()
-            .filter(|(path, value)| differing.contains(path.as_str()) && default.get(*path) != Some(*value));
-        row.settings = shown.map(|(path, value)| (path.clone(), value.clone())).collect();
+        let is_unusual = |path: &&String| {
+            settings.get(*path).is_some_and(|value| default.get(*path).map_or(*value != NONE, |usual| usual != value))
+        };
+        unusual.push(differing.iter().filter(is_unusual).cloned().collect());
+    }
+    let named: BTreeSet<&String> = unusual.iter().flatten().collect();
+    let mut common = Settings::new();
+    for (((_, row), settings), unusual) in runs.iter_mut().zip(settings).zip(&unusual) {
+        let (differ, same): (Settings, Settings) = settings.into_iter().partition(|(path, _)| differing.contains(path));
+        (row.settings, row.implied) = differ.into_iter().partition(|(path, _)| named.contains(path));
+        row.is_usual = unusual.is_empty();
+        common.extend(same);
     }
     distinguish_schedules(&mut runs);
+    common
+}
+
+/// The paths at which settings differ. A setting that only some have becomes [`NONE`] in the others that use it.
+pub(crate) fn complete(settings: &mut [Settings], uses: impl Fn(usize, &str) -> bool) -> BTreeSet<String> {
+    let mut paths: BTreeSet<String> = settings.iter().flat_map(BTreeMap::keys).cloned().collect();
+    paths.retain(|path| {
+        let (mut first, mut differs) = (None, false);
+        for (_, settings) in settings.iter_mut().enumerate().filter(|(number, _)| uses(*number, path)) {
+            if !settings.contains_key(path) {
+                settings.insert(path.clone(), NONE.into());
+            }
+            let value = &settings[path];
+            differs |= first.get_or_insert_with(|| value.clone()) != value;
+        }
+        differs
+    });
+    paths
 }
 
 impl LearningRow {
@@ -66,9 +92,8 @@ impl LearningRow {
             Ok(method) => method.label().to_owned(),
             Err(_) => self.method.clone(),
         };
-        let shown = |(key, value): &(&String, &String)| *key != WHOLE_SCHEDULE && !USUAL.contains(&(key, value));
-        for (key, value) in self.settings.iter().filter(shown) {
-            let _ = write!(label, ", {} {value}", if key == "prior" { "model" } else { key });
+        for (key, value) in self.settings.iter().filter(|(key, _)| *key != WHOLE_SCHEDULE) {
+            let _ = write!(label, ", {} {}", if key == "prior" { "model" } else { key }, json::text(value));
         }
         label
     }
@@ -86,40 +111,16 @@ impl LearningRow {
     }
 }
 
-/// The differences of two runs: JSON paths of `config.json` with both values; a missing value is empty.
+/// The differences of two runs: JSON paths of `config.json` with both effective values; a missing value is empty.
 pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [String; 2])> {
-    let of = |config: &RunConfig| -> Settings {
-        json::leaves(&json::as_written(config)).into_iter().map(|(path, value)| in_short(path, value)).collect()
-    };
-    let mut all = [of(first), of(second)];
+    let mut all = [effective_settings(first), effective_settings(second)];
     if first.prior == second.prior {
         all.iter_mut().for_each(|settings| _ = settings.remove("prior"));
     }
     let paths: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
-    let values = |path: &String| all.each_ref().map(|settings| settings.get(path).cloned().unwrap_or_default());
+    let values = |path: &String| all.each_ref().map(|settings| settings.get(path).map_or_else(String::new, json::text));
     let differing = paths.into_iter().map(|path| (path.clone(), values(path)));
     differing.filter(|(_, [first, second])| first != second).collect()
-}
-
-/// The paths at which runs on the same task have different values, or at which only some runs of a method have one.
-fn differing_settings<'a>(configs: &[&'a RunConfig], settings: &'a [Settings]) -> BTreeSet<&'a str> {
-    let mut differing = BTreeSet::new();
-    let mut first: BTreeMap<(&str, &str), &str> = BTreeMap::new();
-    let mut runs: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-    let mut present: BTreeMap<(&str, &str, &str), usize> = BTreeMap::new();
-    for (config, settings) in configs.iter().zip(settings) {
-        let task = &*config.task.name;
-        *runs.entry((task, config.method.name())).or_default() += 1;
-        for (path, value) in settings {
-            *present.entry((task, config.method.name(), path)).or_default() += 1;
-            if *first.entry((task, path)).or_insert(value) != value {
-                differing.insert(path.as_str());
-            }
-        }
-    }
-    let partly = present.iter().filter(|((task, method, _), count)| **count < runs[&(*task, *method)]);
-    differing.extend(partly.map(|((_, _, path), _)| *path));
-    differing
 }
 
 /// The default settings of a run with this method and these tools.
@@ -127,28 +128,57 @@ fn default_settings(config: &RunConfig) -> Settings {
     let mut settings = compared_settings(&RunConfig::default_with(config.task.clone(), config.method, config.tools));
     // The tools do not depend on the method.
     settings.remove("tools");
+    // Without variants, as `name_task_variants` would find.
+    settings.extend(["subgoals", "scene"].map(|part| (part.to_owned(), UNCHANGED.into())));
     settings
+}
+
+/// The effective value of every setting: where a configuration leaves a value to the task, that of the task.
+fn effective_settings(config: &RunConfig) -> Settings {
+    let mut settings = leaf_settings(&json::as_written(config));
+    if config.start_noise.is_none() {
+        settings.insert("start_noise".to_owned(), json::as_written(&config.task.rules.start_noise));
+    }
+    if config.evaluation.tools.is_none() {
+        settings.insert("evaluation.tools".to_owned(), settings["tools"].clone());
+    }
+    // The tasks themselves, not the place where they were found.
+    if settings.remove("further_tasks").is_some() {
+        let names: Vec<&str> = config.further_tasks.iter().map(|task| &*task.name).collect();
+        settings.insert(FURTHER.to_owned(), names.join(", ").into());
+    }
+    settings
+}
+
+/// The values in a configuration by their paths: numbers, booleans and texts.
+pub(crate) fn leaf_settings(config: &Value) -> Settings {
+    let value = |value: &Value| match value {
+        Value::Number(_) | Value::Bool(_) => value.clone(),
+        Value::Null => NONE.into(),
+        value => Some(json::text(value)).filter(|text| !text.is_empty()).unwrap_or_else(|| NONE.to_owned()).into(),
+    };
+    json::leaves(config).into_iter().map(|(path, found)| (path, value(found))).collect()
 }
 
 /// Settings by path, without those that every label includes or that do not affect learning.
 fn compared_settings(config: &RunConfig) -> Settings {
     let is_compared = |path: &str| {
-        let elsewhere = ["method", "seed", "epsilon", "more_tasks"].contains(&path)
+        let elsewhere = ["method", "seed", "epsilon"].contains(&path)
             || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
         !elsewhere && config.method.uses(path)
     };
-    let whole = json::as_written(config);
-    let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
-    let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
-    let fork = ("fork".to_owned(), fork);
-    let mut settings: Settings = leaves.map(|(path, value)| in_short(path, value)).chain([fork]).collect();
+    let mut settings = effective_settings(config);
+    settings.retain(|path, _| is_compared(path));
+    let fork = config.fork.as_ref().map_or(NONE.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
+    settings.insert("fork".to_owned(), fork.into());
     if let (Some(id), Some(prior)) = (model_of(config), settings.get_mut("prior")) {
         let is_shipped = |task: &Arc<Task>| shipped_for(&task.tool_set()).is_some_and(|model| model.id() == *id);
         let is_learned = config.tools.is_none() && config.tasks().all(is_shipped);
-        *prior = if is_learned { String::from(PriorSource::Learned) } else { id.sha256.clone() };
+        *prior = if is_learned { String::from(PriorSource::Learned) } else { id.sha256.clone() }.into();
     }
-    if let Some(tasks) = settings.get_mut(FURTHER) {
-        let _ = write!(tasks, " ({})", config.further_tasks_id().digits());
+    if !config.further_tasks.is_empty() {
+        let names = json::text(&settings[FURTHER]);
+        settings.insert(FURTHER.to_owned(), format!("{names} ({})", config.further_tasks_id().digits()).into());
     }
     settings
 }
@@ -162,32 +192,28 @@ pub(super) fn training_key(config: &RunConfig) -> String {
     json!([tasks, config.method, config.seed, epsilon, settings]).to_string()
 }
 
-/// A setting as text, whole tasks by their names.
-fn in_short(path: String, value: &serde_json::Value) -> (String, String) {
-    let name = |task: &serde_json::Value| task["name"].as_str().unwrap_or_default().to_owned();
-    let text = match value.as_array().filter(|_| path == FURTHER) {
-        Some(tasks) => tasks.iter().map(name).collect::<Vec<String>>().join(", "),
-        None => json::text(value),
-    };
-    (path, text)
-}
-
 /// Adds the `subgoals` of each run's task and the rest of its `scene`: names that distinguish the tasks with the same
 /// name.
 fn name_task_variants(configs: &[&RunConfig], settings: &mut [Settings]) {
     let shipped = task::shipped();
     let scene = |task: &Task| Task { subgoals: Vec::new(), ..task.clone() };
-    let subgoals = variant_names(configs, &shipped, |task| task.subgoals.clone());
-    let scenes = variant_names(configs, &shipped, scene);
+    let subgoals = variant_names(configs, &shipped, true, |task| task.subgoals.clone());
+    let scenes = variant_names(configs, &shipped, false, scene);
     for ((settings, subgoals), scene) in settings.iter_mut().zip(subgoals).zip(scenes) {
-        settings.insert("subgoals".to_owned(), subgoals);
-        settings.insert("scene".to_owned(), scene);
+        settings.insert("subgoals".to_owned(), subgoals.into());
+        settings.insert("scene".to_owned(), scene.into());
     }
 }
 
-/// A name for each run that distinguishes a part of its task from those of other tasks with the same name. Variants
-/// of which each belongs to one seed, such as subgoals that are proposed for each seed, have the same name.
-fn variant_names<T: PartialEq>(configs: &[&RunConfig], shipped: &[Task], part: impl Fn(&Task) -> T) -> Vec<String> {
+/// A name for each run that distinguishes a part of its task from those of other tasks with the same name. If that
+/// part may be `made_by_seed`, as subgoals that are proposed, variants of which each belongs to one seed have the same
+/// name.
+fn variant_names<T: PartialEq>(
+    configs: &[&RunConfig],
+    shipped: &[Task],
+    made_by_seed: bool,
+    part: impl Fn(&Task) -> T,
+) -> Vec<String> {
     // Each variant with the seeds of its runs.
     let mut variants: HashMap<&str, Vec<(T, BTreeSet<u64>)>> = HashMap::new();
     for task in shipped.iter().filter(|task| configs.iter().any(|config| config.task.name == task.name)) {
@@ -213,7 +239,7 @@ fn variant_names<T: PartialEq>(configs: &[&RunConfig], shipped: &[Task], part: i
         let changed = &known[first_changed..];
         let seeds: BTreeSet<&u64> = changed.iter().flat_map(|(_, seeds)| seeds).collect();
         let one_for_each_seed = seeds.len() == changed.len() && changed.iter().all(|(_, seeds)| seeds.len() == 1);
-        match changed.len() == 1 || one_for_each_seed {
+        match changed.len() == 1 || (made_by_seed && one_for_each_seed) {
             true => "changed".to_owned(),
             false => format!("variant {}", index - first_changed + 1),
         }
@@ -225,36 +251,37 @@ fn variant_names<T: PartialEq>(configs: &[&RunConfig], shipped: &[Task], part: i
 /// can have the same label. A model with several names has the first; two models with the same name on one task also
 /// have the first digits of their hashes, or their paths in runs of earlier versions.
 fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
+    let content = |settings: &Settings| settings.get("prior").map(json::text);
     let mut stems: BTreeMap<String, String> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings.iter()) {
-        if let (Some(stem), Some(content)) = (model_stem(config), settings.get("prior")) {
-            let first = stems.entry(content.clone()).or_insert_with(|| stem.clone());
+        if let (Some(stem), Some(content)) = (model_stem(config), content(settings)) {
+            let first = stems.entry(content).or_insert_with(|| stem.clone());
             *first = stem.min(first.clone());
         }
     }
     let name = |config: &RunConfig, settings: &Settings| {
         model_stem(config)?;
-        Some(short_name(stems.get(settings.get("prior")?)?, config))
+        Some(short_name(stems.get(&content(settings)?)?, config))
     };
     let mut contents: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings.iter()) {
         // If shipped models are compared too, the full model of a study is not called so.
         let learned = (config.prior == PriorSource::Learned).then(|| WHOLE_MODEL.to_owned());
-        if let (Some(name), Some(content)) = (learned.or_else(|| name(config, settings)), settings.get("prior")) {
-            contents.entry((&config.task.name, name)).or_default().insert(content.clone());
+        if let (Some(name), Some(content)) = (learned.or_else(|| name(config, settings)), content(settings)) {
+            contents.entry((&config.task.name, name)).or_default().insert(content);
         }
     }
     let ambiguous: BTreeSet<&String> =
         contents.iter().filter(|(_, contents)| contents.len() > 1).map(|((_, name), _)| name).collect();
     for (config, settings) in configs.iter().zip(settings) {
-        let (Some(name), Some(content)) = (name(config, settings), settings.get("prior")) else { continue };
+        let (Some(name), Some(content)) = (name(config, settings), content(settings)) else { continue };
         let shown = match model_of(config) {
-            _ if *content == String::from(PriorSource::Learned) => continue,
+            _ if content == String::from(PriorSource::Learned) => continue,
             _ if !ambiguous.contains(&name) => name,
-            Some(id) => format!("{} ({})", stems[content], id.digits()),
+            Some(id) => format!("{} ({})", stems[&content], id.digits()),
             None => continue,
         };
-        settings.insert("prior".to_owned(), shown);
+        settings.insert("prior".to_owned(), shown.into());
     }
 }
 
@@ -282,15 +309,17 @@ fn short_name(stem: &str, config: &RunConfig) -> String {
 
 /// Removes the digits of the hash from the names of further tasks, where all tasks with these names are equal.
 fn name_further_tasks(settings: &mut [Settings]) {
-    let names = |value: &String| value.rsplit_once(" (").map_or_else(String::new, |(names, _)| names.to_owned());
+    let names =
+        |settings: &Settings| settings.get(FURTHER)?.as_str()?.rsplit_once(" (").map(|(names, _)| names.to_owned());
     let mut contents: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for value in settings.iter().filter_map(|settings| settings.get(FURTHER)) {
-        contents.entry(names(value)).or_default().insert(value.clone());
+    for settings in settings.iter() {
+        if let Some(names) = names(settings) {
+            contents.entry(names).or_default().insert(json::text(&settings[FURTHER]));
+        }
     }
-    for value in settings.iter_mut().filter_map(|settings| settings.get_mut(FURTHER)) {
-        let names = names(value);
-        if contents[&names].len() == 1 {
-            *value = names;
+    for settings in settings {
+        if let Some(names) = names(settings).filter(|names| contents[names].len() == 1) {
+            settings.insert(FURTHER.to_owned(), names.into());
         }
     }
 }
@@ -303,7 +332,7 @@ fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
     }
     for (_, row) in runs.iter_mut().filter(|(config, _)| config.method.uses("epsilon")) {
         if schedules.get(&row.label()).is_some_and(|schedules| schedules.len() > 1) {
-            row.settings.insert(WHOLE_SCHEDULE.to_owned(), row.epsilon.clone());
+            row.settings.insert(WHOLE_SCHEDULE.to_owned(), row.epsilon.clone().into());
         }
     }
 }
@@ -332,7 +361,7 @@ mod tests {
         make("c", &task, &[("epsilon", "linear:0.5:0:10")]);
         make("d", &task, &[("epsilon", "linear:0.5:0:20")]);
         make("e", &task, &[("method", "ddpg"), ("epsilon", "0.3"), ("guidance.horizon", "3")]);
-        // Another task may need another model, which is not a difference between runs of one task.
+        // On another task, too, another model is another method.
         make("f", &other, &[("epsilon", "0.1"), ("prior", "true")]);
         std::fs::create_dir(folder.path().join("runs/nothing")).unwrap();
 
@@ -340,12 +369,12 @@ mod tests {
         let runs = read_runs(&paths).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
         let expected = [
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7",
-            "DDPG-MGE, epsilon 0.1",
-            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes",
-            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes",
-            "DDPG",
-            "DDPG-MGE, epsilon 0.1",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7, model learned",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.95, model learned",
+            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes, ddpg.gamma 0.95, model learned",
+            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes, ddpg.gamma 0.95, model learned",
+            "DDPG, ddpg.gamma 0.95",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.95, model true",
         ];
         assert_eq!(labels, expected);
         assert!(runs.iter().all(|run| run.state == RunState::NotStarted && run.trained.row.episodes == 0));
@@ -356,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn default_settings_of_a_method_are_omitted() {
+    fn settings_that_differ_by_method_alone_are_omitted() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let usual = Method::ALL.map(|method| RunConfig::default_for(task.clone(), method));
         let other = usual[0].with_setting("ddpg.tau", "0.1").unwrap();
@@ -387,8 +416,10 @@ mod tests {
         let adaptive = &usual[6];
         assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
         let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
-        assert_eq!(both, ["DDPG", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need"]);
-        assert_eq!(labels(&[other, adaptive.clone()])[0], "DDPG, ddpg.tau 0.1", "an unusual value is shown");
+        let expected =
+            ["DDPG, ddpg.tau 0.001", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need, ddpg.tau 0.02"];
+        assert_eq!(both, expected, "a setting that somebody changed is shown for all");
+        assert_eq!(labels(&[other, adaptive.clone()]), expected[1..]);
         let needs =
             ["need:0.5:0.25:20", "need:0.3:0.25:20"].map(|spec| adaptive.with_setting("epsilon", spec).unwrap());
         assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are distinguished");
@@ -416,7 +447,7 @@ mod tests {
         }
         let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
-        assert_eq!(labels, ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, subgoals changed"]);
+        assert_eq!(labels, ["unchanged", "changed"].map(|how| format!("DDPG-MGE, epsilon 0.1, subgoals {how}")));
     }
 
     #[test]
@@ -434,9 +465,9 @@ mod tests {
             distinguish(configs.iter().zip(&mut rows).collect());
             rows.iter().map(|row| row.label().replace("DDPG, subgoals ", "")).collect()
         };
-        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 1)]), ["DDPG", "changed", "changed"]);
-        assert_eq!(labels("task1", &[(0, 0), (0, 1), (0, 2)]), ["DDPG", "variant 1", "variant 2"]);
-        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 2)]), ["DDPG", "changed", "changed"], "proposed by seed");
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 1)]), ["unchanged", "changed", "changed"]);
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (0, 2)]), ["unchanged", "variant 1", "variant 2"]);
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 2)]), ["unchanged", "changed", "changed"], "proposed by seed");
         assert_eq!(labels("mine", &[(0, 1), (1, 1)]), ["DDPG", "DDPG"]);
         assert_eq!(labels("mine", &[(0, 1), (0, 2)]), ["variant 1", "variant 2"]);
         assert_eq!(labels("mine", &[(0, 1), (1, 1), (2, 2)]), ["variant 1", "variant 1", "variant 2"]);
@@ -454,15 +485,16 @@ mod tests {
             let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
             runs.iter().map(|run| run.trained.row.label()).collect()
         };
-        let [whole, ablated] = ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, model absolute"];
+        let [whole, ablated] = ["full", "absolute"].map(|model| format!("DDPG-MGE, epsilon 0.1, model {model}"));
         let models = [
             ("task1", "m/bucket-box.safetensors"),
             ("task1", "m/bucket-box-absolute.safetensors"),
             ("task3", "m/square-floor.safetensors"),
             ("task3", "m/square-floor-absolute.safetensors"),
         ];
-        assert_eq!(labels(&models), [whole, ablated, whole, ablated]);
+        assert_eq!(labels(&models), [whole.clone(), ablated.clone(), whole, ablated]);
         let same_name = labels(&[("task1", "m/a.safetensors"), ("task1", "n/a.safetensors")]);
-        assert_eq!(same_name, ["m", "n"].map(|folder| format!("{whole}, model {folder}/a.safetensors")));
+        let expected = ["m", "n"].map(|folder| format!("DDPG-MGE, epsilon 0.1, model {folder}/a.safetensors"));
+        assert_eq!(same_name, expected);
     }
 }

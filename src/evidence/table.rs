@@ -10,12 +10,12 @@ use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 
 impl Groups<'_> {
-    /// Writes the sample-efficiency table in Markdown, one row per group, after an explanation.
+    /// Writes the sample-efficiency table in Markdown, one row per group, after an explanation. Groups are compared
+    /// with those labelled `baseline`.
     ///
     /// # Errors
     /// When a statistic cannot be computed.
-    pub fn write_table(&self, text: &mut String, bootstrap: &Bootstrap) -> Result<(), StatsError> {
-        let Some(baseline) = self.baseline() else { return Ok(()) };
+    pub fn write_table(&self, text: &mut String, baseline: &str, bootstrap: &Bootstrap) -> Result<(), StatsError> {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,

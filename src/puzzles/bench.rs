@@ -66,7 +66,7 @@ impl BenchPlan {
 }
 
 /// Writes the puzzles with proposed subgoals to `out/tasks`, except existing ones, and the
-/// [sweep](crate::sweep) over them to `out/sweep.json`, whose path is returned.
+/// [sweep](crate::sweep) over them to `out/sweep.json`, whose path and text are returned.
 ///
 /// # Errors
 /// When the model cannot predict a puzzle, or a file cannot be read or written;
@@ -77,7 +77,7 @@ pub fn prepare(
     out: impl Into<Target>,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<PathBuf, PuzzleError> {
+) -> Result<(PathBuf, String), PuzzleError> {
     let out = out.into();
     let sweep = out.join(SWEEP);
     sweep.check(&FORMAT).map_err(PuzzleError::io(&sweep.path))?;
@@ -85,5 +85,5 @@ pub fn prepare(
     let tasks = plan.search.propose(index, &out, batch, on_progress)?;
     let text = plan.sweep(&tasks)?;
     sweep.write(text.as_bytes(), &FORMAT).map_err(PuzzleError::io(&sweep.path))?;
-    Ok(sweep.path)
+    Ok((sweep.path, text))
 }

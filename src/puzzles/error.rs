@@ -17,6 +17,9 @@ pub enum PuzzleError {
     /// The folder holds puzzles of another sequence.
     #[error("{}: these puzzles have another seed, split or start noise: choose another folder with --out", path.display())]
     OtherPuzzles { path: PathBuf },
+    /// Another file is in the place of a puzzle's task.
+    #[error("{}: is not the puzzle of this name: remove it, and the puzzle is generated again, or choose another folder with --out", path.display())]
+    NotThePuzzle { path: PathBuf },
     /// The index has another format version.
     #[error("{}: the index has format version {found}, this program reads version {wanted}: generate the puzzles again", path.display())]
     Version { path: PathBuf, found: u32, wanted: u32 },

@@ -15,6 +15,7 @@ use crate::physics::ToolKind;
 use crate::stop::{Stop, Stopped};
 use crate::streams::Stream;
 use crate::study::hits::{FixedPolicy, Guided, Uniform, play};
+use crate::sync::hold_folder;
 use crate::task::{self, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION};
 
 /// The tool sets of the shipped dynamics models, each with the types that the agent may place. Buckets are
@@ -57,8 +58,9 @@ impl Default for Criteria {
 /// are kept. A puzzle depends only on the sequence and its number, not on `count` or threads.
 ///
 /// # Errors
-/// [`PuzzleError::OtherPuzzles`] when the folder holds another sequence; [`PuzzleError::Interrupted`], after
-/// the finished puzzles have been written; when files cannot be read or written.
+/// [`PuzzleError::OtherPuzzles`] when the folder holds another sequence; [`PuzzleError::NotThePuzzle`], before the work,
+/// when another file is in the place of a puzzle; [`PuzzleError::Interrupted`], after the finished puzzles have been
+/// written; when files cannot be read or written.
 pub fn generate(
     wanted: &Index,
     count: u64,
@@ -70,14 +72,27 @@ pub fn generate(
     let to = folder.into();
     let folder = &to.path;
     std::fs::create_dir_all(folder).map_err(PuzzleError::io(folder))?;
+    // Another process that generates into this folder would lose its part of the index.
+    let held = hold_folder(folder, || {
+        on_progress(&BatchProgress { message: "waiting for another process", ..BatchProgress::default() });
+        !batch.interrupt.is_requested()
+    })
+    .map_err(PuzzleError::io(folder))?;
+    if held.is_none() {
+        return Err(PuzzleError::Interrupted { done: 0, jobs: count as usize });
+    }
     let mut index = Index::load(folder)?.unwrap_or_else(|| wanted.clone());
     if !index.is_like(wanted) {
         return Err(PuzzleError::OtherPuzzles { path: folder.clone() });
     }
     // A puzzle whose file is gone is generated again.
     index.puzzles.retain(|puzzle| puzzle.path(folder).exists());
-    let missing = (0..count).filter(|number| index.puzzles.iter().all(|puzzle| puzzle.number != *number));
-    let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria }.job(&to)).collect();
+    let known: Vec<u64> = index.puzzles.iter().map(|puzzle| puzzle.number).collect();
+    let missing = (0..count).filter(|number| !known.contains(number));
+    let missing: Vec<Search<'_>> = missing.map(|number| Search { number, index: wanted, criteria }).collect();
+    let names = index.puzzles.iter().map(|puzzle| puzzle.name.clone()).chain(missing.iter().map(Search::name));
+    names.map(|name| existing(&folder.join(format!("{name}.json")), &name)).try_for_each(|found| found.map(drop))?;
+    let jobs: Vec<_> = missing.into_iter().map(|search| search.job(&to)).collect();
     let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
     index.puzzles.extend(found);
     index.puzzles.sort_by_key(|puzzle| puzzle.number);
@@ -86,6 +101,18 @@ pub fn generate(
         0 => Ok(index),
         _ => Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() }),
     }
+}
+
+/// The task in the file of a puzzle; none if there is no such file.
+///
+/// # Errors
+/// [`PuzzleError::NotThePuzzle`] when it is not a task of this name.
+fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, PuzzleError> {
+    if path.symlink_metadata().is_err() {
+        return Ok(None);
+    }
+    let task = task::load(&path.display().to_string()).ok().filter(|task| task.name == name);
+    task.map(Some).ok_or_else(|| PuzzleError::NotThePuzzle { path: path.to_owned() })
 }
 
 /// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it.
@@ -132,6 +159,10 @@ impl<'a> Search<'a> {
         (puzzle.random_episodes, puzzle.random_goals) =
             play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop())?;
         let to = Target { path: puzzle.path(&folder.path), force: folder.force };
+        // A killed process may have written it already.
+        if existing(&to.path, &puzzle.name)?.is_some_and(|known| known != *task) {
+            return Err(PuzzleError::NotThePuzzle { path: to.path });
+        }
         task::save(&task, to)?;
         Ok(Some(puzzle))
     }

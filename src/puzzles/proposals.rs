@@ -8,6 +8,7 @@ use super::index::{Index, Puzzle};
 use crate::atomic::Target;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
+use crate::sync::hold_folder;
 use crate::task;
 use crate::trainer::{PriorSource, rollout_model};
 
@@ -70,6 +71,7 @@ impl SubgoalSearch {
     /// # Errors
     /// [`PuzzleError::OtherSearch`] when it holds proposals of another search.
     fn claim(&self, tasks: &Path) -> Result<(), PuzzleError> {
+        let _alone = hold_folder(tasks, || true).map_err(PuzzleError::io(tasks))?;
         let path = tasks.join("search.txt");
         let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
         match crate::bounded::read_text(&path) {

@@ -1,6 +1,6 @@
 //! The results of a bench: how many puzzles each method solves, and how fast.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -8,10 +8,11 @@ use serde::Serialize;
 use super::error::PuzzleError;
 use super::index::Index;
 use crate::atomic::Target;
-use crate::evidence::LearningRow;
+use crate::evidence::{Groups, LearningRow};
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
 use crate::stats::rolling::WINDOW;
+use crate::sync::hold_folder;
 use crate::{json, markdown};
 
 /// Minimum success rate of a solved puzzle.
@@ -79,6 +80,7 @@ impl BenchResults {
     /// When a statistic cannot be computed, or a file cannot be written.
     pub fn write(&self, folder: impl Into<Target>, config_hash: &str, dpi: u32) -> Result<(), PuzzleError> {
         let folder = folder.into();
+        let _alone = hold_folder(&folder.path, || true).map_err(PuzzleError::io(&folder.path))?;
         write_report(&folder, self, &self.to_markdown())?;
         let bootstrap = Bootstrap::default();
         let figures = folder.join("figures");
@@ -133,13 +135,14 @@ impl BenchResults {
         let columns = within.map(|episodes| format!("within {episodes}"));
         let titles = [title, "trainings"].map(str::to_owned).into_iter().chain(columns);
         *text += &markdown::header(titles.chain(["held".to_owned(), "mean area under the curve".to_owned()]));
-        let mut groups: BTreeMap<(usize, String), Vec<&LearningRow>> = BTreeMap::new();
-        for row in &self.runs {
-            if let Some(group) = group(row) {
-                groups.entry((group, row.label())).or_default().push(row);
+        let all = &Groups::new(&self.runs);
+        let pairs = names.iter().enumerate().flat_map(|group| all.labels().iter().map(move |method| (group, method)));
+        for ((number, name), method) in pairs {
+            let is_in = |row: &&LearningRow| group(row) == Some(number) && row.label() == *method;
+            let rows: Vec<&LearningRow> = self.runs.iter().filter(is_in).collect();
+            if rows.is_empty() {
+                continue;
             }
-        }
-        for ((group, method), rows) in groups {
             let share = |is: &dyn Fn(&LearningRow) -> bool| {
                 let count = rows.iter().filter(|row| is(row)).count();
                 format!("{:.2}", count as f64 / rows.len() as f64)
@@ -148,9 +151,8 @@ impl BenchResults {
                 |least: u64| share(&|row| row.efficiency.episodes_to_80.is_some_and(|episodes| episodes <= least));
             let held = share(&|row| row.efficiency.held_success.is_some_and(|success| success >= SOLVED));
             let area = rows.iter().filter_map(|row| row.efficiency.auc).sum::<f64>() / rows.len() as f64;
-            let name =
-                [names[group], &*method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
-            let cells = [name, rows.len().to_string()].into_iter().chain(within.map(solved));
+            let title = [*name, &*method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
+            let cells = [title, rows.len().to_string()].into_iter().chain(within.map(solved));
             *text += &markdown::row(cells.chain([held, format!("{area:.2}")]));
         }
     }

@@ -30,10 +30,11 @@ fn puzzles_depend_only_on_their_number_and_existing_ones_are_kept() {
     let first = generate_into(one.path(), &index, 1, 1).unwrap();
     let name = format!("{}.json", first.puzzles[0].name);
     assert_eq!(name, "validation-7-0000.json");
-    std::fs::write(one.path().join(&name), "edited").unwrap();
+    let edited = read(one.path(), &name) + "\n";
+    std::fs::write(one.path().join(&name), &edited).unwrap();
     let both = generate_into(one.path(), &index, 2, 2).unwrap();
     assert_eq!(both.puzzles[0], first.puzzles[0]);
-    assert_eq!(read(one.path(), &name), "edited");
+    assert_eq!(read(one.path(), &name), edited);
 
     let again = generate_into(other.path(), &index, 2, 2).unwrap();
     assert_eq!(again, both);
@@ -44,6 +45,45 @@ fn puzzles_depend_only_on_their_number_and_existing_ones_are_kept() {
     assert_eq!(read(one.path(), &second), read(other.path(), &second), "a file that is gone is written again");
     let test = Index::new(7, Split::Test, 0.01);
     assert!(matches!(generate_into(other.path(), &test, 1, 1), Err(PuzzleError::OtherPuzzles { .. })));
+}
+
+#[test]
+fn puzzles_are_not_generated_over_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = Index::new(7, Split::Validation, 0.01);
+    let generate = || generate_into(folder.path(), &index, 1, 1);
+    let first = generate().unwrap();
+    let file = first.puzzles[0].path(folder.path());
+    let puzzle = std::fs::read_to_string(&file).unwrap();
+    let indexed = read(folder.path(), "index.json");
+    let another = puzzle.replacen("\"start_noise\": 0.01", "\"start_noise\": 0.02", 1);
+    assert_ne!(another, puzzle);
+    // With the index, a changed puzzle is the user's own.
+    for (keep_index, foreign) in [(true, ""), (true, "my notes"), (false, ""), (false, "{}"), (false, &another)] {
+        if !keep_index {
+            let _ = std::fs::remove_file(folder.path().join("index.json"));
+        }
+        std::fs::write(&file, foreign).unwrap();
+        let error = generate().unwrap_err().to_string();
+        assert!(error.contains("validation-7-0000.json: is not the puzzle of this name"), "{error}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), foreign);
+    }
+    std::fs::write(&file, &puzzle).unwrap();
+    assert_eq!(generate().unwrap(), first, "as left by a killed process");
+    assert_eq!((std::fs::read_to_string(&file).unwrap(), read(folder.path(), "index.json")), (puzzle, indexed));
+}
+
+#[test]
+fn of_two_generations_into_one_folder_neither_loses_its_puzzles() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = Index::new(7, Split::Validation, 0.01);
+    let (path, index) = (folder.path(), &index);
+    std::thread::scope(|scope| {
+        for count in [1, 2] {
+            scope.spawn(move || generate_into(path, index, count, 1).unwrap());
+        }
+    });
+    assert_eq!(Index::load(path).unwrap().unwrap().puzzles.len(), 2);
 }
 
 #[test]
@@ -69,7 +109,9 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let wrong = BenchPlan { settings: vec![("prior".to_owned(), "true".to_owned())], ..plan.clone() };
     assert!(matches!(wrong.sweep(&[]), Err(PuzzleError::SettingOfOption(key)) if key == "prior"));
-    let sweep = Sweep::load(&prepare(&plan, &index, &out, &batch, &mut |_| {}).unwrap()).unwrap();
+    let (file, text) = prepare(&plan, &index, &out, &batch, &mut |_| {}).unwrap();
+    let sweep = Sweep::load(&file).unwrap();
+    assert_eq!(Sweep::parse(text.as_bytes(), "").unwrap(), sweep);
     assert_eq!(sweep.jobs.len(), 2);
     let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();
     assert_eq!(staged.subgoals.len(), puzzle.subgoals);

@@ -16,6 +16,7 @@ use crate::batch::{Batch, BatchProgress, Job, JobHandle};
 use crate::markdown;
 use crate::stop::{Pieces, Stop, Stopped};
 use crate::streams::Stream;
+use crate::sync::hold_folder;
 use crate::task::{self, Task};
 use crate::trainer::{Observation, RunConfig, Training, build_prior, greedy_episode};
 
@@ -166,7 +167,9 @@ impl TransferResults {
     /// # Errors
     /// When a file cannot be written.
     pub fn write(&self, folder: impl Into<Target>) -> Result<(), PuzzleError> {
-        write_report(&folder.into(), self, &self.to_markdown())
+        let folder = folder.into();
+        let _alone = hold_folder(&folder.path, || true).map_err(PuzzleError::io(&folder.path))?;
+        write_report(&folder, self, &self.to_markdown())
     }
 
     /// The results as Markdown tables.

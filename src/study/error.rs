@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
+use crate::evidence::EvidenceError;
 use crate::figures::FigureError;
 use crate::run::RunError;
 use crate::stats::StatsError;
@@ -50,6 +51,9 @@ pub enum StudyError {
     /// A statistic cannot be computed.
     #[error(transparent)]
     Stats(#[from] StatsError),
+    /// The trainings cannot be compared.
+    #[error(transparent)]
+    Evidence(#[from] EvidenceError),
     /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),

@@ -8,6 +8,7 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use super::error::StudyError;
 use crate::atomic::Target;
 use crate::run::{RunError, read_optional};
+use crate::sync::hold_folder;
 use crate::{json, markdown};
 
 /// A study's folder.
@@ -26,6 +27,7 @@ impl Folder<'_> {
             let path = self.path(part);
             std::fs::create_dir_all(&path).map_err(RunError::io("create", &path))?;
         }
+        let _alone = hold_folder(&self.0.path, || true).map_err(RunError::io("write into", &self.0.path))?;
         let path = self.path("plan.json");
         match read_optional(&path)? {
             Some(found) if found == json::pretty(plan).as_bytes() => Ok(()),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hits::HitCounts;
 use super::plan::{START_NOISE, StudyPlan};
-use crate::evidence::{Comparison, LearningRow};
+use crate::evidence::{Comparison, EvidenceError, LearningRow};
 use crate::markdown;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::task::Task;
@@ -61,7 +61,7 @@ impl Report {
     ///
     /// # Errors
     /// When a statistic cannot be computed.
-    pub fn to_markdown(&self, plan: &StudyPlan, command: &str) -> Result<String, StatsError> {
+    pub fn to_markdown(&self, plan: &StudyPlan, command: &str) -> Result<String, EvidenceError> {
         let bootstrap = plan.bootstrap();
         let mut text = String::new();
         // Writing to a string does not fail.
@@ -90,7 +90,7 @@ impl Report {
             [(&self.learning, "Learning", fixed), (&self.noisy_starts, "Learning from noisy starts", noisy)]
         {
             let _ = write!(text, "## {title}\n\n{trainings}; {conditions}. ");
-            Comparison::new(rows.clone(), Vec::new(), &bootstrap, command)?.write_tables(&mut text)?;
+            Comparison::new(rows.clone(), Vec::new(), &bootstrap, command, None)?.write_tables(&mut text)?;
         }
         text.push_str("## Figures\n\n");
         for (file, caption) in FIGURES {

@@ -14,7 +14,7 @@ use crate::atomic::Target;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{Evaluation, Model, Progress, TrainingOutcome, Variant, evaluate, tool_set_name, train_to_file};
 use crate::evidence::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
-use crate::evidence::{FINAL, FoundRun, Groups, LearningRow, TrainedRun, read_runs};
+use crate::evidence::{FINAL, FoundRun, Groups, LearningRow, Settings, TrainedRun, read_runs};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, InterruptibleModel, propose_subgoals};
 use crate::physics::ToolKind;
@@ -180,11 +180,11 @@ impl<'a> Study<'a> {
         let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
         let finals = Groups::new(&of_paper).common_scores(FINAL)?;
         self.figure("performance-profile", trainings, &performance_profile(&finals, &bootstrap)?)?;
-        self.figure("methods", trainings, &method_scores(&report.learning, &bootstrap)?)?;
+        self.figure("methods", trainings, &method_scores(&report.learning, &bootstrap, None)?)?;
         let noisy = trained.of(|part| part == Part::NoisyStarts);
         self.figure("noisy-starts", trainings, &learning_curves(&noisy, &bootstrap, Success::Training)?)?;
         self.figure("noisy-starts-steps", trainings, &step_curves(&noisy, &bootstrap)?)?;
-        self.figure("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, &bootstrap)?)
+        self.figure("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, &bootstrap, None)?)
     }
 
     /// Writes a figure of the results of the first `seeds` seeds.
@@ -309,7 +309,8 @@ impl<'a> Study<'a> {
         let planned = self.plan.runs()?;
         let paths: Vec<PathBuf> = planned.iter().map(|run| self.run_path(&run_name(run))).collect();
         let of_arm = |(found, PlannedRun { arm, .. }): (FoundRun, PlannedRun)| {
-            let row = LearningRow { settings: arm.differences(), ..found.trained.row };
+            let settings = arm.differences().into_iter().map(|(key, value)| (key, value.into())).collect();
+            let row = LearningRow { settings, implied: Settings::new(), ..found.trained.row };
             (arm.part, TrainedRun { row, ..found.trained })
         };
         Ok(Trained(read_runs(&paths)?.into_iter().zip(planned).map(of_arm).collect()))

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
 use super::models::{MODEL, RESULT};
-use super::results::{Kind, common_kind, kind_of};
+use super::results::{Kind, common_kind, kind_of, runs_of};
 use crate::atomic::{NewFolder, parent_of, remove_leftovers};
 use crate::dynamics::{Model, Provenance, checkpoint_of};
-use crate::evidence::find_runs;
 use crate::identity::Origin;
 use crate::run::{self, Event, LoggedEvent, RunDirectory, RunError, RunState, read_events, read_optional};
+use crate::sync::hold_folder;
 use crate::trainer::RunConfig;
 
 /// Copies the runs of several sweep folders into the folder `out`, which may already hold runs. Of
@@ -22,16 +22,35 @@ use crate::trainer::RunConfig;
 /// Before anything is copied: when runs of the same name have different settings or results, when a
 /// run is still being trained, or when a folder holds no runs. Later: when a file cannot be copied.
 pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
+    // Conflicts are found before anything is created.
+    furthest_copies(folders, out)?;
+    let runs = out.join("runs");
+    fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
+    let _alone = hold_folder(out, || true).map_err(RunError::io("write into", out))?;
+    // Another process may have collected meanwhile.
+    let best = furthest_copies(folders, out)?;
+    remove_leftovers(&runs);
+    for (name, path) in &best {
+        let target = runs.join(name);
+        if *path != target {
+            replace(path, &target)?;
+        }
+    }
+    Ok(best.len())
+}
+
+/// Of each run in the folders and in `out`, the copy with the most episodes or epochs, by name.
+fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, PathBuf>, SweepError> {
     let mut all: Vec<PathBuf> = Vec::new();
     let is_out = |folder: &Path| fs::canonicalize(folder).ok() == fs::canonicalize(out).ok();
     for folder in folders.iter().filter(|folder| !is_out(folder) || !out.exists()) {
         if !folder.join("runs").is_dir() {
             return Err(SweepError::NotASweep(folder.clone()));
         }
-        all.extend(find_runs(std::slice::from_ref(folder))?);
+        all.extend(runs_of(folder)?);
     }
     if out.join("runs").is_dir() {
-        match find_runs(&[out.to_owned()]) {
+        match runs_of(out) {
             Err(RunError::NoRuns(_)) => {}
             found => all.extend(found?),
         }
@@ -53,16 +72,7 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
         };
         best.insert(name, further);
     }
-    let runs = out.join("runs");
-    fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
-    remove_leftovers(&runs);
-    for (name, path) in &best {
-        let target = runs.join(name);
-        if *path != target {
-            replace(path, &target)?;
-        }
-    }
-    Ok(best.len())
+    Ok(best)
 }
 
 /// Epochs in the checkpoint of an unfinished model; 0 if there is none.

@@ -98,11 +98,24 @@ pub(super) enum WorkError {
     /// A file of the run cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The folder holds another run.
+    #[error(transparent)]
+    Folder(#[from] Box<SweepError>),
+    /// The results of a model are damaged.
+    #[error("{0}: remove this file, and the model is made again")]
+    Result(#[from] SyntaxError),
 }
 
 impl JobError for WorkError {
     fn is_in_use(&self) -> bool {
-        let (Self::Run(error) | Self::Training(TrainerError::Run(error))) = self else { return false };
+        let error = match self {
+            Self::Run(error) | Self::Training(TrainerError::Run(error)) => error,
+            Self::Folder(error) => match &**error {
+                SweepError::Run(error) => error,
+                _ => return false,
+            },
+            _ => return false,
+        };
         matches!(error, RunError::InUse { .. })
     }
 

@@ -42,5 +42,5 @@ pub use collect::collect;
 pub use error::SweepError;
 pub use expand::Sweep;
 pub use plan::{plan, slurm};
-pub use results::{check_results, read_results};
+pub use results::{check_results, write_results};
 pub use work::{check, run};

@@ -14,7 +14,7 @@ use crate::dynamics::{
 };
 use crate::json;
 use crate::physics::ToolKind;
-use crate::run::{RunDirectory, RunError};
+use crate::run::{RunDirectory, RunError, read_optional};
 use crate::spelling::did_you_mean;
 use crate::stop::Stop;
 use crate::task;
@@ -127,12 +127,16 @@ impl ModelJob {
     pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, WorkError> {
         let directory = RunDirectory::open_or_create(folder, self)?;
         let file = folder.join(RESULT);
-        if file.exists() {
+        let is_finished = || match read_optional(&file)? {
+            Some(bytes) => Ok(json::parse::<ModelResult>(&bytes, &file.display().to_string()).map(|_| true)?),
+            None => Ok::<_, WorkError>(false),
+        };
+        if is_finished()? {
             return Ok(Some(()));
         }
         let _lock = directory.lock()?;
         // Another process may have finished it meanwhile.
-        if file.exists() {
+        if is_finished()? {
             return Ok(Some(()));
         }
         let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());

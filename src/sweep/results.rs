@@ -10,9 +10,10 @@ use serde_json::Value;
 use super::error::SweepError;
 use super::models::{ModelResult, RESULT, short};
 use crate::atomic::{Format, Target};
-use crate::evidence::{FoundRun, find_runs, read_runs};
+use crate::evidence::{FoundRun, Settings, complete, find_runs, leaf_settings, read_runs};
 use crate::json;
 use crate::run::{RunDirectory, RunError, read_optional};
+use crate::sync::hold_folder;
 
 /// The results of a sweep, as a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,7 +22,9 @@ pub struct Results {
     pub version: u32,
     /// `train` or `dynamics`.
     pub kind: &'static str,
-    /// The rows, ordered by the names of the runs. All have the same columns; missing values are null.
+    /// The rows, ordered by the names of the runs with numbers as numbers. All have the same columns: also the settings
+    /// in which any two runs differ, with their effective values. Null are missing measures and settings that a run
+    /// does not use.
     pub rows: Vec<BTreeMap<String, Value>>,
     /// The columns in order.
     #[serde(skip)]
@@ -61,17 +64,32 @@ pub fn check_results(folder: &Target) -> Result<(), SweepError> {
     Ok(())
 }
 
+/// Writes the results of a sweep's folder into it, as `results.csv` and `results.json`; returns the path of the first.
+/// Of several processes that do so at the same time, the last one has read the results of the others.
+///
+/// # Errors
+/// As [`read_results`], and when they cannot be written.
+pub fn write_results(folder: &Target) -> Result<PathBuf, SweepError> {
+    let _alone = hold_folder(&folder.path, || true).map_err(RunError::io("write into", &folder.path))?;
+    read_results(&folder.path)?.write(folder)
+}
+
 /// Reads the results of all runs in a sweep's folder that have a configuration.
 ///
 /// # Errors
 /// When a run cannot be read, or there are both agents and models.
 pub fn read_results(folder: &Path) -> Result<Results, SweepError> {
-    let mut paths = find_runs(&[folder.to_owned()])?;
+    let mut paths = runs_of(folder)?;
     paths.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
     match common_kind(&paths)? {
         Kind::Agent => Ok(agents(&read_runs(&paths)?)),
         Kind::Model => models(&paths),
     }
+}
+
+/// The runs of a sweep, without others that its folder may hold beside them.
+pub(super) fn runs_of(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
+    find_runs(&[folder.join("runs")])
 }
 
 /// The common kind of all runs.
@@ -87,11 +105,17 @@ pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, SweepError> {
     }
 }
 
+/// The settings in which a run differs from others.
+fn differing(run: &FoundRun) -> impl Iterator<Item = (&String, &Value)> {
+    run.trained.row.settings.iter().chain(&run.trained.row.implied)
+}
+
 fn agents(runs: &[FoundRun]) -> Results {
     let before = ["run", "state", "task", "method", "epsilon"];
     let after = [
         "seed",
         "episodes",
+        "episodes_done",
         "episodes_to_50",
         "episodes_to_80",
         "auc",
@@ -99,22 +123,24 @@ fn agents(runs: &[FoundRun]) -> Results {
         "held_success",
         "greedy_success",
     ];
-    let settings: BTreeSet<&str> =
-        runs.iter().flat_map(|run| run.trained.row.settings.keys()).map(String::as_str).collect();
-    let settings: Vec<&str> =
-        settings.into_iter().filter(|key| !before.contains(key) && !after.contains(key)).collect();
+    let settings: BTreeSet<&str> = runs.iter().flat_map(differing).map(|(path, _)| path.as_str()).collect();
+    let settings = settings.into_iter().filter(|key| !before.contains(key) && !after.contains(key));
+    let columns: Vec<String> = before.into_iter().chain(settings).chain(after).map(str::to_owned).collect();
     let row = |run: &FoundRun| {
         // Plain data always serialises.
         let row = serde_json::to_value(&run.trained.row).expect("a row is plain data");
+        let setting = |column: &str| differing(run).find(|(path, _)| *path == column).map(|(_, value)| value.clone());
         let value = |column: &str| match column {
-            "run" => run.name().into(),
-            "state" => run.state.name().into(),
-            column => row.get(column).or_else(|| row.get("settings")?.get(column)).cloned().unwrap_or(Value::Null),
+            "run" => Some(run.name().into()),
+            "state" => Some(run.state.name().into()),
+            // A constant threshold is a number.
+            "epsilon" => serde_json::from_str(&run.trained.row.epsilon).ok().or_else(|| row.get(column).cloned()),
+            "episodes" => Some(run.config.episodes.into()),
+            "episodes_done" => row.get("episodes").cloned(),
+            column => row.get(column).cloned().or_else(|| setting(column)),
         };
-        let columns = before.iter().chain(&settings).chain(&after);
-        columns.map(|column| ((*column).to_owned(), value(column))).collect()
+        columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
     };
-    let columns = before.iter().chain(&settings).chain(&after).map(|column| (*column).to_owned()).collect();
     Results { version: 1, kind: "train", rows: runs.iter().map(row).collect(), columns }
 }
 
@@ -122,39 +148,41 @@ fn agents(runs: &[FoundRun]) -> Results {
 const MEASURES: [&str; 5] = ["epochs_done", "train_loss", "validation_loss", "one_step_error", "action_error"];
 
 fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
-    let mut found: Vec<(&PathBuf, Value, Value)> = Vec::new();
+    let (mut settings, mut found) = (Vec::new(), Vec::new());
     for path in paths {
-        let settings: Value = RunDirectory::open(path)?.config()?;
+        let config: Value = RunDirectory::open(path)?.config()?;
         let file = path.join(RESULT);
-        let bytes = read_optional(&file)?;
-        let result = bytes.map_or(Ok(Value::Null), |bytes| checked::<ModelResult>(&bytes, &file))?;
-        found.push((path, settings, result));
+        let result = read_optional(&file)?.map_or(Ok(Value::Null), |bytes| checked::<ModelResult>(&bytes, &file))?;
+        let mut own = leaf_settings(&config);
+        own.insert("tools".to_owned(), names(&config["tools"]).join(",").into());
+        // Older files leave it out where it is false.
+        own.entry("model.properties".to_owned()).or_insert(false.into());
+        settings.push(own);
+        found.push((path, result));
     }
-    let settings = differing(found.iter().map(|(_, settings, _)| settings));
-    let actions = found.iter().filter_map(|(_, _, result)| Some(result.get("rollout_error")?.as_array()?.len())).max();
+    let mut differing = complete(&mut settings, |_, _| true);
+    differing.remove("tools");
+    let actions = found.iter().filter_map(|(_, result)| Some(result.get("rollout_error")?.as_array()?.len())).max();
     let mut columns: Vec<String> = ["run", "state", "tools"].map(str::to_owned).into();
-    columns.extend(settings.iter().filter(|path| *path != "training.seed").map(|path| short(path).to_owned()));
+    columns.extend(differing.iter().filter(|path| *path != "training.seed").map(|path| short(path).to_owned()));
     columns.push("seed".to_owned());
     columns.extend(MEASURES.map(str::to_owned));
     columns.extend((1..=actions.unwrap_or(0)).map(|n| format!("rollout_error_{n}")));
-    let row = |(path, settings, result): &(&PathBuf, Value, Value)| {
-        let leaves = json::leaves(settings);
-        let setting =
-            |column: &str| leaves.iter().find(|(path, _)| short(path) == column).map(|(_, value)| (*value).clone());
+    let row = |((path, result), settings): (&(&PathBuf, Value), &Settings)| {
+        let setting = |column: &str| settings.iter().find(|(path, _)| short(path) == column).map(|(_, value)| value);
         let value = |column: &str| match column {
             "run" => Some(path.file_name()?.to_string_lossy().into_owned().into()),
             "state" => Some(model_state(result).into()),
-            "tools" => Some(names(settings.get("tools")?).join(",").into()),
             "epochs_done" => result.get("epochs").cloned(),
             column if MEASURES.contains(&column) => result.get(column).cloned(),
             column => match column.strip_prefix("rollout_error_") {
                 Some(n) => result.get("rollout_error")?.get(n.parse::<usize>().ok()? - 1).cloned(),
-                None => setting(column),
+                None => setting(column).cloned(),
             },
         };
         columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
     };
-    Ok(Results { version: 1, kind: "dynamics", rows: found.iter().map(row).collect(), columns })
+    Ok(Results { version: 1, kind: "dynamics", rows: found.iter().zip(&settings).map(row).collect(), columns })
 }
 
 /// Parses a JSON file that must hold a `T`, keeping numbers as written: 0.1 and not 0.10000000149011612.
@@ -176,19 +204,6 @@ fn names(list: &Value) -> Vec<&str> {
     list.as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
-/// The paths of settings that differ, except the tools.
-fn differing<'a>(settings: impl Iterator<Item = &'a Value>) -> BTreeSet<String> {
-    let mut first: BTreeMap<String, &Value> = BTreeMap::new();
-    let mut differing = BTreeSet::new();
-    for (path, value) in settings.flat_map(json::leaves) {
-        if *first.entry(path.clone()).or_insert(value) != value {
-            differing.insert(path);
-        }
-    }
-    differing.remove("tools");
-    differing
-}
-
 impl Results {
     /// The table as CSV.
     pub fn to_csv(&self) -> Vec<u8> {
@@ -208,8 +223,7 @@ impl Results {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn write(&self, folder: impl Into<Target>) -> Result<PathBuf, SweepError> {
-        let folder = folder.into();
+    pub(super) fn write(&self, folder: &Target) -> Result<PathBuf, SweepError> {
         let [csv, data] = ["results.csv", "results.json"].map(|name| folder.join(name));
         csv.write(&self.to_csv(), &TABLE).map_err(RunError::io("write", &csv.path))?;
         data.write(json::pretty(self).as_bytes(), &ROWS).map_err(RunError::io("write", &data.path))?;

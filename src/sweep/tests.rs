@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::error::SweepError;
 use super::expand::{Job, Work};
+use super::results::read_results;
 use super::*;
 use crate::batch::{Batch, BatchProgress, JobHandle};
 use crate::dynamics::{ModelConfig, TrainConfig};
@@ -321,7 +322,7 @@ fn models_are_trained_evaluated_and_tabulated() {
     let before = results.to_csv();
     assert_eq!(finish(&sweep, folder.path()), []);
     assert_eq!(read_results(folder.path()).unwrap().to_csv(), before);
-    results.write(folder.path()).unwrap();
+    write_results(&folder.path().into()).unwrap();
     let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
     assert!(csv.starts_with("run,state,tools,layers,seed,epochs_done,train_loss,"), "{csv}");
 }

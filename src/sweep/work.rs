@@ -38,6 +38,32 @@ impl Job {
         };
         if same { Ok(()) } else { Err(SweepError::OtherRun(folder)) }
     }
+
+    /// Creates the run, unless another process has done so, which may have done it for another sweep.
+    fn claim(&self, sweep: &Path) -> Result<(), WorkError> {
+        let folder = self.folder(sweep);
+        match &self.work {
+            Work::Train(config) => RunDirectory::open_or_create(&folder, config)?,
+            Work::Dynamics(job) => RunDirectory::open_or_create(&folder, job)?,
+        };
+        Ok(self.check_folder(sweep).map_err(Box::new)?)
+    }
+
+    /// Its missing work as a job of a batch, with its size in episodes or epochs.
+    fn in_batch<'a>(&'a self, sweep: &'a Path) -> batch::Job<'a, (), WorkError> {
+        let size = match &self.work {
+            Work::Train(config) => config.episodes.into(),
+            Work::Dynamics(model) => model.epochs(),
+        };
+        batch::Job::new(&self.name, size, move |handle| {
+            self.claim(sweep)?;
+            let folder = self.folder(sweep);
+            match &self.work {
+                Work::Train(config) => Ok(train_to_end(&folder, config, handle)?),
+                Work::Dynamics(model) => model.run(&folder, &plan::provenance(self), handle),
+            }
+        })
+    }
 }
 
 /// Checks that a sweep can be run in `folder`, also before it is planned for other machines.
@@ -67,19 +93,7 @@ pub fn run(
     let runs = folder.join("runs");
     std::fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
     check(sweep, folder)?;
-    // Sizes are in episodes or epochs.
-    let job = |job: &'_ Job| {
-        let (path, command) = (job.folder(folder), plan::provenance(job));
-        match job.work.clone() {
-            Work::Train(config) => batch::Job::new(&job.name, u64::from(config.episodes), move |handle| {
-                Ok(train_to_end(&path, &config, handle)?)
-            }),
-            Work::Dynamics(model) => {
-                batch::Job::new(&job.name, model.epochs(), move |handle| model.run(&path, &command, handle))
-            }
-        }
-    };
-    let jobs: Vec<batch::Job<'_, (), WorkError>> = sweep.jobs.iter().map(job).collect();
+    let jobs: Vec<batch::Job<'_, (), WorkError>> = sweep.jobs.iter().map(|job| job.in_batch(folder)).collect();
     let outcomes = batch.run(&jobs, on_progress)?;
     if outcomes.iter().any(|outcome| matches!(outcome, Err(JobFailure::Interrupted))) {
         let done = outcomes.iter().filter(|outcome| outcome.is_ok()).count();

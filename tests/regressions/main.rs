@@ -10,6 +10,7 @@ mod filesystems;
 mod identity;
 mod recorded_sessions;
 mod removal;
+mod results;
 mod signals;
 mod silent_misuse;
 mod terminal_input;

@@ -24,12 +24,12 @@ pub struct Train {
     /// validation, test
     #[arg(long, value_name = "SPLIT")]
     pub tools: Option<ToolSplit>,
-    /// Episodes to train
-    #[arg(long, default_value_t = 2000)]
-    pub episodes: u32,
-    /// Master seed
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// Episodes to train [default: 2000]
+    #[arg(long)]
+    pub episodes: Option<u32>,
+    /// Master seed [default: 0]
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
     /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: depends on the method, mostly
     /// linear:0.5:0:1000]

@@ -79,6 +79,10 @@ pub struct Report {
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,
+    /// Label of the method that the others are compared with, as in the report [default: plain DDPG, or else the
+    /// first method]
+    #[arg(long, value_name = "LABEL")]
+    pub reference: Option<String>,
     /// Bootstrap resamples for every interval
     #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub resamples: u32,

@@ -148,7 +148,7 @@ fn commands_are_accepted_by_the_program() {
             let Some(Command::Train(train)) = parsed.command else { continue };
             let method = train.method.unwrap_or_else(|| Method::usual(train.tools));
             let mut config = RunConfig::default_with(task_1(), method, train.tools);
-            config.episodes = train.episodes;
+            config.episodes = train.episodes.unwrap_or(config.episodes);
             let mut set = BTreeSet::new();
             let options = [
                 ("epsilon", train.epsilon.as_ref().map(ToString::to_string)),

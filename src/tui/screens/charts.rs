@@ -26,7 +26,7 @@ pub enum Shown<'a> {
 impl<'a> Shown<'a> {
     /// A run as it is shown alone.
     pub fn run(run: &'a RunSummary, view: &'a ViewModel) -> Self {
-        Self::Run(run, view.groups.of(&run.path).filter(|group| group.is_many()))
+        Self::Run(run, view.groups.of(&run.path))
     }
 
     /// Its label.

@@ -8,8 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use serde_json::Value;
+
 use super::{Curves, RunSummary, ViewModel};
-use crate::evidence::{FINAL, Groups, LearningRow, distinguish};
+use crate::evidence::{FINAL, Groups, LearningRow, Settings, distinguish};
 use crate::run::{Metric, RunState};
 use crate::stats::aggregate::trimmed_mean;
 use crate::stats::bootstrap::quantile;
@@ -117,40 +119,33 @@ impl GroupCurves {
     }
 }
 
-/// The settings in which a run differs from the others on its task, by path of the setting.
-type Settings = BTreeMap<String, String>;
-
 /// A grouping of all runs.
 #[derive(Debug, Clone, Default)]
 pub struct Grouping {
     groups: Vec<RunGroup>,
     /// The group of each run.
     of: HashMap<PathBuf, usize>,
-    /// For each run its configured episodes, the only setting that may change, and its distinguishing settings.
-    settings: Arc<HashMap<PathBuf, (u64, Settings)>>,
+    known: Arc<Known>,
+}
+
+/// What the configurations of runs determine.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    /// For each run its configured episodes, the only setting that may change, and its row with the settings in which
+    /// it differs from others.
+    rows: HashMap<PathBuf, (u64, LearningRow)>,
+    /// The settings in which no two runs differ.
+    common: Settings,
 }
 
 impl Grouping {
     /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs. Groups are
     /// compared with those labelled `baseline`, or else with plain DDPG or the first method.
     pub fn new(runs: &[Arc<RunSummary>], before: &Self, baseline: Option<&str>) -> Self {
-        let row = |run: &Arc<RunSummary>| LearningRow::so_far(&run.config, run.done, run.success.map(f64::from));
-        let mut rows: Vec<LearningRow> = runs.iter().map(row).collect();
-        let settings = match before.is_of(runs) {
-            true => {
-                for (row, run) in rows.iter_mut().zip(runs) {
-                    row.settings = before.settings[&run.path].1.clone();
-                }
-                before.settings.clone()
-            }
-            false => {
-                distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-                let of_run = |(run, row): (&Arc<RunSummary>, &LearningRow)| {
-                    (run.path.clone(), (run.episodes(), row.settings.clone()))
-                };
-                Arc::new(runs.iter().zip(&rows).map(of_run).collect())
-            }
-        };
+        let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
+        let row =
+            |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
+        let rows: Vec<LearningRow> = runs.iter().map(row).collect();
         let all = Groups::new(&rows);
         let mut found = Vec::new();
         for task in all.tasks() {
@@ -167,7 +162,7 @@ impl Grouping {
         let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
         let begun = Groups::new(counted.filter(|row| row.episodes > 0));
         let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
-        let mut grouping = Self { settings, ..Self::default() };
+        let mut grouping = Self { known, ..Self::default() };
         for (task, label, indices, counted) in found {
             let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
             let is_other = |other: &String| other != label && !all.indices(task, other).is_empty();
@@ -191,10 +186,9 @@ impl Grouping {
 
     /// Whether it is a grouping of exactly these runs with their current settings.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
-        self.settings.len() == runs.len()
-            && runs
-                .iter()
-                .all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes()))
+        let rows = &self.known.rows;
+        rows.len() == runs.len()
+            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes()))
     }
 
     /// The group of a run, if it has been grouped.
@@ -202,9 +196,25 @@ impl Grouping {
         self.of.get(run).map(|index| &self.groups[*index])
     }
 
-    /// The settings in which a run differs from the others on its task.
+    /// The settings in which a run differs from others, unless its method implies them.
     pub fn settings(&self, run: &Path) -> Option<&Settings> {
-        self.settings.get(run).map(|(_, settings)| settings)
+        self.known.rows.get(run).map(|(_, row)| &row.settings)
+    }
+
+    /// The effective value of any setting that a run uses, by its JSON path.
+    pub fn setting(&self, run: &RunSummary, path: &str) -> Option<&Value> {
+        let (_, row) = self.known.rows.get(&run.path)?;
+        let common = || self.known.common.get(path).filter(|_| run.config.method.uses(path));
+        row.settings.get(path).or_else(|| row.implied.get(path)).or_else(common)
+    }
+}
+
+impl Known {
+    fn new(runs: &[Arc<RunSummary>]) -> Self {
+        let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::so_far(&run.config, 0, None)).collect();
+        let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
+        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (run.episodes(), row));
+        Self { rows: runs.iter().zip(rows).map(of_run).collect(), common }
     }
 }
 
@@ -401,7 +411,7 @@ mod tests {
         assert!(pinned.of(Path::new("runs/c")).unwrap().is_baseline);
         // 1.0 is above both; 0.25 is above one and equal to the other.
         assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
-        assert!(Arc::ptr_eq(&pinned.settings, &grouping.settings), "the same runs differ in the same settings");
+        assert!(Arc::ptr_eq(&pinned.known, &grouping.known), "the same runs differ in the same settings");
         let curves = |grouping: &Grouping| grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
         assert!(Arc::ptr_eq(&curves(&pinned), &curves(&grouping)), "unchanged curves are not aggregated again");
         let mut longer = runs.clone();
@@ -409,7 +419,10 @@ mod tests {
         assert!(!Arc::ptr_eq(&curves(&Grouping::new(&longer, &grouping, None)), &curves(&grouping)));
         let fewer = Grouping::new(&runs[..5], &grouping, None);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
-        assert!(!grouping.settings(Path::new("runs/c")).unwrap().is_empty());
+        for (grouping, run, gamma) in [(&grouping, 2, "0.95"), (&grouping, 5, "0.5"), (&fewer, 2, "0.95")] {
+            assert_eq!(grouping.setting(&runs[run], "ddpg.gamma").unwrap().to_string(), gamma, "also a default");
+        }
+        assert!(of("c").label.contains("gamma 0.95") && of("c").is_baseline, "{}", of("c").label);
     }
 
     #[test]

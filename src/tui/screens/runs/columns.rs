@@ -6,6 +6,7 @@ use super::super::Ui;
 use super::super::status::bar;
 use super::is_setting;
 use super::line::Line;
+use crate::json;
 use crate::run::Metric;
 use crate::spelling::did_you_mean;
 use crate::text::printable;
@@ -136,10 +137,10 @@ impl Column {
             Kind::Epsilon => String::new(),
             Kind::Tags => printable(&first.tags.join(" ")).to_string(),
             Kind::Note => printable(&first.note).to_string(),
-            // Empty for a setting in which no two runs differ.
+            // Empty for a setting that the method does not use.
             Kind::Setting => {
-                let found = ui.view.groups.settings(&first.path).and_then(|settings| settings.get(&self.heading));
-                found.map_or_else(String::new, |value| printable(value).to_string())
+                let found = ui.view.groups.setting(first, &self.heading);
+                found.map_or_else(String::new, |value| printable(&json::text(value)).into_owned())
             }
         }
     }

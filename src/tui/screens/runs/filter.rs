@@ -2,6 +2,7 @@
 
 use super::super::Ui;
 use super::is_setting;
+use crate::json;
 use crate::spelling::did_you_mean;
 use crate::tui::view::RunSummary;
 
@@ -129,10 +130,10 @@ fn words(run: &RunSummary, column: &str, ui: &Ui) -> Option<String> {
         "method" => run.config.method.name().to_owned(),
         "state" => run.state_word().to_owned(),
         "name" => run.name.clone(),
-        "label" => run.label.clone(),
+        "label" => ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label).clone(),
         "tag" => run.tags.join(" "),
         "note" => run.note.clone(),
-        path => ui.view.groups.settings(&run.path)?.get(path)?.clone(),
+        path => json::text(ui.view.groups.setting(run, path)?),
     })
 }
 
@@ -143,7 +144,7 @@ fn number(run: &RunSummary, column: &str, ui: &Ui) -> Option<f64> {
         "done" => Some(run.done as f64),
         "success" => run.success.map(f64::from),
         "epsilon" => Some(f64::from(run.config.epsilon.threshold(0))),
-        path => ui.view.groups.settings(&run.path)?.get(path)?.parse().ok(),
+        path => ui.view.groups.setting(run, path)?.as_f64(),
     }
 }
 

@@ -12,6 +12,7 @@ use super::super::{HitRegions, Ui};
 use super::Runs;
 use super::columns::{self, Column};
 use super::line::{Line, urgency};
+use crate::text::natural_key;
 use crate::tui::view::{RunGroup, RunSummary};
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
@@ -50,7 +51,7 @@ impl Sort {
     fn compare(self, a: &Line, b: &Line) -> Ordering {
         match self {
             Self::Latest => Ordering::Equal,
-            Self::Name => a.name().cmp(&b.name()),
+            Self::Name => natural_key(&a.name()).cmp(&natural_key(&b.name())),
             Self::State => urgency(a.foremost()).cmp(&urgency(b.foremost())),
             Self::Episodes => b.progress()[0].cmp(&a.progress()[0]),
             Self::Success => b.success().unwrap_or(-1.0).total_cmp(&a.success().unwrap_or(-1.0)),

@@ -11,6 +11,7 @@ use super::super::curves::CurvesState;
 use super::super::pane::{lines, pane};
 use super::super::{HitRegions, Ui};
 use super::line::Line;
+use crate::json;
 use crate::run::{Metric, Practised};
 use crate::text::printable;
 use crate::tui::view::{RunGroup, RunSummary};
@@ -140,7 +141,7 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     all.extend(
         differing
             .filter(|(path, _)| *path != "epsilon" && *path != "episodes")
-            .map(|(path, value)| (path.clone(), printable(value).to_string())),
+            .map(|(path, value)| (path.clone(), printable(&json::text(value)).into_owned())),
     );
     all.into_iter().flat_map(|(path, value)| lines(&format!("{path} {value}"), width, Style::new())).collect()
 }

@@ -1,0 +1,201 @@
+//! Results name every effective value, pool nothing that differs, and are written by one process at a time.
+//!
+//! Which settings results show is decided in `evidence/settings.rs` (`distinguish`): where runs differ in a setting,
+//! each has its effective value. What belongs together is written by one process at a time (`sync::hold_folder`), and a
+//! setting is given once (`cli/runs.rs`, `definitions`).
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::program::{command, fail, mge, succeed, text};
+
+/// Settings of agents that train in an instant.
+const QUICK: &str = r#""task": "task1", "episodes": 4, "ddpg.hidden": 8, "ddpg.warmup_steps": 30"#;
+
+/// Trains a sweep of plain DDPG with further settings; returns its folder's name.
+fn sweep<'a>(here: &Path, name: &'a str, settings: &str) -> &'a str {
+    std::fs::write(here.join("sweep.json"), format!("{{{QUICK}, {settings}}}")).unwrap();
+    succeed(mge(here, ["sweep", "sweep.json", "--quiet", "--out", name]));
+    name
+}
+
+fn read(path: impl AsRef<Path>) -> String {
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.as_ref().display()))
+}
+
+fn json_of(path: impl AsRef<Path>) -> Value {
+    serde_json::from_str(&read(path)).unwrap()
+}
+
+/// The values in a column of a sweep's results, as JSON and as CSV.
+fn column(sweep: &Path, name: &str) -> (Vec<Value>, Vec<String>) {
+    let rows = json_of(sweep.join("results.json"))["rows"].as_array().unwrap().clone();
+    let mut csv = csv::Reader::from_path(sweep.join("results.csv")).unwrap();
+    let place = csv.headers().unwrap().iter().position(|column| column == name).expect(name);
+    let cells = csv.records().map(|record| record.unwrap()[place].to_owned()).collect();
+    (rows.iter().map(|row| row[name].clone()).collect(), cells)
+}
+
+/// The labels in a report's table of methods.
+fn labels(report: &Path) -> Vec<String> {
+    let rows = json_of(report.join("report.json"))["aggregates"].as_array().unwrap().clone();
+    let of_auc = rows.iter().filter(|row| row["measure"] == "auc");
+    of_auc.map(|row| row["method"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn swept_values_that_equal_a_default_are_in_results_and_reports_with_their_types() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    // 0.95, no held policy, no start noise (that of the task) and the task alone are the defaults.
+    let axes = [
+        (r#""ddpg.gamma": [0.95, 0.9]"#, "ddpg.gamma", json!([0.9, 0.95])),
+        (r#""hold_tolerance": [null, 0.5]"#, "hold_tolerance", json!([0.5, "none"])),
+        (r#""start_noise": [null, 0.25]"#, "start_noise", json!([0.25, 0.0])),
+        (r#""epsilon": [0.5, "linear:0.5:0:4"], "method": "ddpg-uniform""#, "epsilon", json!([0.5, "linear:0.5:0:4"])),
+        (r#""episodes": [4, 12]"#, "episodes", json!([4, 12])),
+    ];
+    for (number, (axis, name, expected)) in axes.into_iter().enumerate() {
+        let method = if axis.contains("method") { "" } else { r#""method": "ddpg","# };
+        let quick = QUICK.replace(r#""episodes": 4, "#, if name == "episodes" { "" } else { r#""episodes": 4, "# });
+        let out = format!("sweep{number}");
+        std::fs::write(here.join("s.json"), format!("{{{quick}, {method} {axis}}}")).unwrap();
+        succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", &out]));
+        let (typed, cells) = column(&here.join(&out), name);
+        assert_eq!(json!(typed), expected, "{name}");
+        assert!(cells.iter().all(|cell| !cell.is_empty()), "{name}: {cells:?}");
+    }
+    succeed(mge(here, ["report", "sweep0", "--resamples", "10"]));
+    assert_eq!(labels(&here.join("report")), ["DDPG, ddpg.gamma 0.9", "DDPG, ddpg.gamma 0.95"]);
+    let report = json_of(here.join("report/report.json"));
+    assert_eq!(report["learning"][1]["settings"]["ddpg.gamma"], json!(0.95));
+    // Of several of plain DDPG, the reference is that with the usual settings.
+    assert_eq!(report["reference"], "DDPG, ddpg.gamma 0.95");
+    let figures =
+        ["figures", "sweep0/runs/task1-ddpg-ddpg.gamma_0.95-seed0", "sweep0/runs/task1-ddpg-ddpg.gamma_0.9-seed0"];
+    succeed(mge(here, figures.into_iter().chain(["--out", "drawn"])));
+    assert!(read(here.join("drawn/learning.csv")).contains("DDPG, ddpg.gamma 0.95"));
+}
+
+#[test]
+fn models_of_a_sweep_have_every_effective_value() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let quick = r#""kind": "dynamics", "layers": 2, "epochs": 1, "width": 8, "observations": 10, "validation": 3,
+        "evaluation.launches": 5, "evaluation.episodes": 1, "evaluation.hit_rollouts": 10"#;
+    std::fs::write(here.join("m.json"), format!(r#"{{{quick}, "tools": "box", "mirror": [true, false]}}"#)).unwrap();
+    succeed(mge(here, ["sweep", "m.json", "--quiet", "--out", "models"]));
+    assert_eq!(json!(column(&here.join("models"), "mirror").0), json!([false, true]));
+    // A result that another process left empty does not count as one.
+    let run = here.join("models/runs/bucket-box-mirror_true-seed0");
+    let run = if run.exists() { run } else { here.join("models/runs/box-mirror_true-seed0") };
+    std::fs::write(run.join("result.json"), "").unwrap();
+    fail(
+        mge(
+            here,
+            [
+                "sweep",
+                "--one",
+                &format!(r#"{{{quick}, "tools": "box", "mirror": [true]}}"#),
+                "--quiet",
+                "--out",
+                "models",
+            ],
+        ),
+        "result.json",
+    );
+}
+
+#[test]
+fn runs_with_other_fixed_settings_are_not_pooled() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    // In each sweep the setting is fixed, and no task has both values.
+    sweep(here, "calm", r#""method": "ddpg""#);
+    let noisy = format!("{{{}, {}}}", QUICK.replace("task1", "task3"), r#""method": "ddpg", "start_noise": 0.02"#);
+    std::fs::write(here.join("noisy.json"), noisy).unwrap();
+    succeed(mge(here, ["sweep", "noisy.json", "--quiet", "--out", "noisy"]));
+    succeed(mge(here, ["report", "calm", "noisy", "--resamples", "10"]));
+    let report = read(here.join("report/report.md"));
+    for label in ["DDPG, start_noise 0.0 |", "DDPG, start_noise 0.02 |"] {
+        assert!(report.contains(label), "{label}: {report}");
+    }
+    assert!(report.contains("No task has runs of every method"), "{report}");
+}
+
+#[test]
+fn runs_beside_the_folder_of_runs_are_reported_too_and_numbers_are_sorted_as_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "all", r#""method": "ddpg", "seed": [2, 10]"#);
+    let alone =
+        ["train", "task1", "--method", "ddpg", "--episodes", "4", "--seed", "7", "--quiet", "--out", "all/alone"];
+    succeed(mge(here, alone.into_iter().chain(["--set", "ddpg.hidden=8", "--set", "ddpg.warmup_steps=30"])));
+    succeed(mge(here, ["report", "all", "--resamples", "10"]));
+    assert!(read(here.join("report/report.md")).contains("from 3 finished runs with the seeds 2, 7, 10"));
+    assert_eq!(json!(column(&here.join("all"), "seed").0), json!([2, 10]));
+}
+
+#[test]
+fn the_reference_of_a_report_can_be_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "all", r#""method": ["ddpg", "ddpg-uniform"], "epsilon": 0.5"#);
+    let report = ["report", "all", "--resamples", "10", "--reference"];
+    let label = "DDPG, uniform exploration, epsilon 0.5";
+    succeed(mge(here, report.into_iter().chain([label])));
+    assert!(read(here.join("report/report.md")).contains(&format!("P(better than {label})")));
+    let message =
+        fail(mge(here, report.into_iter().chain(["DDGP"])), "no runs are labelled `DDGP`: did you mean `DDPG`?");
+    assert!(message.contains(label), "{message}");
+}
+
+#[test]
+fn a_setting_given_twice_is_an_error_that_names_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let twins = [
+        ("--seed", "1", "seed=2"),
+        ("--episodes", "5", "episodes=6"),
+        ("--method", "ddpg", "method=planning"),
+        ("--epsilon", "0.1", "epsilon=0.2"),
+        ("--model", "true", "prior=rapier"),
+        ("--tools", "train", "tools=test"),
+        ("--set", "ddpg.gamma=0.9", "ddpg.gamma=0.8"),
+        ("--set", r#"guidance.clusters={"fixed":3}"#, "guidance.clusters.fixed=4"),
+    ];
+    for (option, value, setting) in twins {
+        let message = fail(mge(&folder, ["train", "task1", option, value, "--set", setting]), "set the same");
+        assert!(message.contains(option) && message.contains(setting), "{message}");
+    }
+    let define = ["script", "s.mge", "--define", "A=1", "--define", "A=2"];
+    fail(mge(&folder, define), "--define A=1 and --define A=2 set the same");
+    let fork = ["fork", "run", "--at", "1", "--set", "epsilon=0", "--set", "epsilon=1"];
+    std::fs::create_dir(folder.path().join("run")).unwrap();
+    assert!(!mge(&folder, fork).status.success());
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing was trained");
+}
+
+/// Starts two commands at the same time, and waits for both.
+fn both(here: &Path, first: &[&str], second: &[&str]) -> [std::process::Output; 2] {
+    use std::process::Stdio;
+    let start = |arguments: &[&str]| {
+        command(here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
+    };
+    [start(first), start(second)].map(|process| process.wait_with_output().unwrap())
+}
+
+#[test]
+fn two_sweeps_with_runs_of_the_same_names_are_not_mixed() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    // One of them has its runs, the other says that it has not.
+    for (name, gamma) in [("one", 0.5), ("two", 0.6)] {
+        let settings = format!(r#"{{{QUICK}, "method": "ddpg", "seed": [0, 1], "ddpg.gamma": {gamma}}}"#);
+        std::fs::write(here.join(name).with_extension("json"), settings).unwrap();
+    }
+    let train = |file| ["sweep", file, "--quiet", "--threads", "1", "--out", "shared"];
+    let ended = both(here, &train("one.json"), &train("two.json"));
+    let failed = ended.iter().find(|output| !output.status.success()).expect("one cannot have its runs");
+    assert!(text(&failed.stderr).contains("other settings than the sweep asks for"), "{}", text(&failed.stderr));
+}
