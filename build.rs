@@ -7,7 +7,7 @@ fn main() {
     let version = env!("CARGO_PKG_VERSION");
     let version = commit().map_or_else(|| version.to_owned(), |commit| format!("{version} ({commit})"));
     println!("cargo::rustc-env=MGE_VERSION={version}");
-    for path in ["build.rs", "Cargo.toml", "src"] {
+    for path in ["build.rs", "Cargo.toml", "src", "crates"] {
         println!("cargo::rerun-if-changed={path}");
     }
     // A new commit changes the log; a missing file would rebuild the program every time.

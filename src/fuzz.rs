@@ -5,18 +5,19 @@ use std::io::sink;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use crate::agent::{self, Ddpg, Learner, ReplayBuffer};
-use crate::dynamics::Model;
-use crate::env::Environment;
-use crate::guidance::EpsilonSchedule;
-use crate::physics::ToolSplit;
-use crate::puzzles::Index;
-use crate::run::{RunDirectory, read_events};
-use crate::sweep::Sweep;
-use crate::task::{self, Task};
 use crate::tui::{Keymap, interface};
-use crate::workbench::{Command, Script};
-use crate::{nn, protocol};
+use mge_agent::{self as agent, Ddpg, Learner, ReplayBuffer};
+use mge_dynamics::Model;
+use mge_env::Environment;
+use mge_env::protocol;
+use mge_experiments::puzzles::Index;
+use mge_experiments::sweep::Sweep;
+use mge_guidance::EpsilonSchedule;
+use mge_nn as nn;
+use mge_physics::ToolSplit;
+use mge_run::{RunDirectory, read_events};
+use mge_task::{self as task, Task};
+use mge_workbench::{Command, Script};
 
 /// A parser as a function of bytes.
 type Target = fn(&[u8]);

@@ -29,43 +29,30 @@
 // `nn::kernel` allows it, with a justification.
 #![deny(unsafe_code)]
 
-pub mod agent;
-mod atomic;
-mod batch;
+pub use mge_agent as agent;
 mod bench;
-mod bounded;
 mod cli;
-pub mod dynamics;
-pub mod env;
-pub mod evidence;
-pub mod figures;
+pub use mge_dynamics as dynamics;
+pub use mge_env as env;
+pub use mge_figures as figures;
+pub use mge_results as evidence;
 /// Every parser as a function of bytes, for the targets in `fuzz/`.
 #[doc(hidden)]
 pub mod fuzz;
-pub mod guidance;
-pub mod identity;
-mod json;
-mod markdown;
-pub mod nn;
-mod paths;
-pub mod physics;
-pub mod protocol;
-mod puzzles;
-pub mod run;
-mod spelling;
-pub mod stats;
-pub mod stop;
-pub mod streams;
-mod study;
-mod sweep;
-mod sync;
-mod table;
-pub mod task;
-mod text;
-pub mod trainer;
+pub use mge_base::identity;
+pub use mge_base::stop;
+pub use mge_base::streams;
+pub use mge_env::protocol;
+pub use mge_guidance as guidance;
+pub use mge_nn as nn;
+pub use mge_physics as physics;
+pub use mge_run as run;
+pub use mge_stats as stats;
+pub use mge_task as task;
+pub use mge_trainer as trainer;
 mod tui;
-pub mod validation;
-pub mod workbench;
+pub use mge_base::validation;
+pub use mge_workbench as workbench;
 
 /// Runs the `mge` program with the arguments of this process.
 pub use cli::run as run_program;

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyPermissionError, PyValueError};
 use pyo3::prelude::*;
 
-use mge::env::VectorError;
+use mge_env::VectorError;
 
 /// `OSError` or a subclass for I/O errors, else `ValueError`, with the library's message.
 pub fn exception(error: impl std::error::Error + 'static) -> PyErr {

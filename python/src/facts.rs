@@ -5,7 +5,7 @@ use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use mge::env::{EndReason, Info, Placement, VectorEnvironment};
+use mge_env::{EndReason, Info, Placement, VectorEnvironment};
 
 /// Placement outcomes by code, from 1; 0 means "not known yet". The length is that of the enum, so that a
 /// new variant before the last does not compile unless it is listed.

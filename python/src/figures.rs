@@ -12,10 +12,10 @@ use super::error::exception;
 use super::pool::abandonable;
 use super::runs::found;
 use super::task::Task;
-use mge::evidence::TrainedRun;
-use mge::evidence::figures::{Success, learning_curves, method_scores, step_curves};
-use mge::figures::{self, DEFAULT_DPI, Provenance, TaskGrid};
-use mge::stats::Bootstrap;
+use mge_figures::{self as figures, DEFAULT_DPI, Provenance, TaskGrid};
+use mge_results::TrainedRun;
+use mge_results::figures::{Success, learning_curves, method_scores, step_curves};
+use mge_stats::Bootstrap;
 
 /// A figure: displayed by notebooks, written by `save`.
 #[pyclass(module = "mge.figures", frozen)]

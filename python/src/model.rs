@@ -15,11 +15,11 @@ use super::error::exception;
 use super::pool::{Caller, abandonable, build, work, work_on};
 use super::state::{BALL, State, ball_row};
 use super::task::Task;
-use mge::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
-use mge::env::{Action, Environment, Snapshot};
-use mge::guidance::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
-use mge::physics::{BallState, Tool, to_normalised, to_units};
-use mge::task::{self, ToolSpec};
+use mge_dynamics::{self as dynamics, DynamicsError, Predictor, Rollout, rollouts};
+use mge_env::{Action, Environment, Snapshot};
+use mge_guidance::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
+use mge_physics::{BallState, Tool, to_normalised, to_units};
+use mge_task::{self as task, ToolSpec};
 
 /// Number of balls predicted between two looks at the stop request.
 const AT_ONCE: usize = 1024;
@@ -385,5 +385,5 @@ pub fn model_names() -> Vec<&'static str> {
 /// Names of the tool types, indexed by their number in observations and in `advance`.
 #[pyfunction]
 pub fn tool_types() -> Vec<&'static str> {
-    mge::physics::ToolKind::PAPER.map(mge::physics::ToolKind::name).to_vec()
+    mge_physics::ToolKind::PAPER.map(mge_physics::ToolKind::name).to_vec()
 }

@@ -9,8 +9,8 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use mge::env::FEW;
-use mge::stop::{Stop, run_abandonable};
+use mge_base::stop::{Stop, run_abandonable};
+use mge_env::FEW;
 
 /// The pools by number of threads.
 static POOLS: Mutex<Vec<(usize, Arc<ThreadPool>)>> = Mutex::new(Vec::new());

@@ -14,14 +14,14 @@ use super::figures::Figure;
 use super::model::AnyModel;
 use super::pool::{abandonable, pool_for, work, work_on};
 use super::task::Task;
-use mge::agent::Ddpg;
-use mge::figures::{ActionSamples, TaskActions};
-use mge::guidance::{self, GuidanceConfig, StagePrior};
-use mge::run::RunDirectory;
-use mge::streams::Stream;
-use mge::task;
-use mge::trainer::{RunConfig, saved_prior};
-use mge::workbench::RunView;
+use mge_agent::Ddpg;
+use mge_base::streams::Stream;
+use mge_figures::{ActionSamples, TaskActions};
+use mge_guidance::{self as guidance, GuidanceConfig, StagePrior};
+use mge_run::RunDirectory;
+use mge_task as task;
+use mge_trainer::{RunConfig, saved_prior};
+use mge_workbench::RunView;
 
 /// Clusters of rewarding actions for every stage of a task: the distributions from which
 /// guided exploration samples.

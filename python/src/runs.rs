@@ -12,11 +12,11 @@ use serde_json::{Map, Value, json};
 use super::arguments::{dpi, resamples, seed};
 use super::error::exception;
 use super::pool::{abandonable, abandonable_on_threads};
-use mge::evidence::{self, FoundRun, find_runs, read_runs};
-use mge::figures::DEFAULT_DPI;
-use mge::run::{EpisodeRecord, RunDirectory, RunError, RunHistory};
-use mge::stats::Bootstrap;
-use mge::trainer::RunConfig;
+use mge_figures::DEFAULT_DPI;
+use mge_results::{self as evidence, FoundRun, find_runs, read_runs};
+use mge_run::{EpisodeRecord, RunDirectory, RunError, RunHistory};
+use mge_stats::Bootstrap;
+use mge_trainer::RunConfig;
 
 /// Rows as columns, in order of first appearance: arrays of bool, int64 or float64 (NaN where
 /// there is no number), else lists.

@@ -10,10 +10,10 @@ use super::arguments::whole;
 use super::error::exception;
 use super::figures::Figure;
 use super::pool::{pool_for, work_on};
-use mge::env;
-use mge::figures::{Animation, Moment, Mover};
-use mge::physics::{BallState, PHYSICS_DT, to_normalised};
-use mge::task::GoalShape;
+use mge_env as env;
+use mge_figures::{Animation, Moment, Mover};
+use mge_physics::{BallState, PHYSICS_DT, to_normalised};
+use mge_task::GoalShape;
 
 /// Columns of a ball: x, y, velocity x, y, spin.
 pub const BALL: usize = 5;
@@ -67,7 +67,7 @@ impl State {
         if states.is_empty() {
             return Ok(Self(Vec::new()));
         }
-        let task = Arc::new(mge::task::parse(task, "state").map_err(exception)?);
+        let task = Arc::new(mge_task::parse(task, "state").map_err(exception)?);
         let parse = |text: &String| env::State::parse(text, &task);
         let states: Result<Vec<env::State>, _> = work_on(py, pool_for(states.len(), None)?.as_deref(), |caller| {
             caller.stop().until(states.iter()).map(parse).collect()
@@ -108,7 +108,7 @@ impl State {
 
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<String>))> {
         let parse = py.get_type::<Self>().getattr("parse")?.unbind();
-        let task = self.0.first().map_or_else(String::new, |state| mge::task::to_json(state.task()));
+        let task = self.0.first().map_or_else(String::new, |state| mge_task::to_json(state.task()));
         let states = work_on(py, pool_for(self.0.len(), None)?.as_deref(), |caller| {
             caller.stop().until(self.0.iter()).map(env::State::to_json).collect()
         })?;

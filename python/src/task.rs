@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 
 use super::error::exception;
 use super::pool::abandonable;
-use mge::env::{observation_bounds, observation_len};
-use mge::task::{self, load, parse, save, shipped_names, to_json};
+use mge_env::{observation_bounds, observation_len};
+use mge_task::{self as task, load, parse, save, shipped_names, to_json};
 
 /// Task(name): a shipped task by its name, or the task in the file at that path.
 #[pyclass(module = "mge", frozen, eq)]

@@ -5,8 +5,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arguments::whole;
-use mge::env::{self, TOOL_FEATURES, TOOL_PROPERTIES};
-use mge::physics::{NO_OP, ToolKind, ToolSplit, catalogue_tool};
+use mge_env::{self as env, TOOL_FEATURES, TOOL_PROPERTIES};
+use mge_physics::{NO_OP, ToolKind, ToolSplit, catalogue_tool};
 
 /// Numbers of the tools in a split of the catalogue, without the no-op; int64.
 #[pyfunction]

@@ -17,11 +17,11 @@ use super::facts::{Facts, fill, zeros};
 use super::pool::{Caller, abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;
-use mge::env::{
-    self, Action, ActionSet, Autoreset, Choice, IMAGE_LEN, IMAGE_SIDE, Pictures, VectorEnvironment, VectorError,
+use mge_env::{
+    self as env, Action, ActionSet, Autoreset, Choice, IMAGE_LEN, IMAGE_SIDE, Pictures, VectorEnvironment, VectorError,
 };
-use mge::figures::Figure;
-use mge::physics::ToolSplit;
+use mge_figures::Figure;
+use mge_physics::ToolSplit;
 
 /// Memory of an environment without its observation and image, in bytes.
 const ENVIRONMENT: usize = 4096;

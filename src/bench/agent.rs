@@ -3,7 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::agent::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, Transition};
+use mge_agent::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, Transition};
 
 const OBSERVATION: usize = 160;
 const ACTION: usize = 2;

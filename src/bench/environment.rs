@@ -5,9 +5,9 @@ use std::sync::Arc;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::env::{Choice, Environment, uniform_action};
-use crate::physics::{ACTION_SET, ToolKind, ToolSplit};
-use crate::task::{self, BallSpec, Form, Task, ToolSpec};
+use mge_env::{Choice, Environment, uniform_action};
+use mge_physics::{ACTION_SET, ToolKind, ToolSplit};
+use mge_task::{self as task, BallSpec, Form, Task, ToolSpec};
 
 /// A falling ball beside one tool.
 pub(super) fn small() -> Box<dyn FnMut()> {

@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn every_level_is_timed() {
-        let levels = crate::task::level_names().map(|name| format!("level_{name}"));
+        let levels = mge_task::level_names().map(|name| format!("level_{name}"));
         let timed = super::WORKS.iter().map(|work| work.name.to_owned());
         assert_eq!(levels.collect::<Vec<_>>(), timed.filter(|name| name.starts_with("level_")).collect::<Vec<_>>());
     }

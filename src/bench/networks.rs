@@ -6,8 +6,8 @@ use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::dynamics::{Edges, Graphs, Layout, ModelConfig, Network};
-use crate::nn::{Optimiser, OptimiserKind, matrix};
+use mge_dynamics::{Edges, Graphs, Layout, ModelConfig, Network};
+use mge_nn::{Optimiser, OptimiserKind, matrix};
 
 const NODE: usize = 10;
 const EDGE: usize = 21;

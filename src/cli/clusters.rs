@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::arguments::Clusters;
 use super::output::{self, Outcome};
 use super::progress::Progress;
-use crate::guidance::ActionPrior;
-use crate::run::RunError;
-use crate::stop::Stop;
-use crate::task;
-use crate::trainer::{Method, RunConfig, build_prior};
+use mge_base::stop::Stop;
+use mge_guidance::ActionPrior;
+use mge_run::RunError;
+use mge_task as task;
+use mge_trainer::{Method, RunConfig, build_prior};
 
 pub fn run(arguments: &Clusters) -> Outcome {
     let to = arguments.out.as_deref().map(|path| arguments.force.target(path));

@@ -8,9 +8,9 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::output::{self, Outcome};
-use crate::guidance::EpsilonSchedule;
-use crate::run::{Event, Request, RunDirectory, RunState};
-use crate::trainer::{RunConfig, warnings};
+use mge_guidance::EpsilonSchedule;
+use mge_run::{Event, Request, RunDirectory, RunState};
+use mge_trainer::{RunConfig, warnings};
 
 /// Polling interval of the log.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);

@@ -6,16 +6,16 @@ use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain
 use super::interrupt::{Interrupt, brief, in_batch};
 use super::output::{self, Outcome};
 use super::progress::Progress;
-use crate::dynamics::{
-    self, DynamicsError, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant, canonical_tool_set,
-    train_to_file,
+use mge_base::stop::Stop;
+use mge_dynamics::{
+    self as dynamics, DynamicsError, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant,
+    canonical_tool_set, train_to_file,
 };
-use crate::figures::{Figure, PICTURE, Provenance};
-use crate::stats::Bootstrap;
-use crate::stop::Stop;
-use crate::study::ablation::{AblationPlan, ablation};
-use crate::study::{StudyError, StudyPlan, model_error_figure};
-use crate::task;
+use mge_experiments::study::ablation::{AblationPlan, ablation};
+use mge_experiments::study::{StudyError, StudyPlan, model_error_figure};
+use mge_figures::{Figure, PICTURE, Provenance};
+use mge_stats::Bootstrap;
+use mge_task as task;
 
 pub fn run(command: Dynamics) -> Outcome {
     match command {
@@ -162,7 +162,7 @@ mod tests {
 
     use super::*;
     use crate::cli::arguments::{Arguments, Command};
-    use crate::dynamics::{Loss, Model, Training, checkpoint_of};
+    use mge_dynamics::{Loss, Model, Training, checkpoint_of};
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {

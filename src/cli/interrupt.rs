@@ -15,9 +15,9 @@ use signal_hook::low_level;
 
 use super::output::{self, Outcome};
 use super::progress::{self, Progress};
-use crate::atomic;
-use crate::batch::{Batch, BatchProgress, default_threads};
-use crate::stop::{ENDING_SIGNALS, SAME_SIGNAL, Stop};
+use mge_base::atomic;
+use mge_base::stop::{ENDING_SIGNALS, SAME_SIGNAL, Stop};
+use mge_trainer::batch::{Batch, BatchProgress, default_threads};
 
 /// Runs work without state to save.
 pub fn brief(work: impl FnOnce() -> Outcome) -> Outcome {

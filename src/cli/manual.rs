@@ -9,12 +9,15 @@ use clap_mangen::Man;
 
 use super::arguments::Arguments;
 use super::output::{self, Outcome};
-use crate::dynamics::{MODEL_SETTINGS, TRAIN_SETTINGS};
-use crate::task::RULES;
-use crate::trainer::{RunConfig, config_keys};
-use crate::validation::Setting;
-use crate::workbench::{Verb, verbs};
-use crate::{json, task, trainer, tui};
+use crate::tui;
+use mge_base::json;
+use mge_base::validation::Setting;
+use mge_dynamics::{MODEL_SETTINGS, TRAIN_SETTINGS};
+use mge_task as task;
+use mge_task::RULES;
+use mge_trainer as trainer;
+use mge_trainer::{RunConfig, config_keys};
+use mge_workbench::{Verb, verbs};
 
 /// Environment variables and what they do.
 const ENVIRONMENT: [(&str, &str); 7] = [

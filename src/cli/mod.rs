@@ -25,8 +25,8 @@ use std::process::ExitCode;
 use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
 use clap::{Arg, CommandFactory, FromArgMatches};
 
-use crate::batch::start_global_pool;
-use crate::paths::expanded;
+use mge_base::paths::expanded;
+use mge_trainer::batch::start_global_pool;
 
 use arguments::{Arguments, Command};
 use interrupt::brief;
@@ -34,6 +34,7 @@ use interrupt::brief;
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 128 and
 /// the number of a signal: ended by it (one line on stderr tells how to continue).
 pub fn run() -> ExitCode {
+    mge_base::identity::set_version(env!("MGE_VERSION"));
     let parsed =
         adjusted(Arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
     let outcome = match parsed {

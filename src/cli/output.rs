@@ -3,9 +3,9 @@
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Write};
 
-use crate::atomic::{self, Format, Target};
-use crate::run::RunError;
-use crate::text::{excerpt, printable, printable_lines};
+use mge_base::atomic::{self, Format, Target};
+use mge_base::text::{excerpt, printable, printable_lines};
+use mge_run::RunError;
 
 /// Maximum length of a message, in characters.
 const MAX_MESSAGE_LENGTH: usize = 2000;

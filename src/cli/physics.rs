@@ -8,9 +8,12 @@ use std::sync::Arc;
 
 use super::arguments::{Env, Play};
 use super::output::{self, Outcome};
-use crate::env::{Action, Environment, Pictures};
-use crate::protocol::Catalogue;
-use crate::{bounded, json, protocol, task};
+use mge_base::bounded;
+use mge_base::json;
+use mge_env::protocol;
+use mge_env::protocol::Catalogue;
+use mge_env::{Action, Environment, Pictures};
+use mge_task as task;
 
 pub fn simulate() -> Outcome {
     Ok(protocol::simulate(io::stdin().lock(), output::stream())?)

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output;
-use crate::sync::lock;
+use mge_base::sync::lock;
 
 /// Time between two lines when not on a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);

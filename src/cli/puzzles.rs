@@ -7,14 +7,14 @@ use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::runs::definitions;
 use super::sweeps;
-use crate::evidence;
-use crate::puzzles::{
+use mge_experiments::puzzles::{
     self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch, TransferPlan, TransferResults,
 };
-use crate::run::{RunState, config_hash};
-use crate::sweep::Sweep;
-use crate::trainer::PriorSource;
-use crate::workbench::RunView;
+use mge_experiments::sweep::Sweep;
+use mge_results as evidence;
+use mge_run::{RunState, config_hash};
+use mge_trainer::PriorSource;
+use mge_workbench::RunView;
 
 pub fn run(command: &Puzzles) -> Outcome {
     match command {
@@ -124,7 +124,7 @@ fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
     ];
     let results = TransferResults {
         command: command(&["transfer", &arguments.run.display().to_string()], &arguments.search, options),
-        mge_version: crate::identity::VERSION.to_owned(),
+        mge_version: mge_base::identity::version().to_owned(),
         trained_on: config.tasks().count(),
         trained_episodes,
         episodes: arguments.episodes,

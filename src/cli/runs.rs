@@ -14,16 +14,16 @@ use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
 use super::progress::Progress;
-use crate::agent::Ddpg;
-use crate::evidence::Composition;
-use crate::figures::DEFAULT_DPI;
-use crate::paths::{expanded, fitting};
-use crate::run::{Event, RunError, RunState};
-use crate::task;
-use crate::text::printable;
-use crate::trainer::{Method, TracedStep};
 use crate::tui;
-use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
+use mge_agent::Ddpg;
+use mge_base::paths::{expanded, fitting};
+use mge_base::text::printable;
+use mge_figures::DEFAULT_DPI;
+use mge_results::Composition;
+use mge_run::{Event, RunError, RunState};
+use mge_task as task;
+use mge_trainer::{Method, TracedStep};
+use mge_workbench::{self as workbench, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {

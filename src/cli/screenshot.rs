@@ -4,10 +4,10 @@ use super::arguments::Screenshot;
 use super::interrupt::nothing_to_save;
 use super::output::{self, Outcome};
 use super::runs::after_script;
-use crate::figures::{PICTURE, Provenance, encode};
-use crate::paths::expanded;
-use crate::run::{RunError, config_hash};
 use crate::tui::OffscreenWorkbench;
+use mge_base::paths::expanded;
+use mge_figures::{PICTURE, Provenance, encode};
+use mge_run::{RunError, config_hash};
 
 pub fn run(arguments: &Screenshot) -> Outcome {
     let (width, height) = size(&arguments.size)?;

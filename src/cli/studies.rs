@@ -5,10 +5,10 @@ use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::bench::WORKS;
-use crate::evidence;
-use crate::stats::Bootstrap;
-use crate::study::{self, StudyError, StudyPlan};
-use crate::text::counted;
+use mge_base::text::counted;
+use mge_experiments::study::{self, StudyError, StudyPlan};
+use mge_results as evidence;
+use mge_stats::Bootstrap;
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use super::arguments::Sweep as Arguments;
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
-use crate::atomic::Target;
-use crate::run::RunError;
-use crate::sweep::{self, Sweep, SweepError};
+use mge_base::atomic::Target;
+use mge_experiments::sweep::{self, Sweep, SweepError};
+use mge_run::RunError;
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {

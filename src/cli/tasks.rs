@@ -7,16 +7,16 @@ use serde_json::json;
 use super::arguments::{Tasks, TasksCommand};
 use super::output::{self, Outcome};
 use super::progress::Progress;
-use crate::atomic::Target;
-use crate::batch::{Batch, default_threads};
-use crate::env;
-use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
-use crate::markdown;
-use crate::stop::Stop;
-use crate::study::audit::{AuditRow, audit};
-use crate::task::{self, Task, TaskError};
-use crate::text::counted;
-use crate::trainer::{PriorSource, required_model};
+use mge_base::atomic::Target;
+use mge_base::markdown;
+use mge_base::stop::Stop;
+use mge_base::text::counted;
+use mge_env as env;
+use mge_experiments::study::audit::{AuditRow, audit};
+use mge_guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
+use mge_task::{self as task, Task, TaskError};
+use mge_trainer::batch::{Batch, default_threads};
+use mge_trainer::{PriorSource, required_model};
 
 pub fn run(arguments: Tasks) -> Outcome {
     match arguments.command {

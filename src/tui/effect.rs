@@ -10,7 +10,7 @@ use super::input::Keymap;
 use super::scene::Object;
 use super::view::{Choice, Level};
 use super::widgets::theme::Theme;
-use crate::workbench::{Command, FigureKind};
+use mge_workbench::{Command, FigureKind};
 
 /// An effect. When one in a list fails, the rest are skipped.
 pub enum Effect {

@@ -11,7 +11,7 @@ use super::input::Keymap;
 use super::terminal::{Parser, Received};
 use super::view::SessionWorkspace;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
-use crate::workbench::{Command, Session};
+use mge_workbench::{Command, Session};
 
 /// Maximum number of frames drawn for one input.
 const FRAMES: usize = 12;

@@ -10,7 +10,7 @@ use super::input::{Key, KeyError, Keymap};
 use super::view::SessionWorkspace;
 use super::widgets::screenshot;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
-use crate::workbench::Session;
+use mge_workbench::Session;
 
 /// A workbench without an event loop: the caller presses keys, lets time pass and draws.
 pub struct OffscreenWorkbench {
@@ -89,7 +89,7 @@ impl OffscreenWorkbench {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::RunDirectory;
+    use mge_run::RunDirectory;
 
     #[test]
     fn a_picture_of_the_runs_is_drawn_once_they_have_been_read() {

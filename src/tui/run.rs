@@ -12,7 +12,7 @@ use super::terminal::signals::{self, Listener, Request};
 use super::terminal::{self, Graphics, Input, Notify, Screen, TerminalError};
 use super::view::SessionWorkspace;
 use super::widgets::theme::{Palette, Theme};
-use crate::workbench::Session;
+use mge_workbench::Session;
 
 /// Minimum time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::{Force, Print, count, first_seed, threads};
-use crate::dynamics::{Loss, ToolSet, Variant};
-use crate::physics::{ToolKind, ToolSplit};
-use crate::trainer::PriorSource;
+use mge_dynamics::{Loss, ToolSet, Variant};
+use mge_physics::{ToolKind, ToolSplit};
+use mge_trainer::PriorSource;
 
 #[derive(Debug, Subcommand)]
 pub enum Dynamics {

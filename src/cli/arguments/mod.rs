@@ -17,15 +17,15 @@ use std::path::{Path, PathBuf};
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 
-use crate::atomic::Target;
-use crate::figures::DEFAULT_DPI;
 use crate::tui::Notify;
+use mge_base::atomic::Target;
+use mge_figures::DEFAULT_DPI;
 
 /// Intuitive-physics puzzles, learned dynamics models and model-guided exploration.
 ///
 /// Without a command it opens the workbench in the terminal.
 #[derive(Debug, Parser)]
-#[command(name = "mge", version = crate::identity::VERSION, max_term_width = 100)]
+#[command(name = "mge", version = env!("MGE_VERSION"), max_term_width = 100)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<Command>,

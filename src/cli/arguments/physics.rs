@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::physics::ToolSplit;
+use mge_physics::ToolSplit;
 
 #[derive(Debug, Args)]
 pub struct Play {

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Force, Print, first_seed};
-use crate::guidance::EpsilonSchedule;
-use crate::physics::ToolSplit;
-use crate::run::CheckpointName;
-use crate::trainer::{Method, PriorSource};
+use mge_guidance::EpsilonSchedule;
+use mge_physics::ToolSplit;
+use mge_run::CheckpointName;
+use mge_trainer::{Method, PriorSource};
 
 #[derive(Debug, Args)]
 pub struct Train {

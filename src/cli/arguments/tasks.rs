@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::{Force, Print, count, first_seed, threads};
-use crate::physics::MAX_OBJECTS;
-use crate::puzzles::{START_NOISE, Split};
-use crate::trainer::{Method, PriorSource};
+use mge_experiments::puzzles::{START_NOISE, Split};
+use mge_physics::MAX_OBJECTS;
+use mge_trainer::{Method, PriorSource};
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]

@@ -10,12 +10,12 @@ use clap::Parser;
 
 use crate::cli::arguments::{Arguments, Command};
 use crate::cli::manual;
-use crate::dynamics::EvaluationConfig;
-use crate::json;
-use crate::sweep::Sweep;
-use crate::task;
-use crate::trainer::{self, Method, RunConfig, warnings};
-use crate::workbench::{Script, Session};
+use mge_base::json;
+use mge_dynamics::EvaluationConfig;
+use mge_experiments::sweep::Sweep;
+use mge_task as task;
+use mge_trainer::{self as trainer, Method, RunConfig, warnings};
+use mge_workbench::{Script, Session};
 
 /// A page of Markdown: its path and its text.
 struct Page {

@@ -13,7 +13,7 @@ pub use tab::Tab;
 
 use std::sync::LazyLock;
 
-use crate::workbench::{Verb, verbs};
+use mge_workbench::{Verb, verbs};
 
 /// An action in a context, with its name, keys and description.
 #[derive(Debug, Clone, Copy)]

@@ -3,9 +3,9 @@
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
 use super::{App, Drag};
-use crate::task::Property;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::screens::{HitRegion, edit, scene, scene_actions, schedule, tools, training};
+use mge_task::Property;
 
 impl App {
     /// Applies a mouse event; true if anything changed.

@@ -5,17 +5,17 @@ use std::path::Path;
 use rand::Rng;
 
 use super::{App, QuitState, TerminalRequest};
-use crate::env::Placement;
-use crate::guidance::EpsilonSchedule;
-use crate::run::RunState;
-use crate::task;
-use crate::trainer::non_default_settings;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette, Help};
 use crate::tui::screens::{figures, lists, log, models, runs, scene_actions, schedule, training};
 use crate::tui::view::{Choice, ComparedEpisode, Level};
-use crate::workbench::{Command, FigureKind, command};
+use mge_env::Placement;
+use mge_guidance::EpsilonSchedule;
+use mge_run::RunState;
+use mge_task as task;
+use mge_trainer::non_default_settings;
+use mge_workbench::{Command, FigureKind, command};
 
 /// Number of typed commands that are kept.
 const MAX_HISTORY: usize = 100;

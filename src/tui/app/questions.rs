@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::App;
-use crate::paths::expanded;
-use crate::task;
-use crate::trainer::{Method, PriorSource};
 use crate::tui::effect::{Effect, Layer};
 use crate::tui::layers::{Prompt, Question};
-use crate::workbench::{Command, command};
+use mge_base::paths::expanded;
+use mge_task as task;
+use mge_trainer::{Method, PriorSource};
+use mge_workbench::{Command, command};
 
 impl App {
     /// Opens a layer over the screen.

@@ -1,8 +1,8 @@
 //! Leaving the workbench.
 
 use super::{App, QuitState};
-use crate::run::RunState;
 use crate::tui::effect::Effect;
+use mge_run::RunState;
 
 impl App {
     /// Leaves the workbench; asks first if something would be lost or stopped. Does nothing while a question is open.

@@ -56,8 +56,8 @@ fn write_report(folder: &Path, report: &str) -> std::io::Result<PathBuf> {
     let numbered = (1..=MAX_REPORTS).map(|number| folder.join(format!("mge-error-{number}.txt")));
     let mut free = numbered.filter(|path| !path.exists());
     let path = free.next().ok_or_else(|| std::io::Error::other(format!("there are {MAX_REPORTS} already")))?;
-    let text = format!("mge {}\n{report}\n", crate::identity::VERSION);
-    crate::atomic::write(&path, text.as_bytes())?;
+    let text = format!("mge {}\n{report}\n", mge_base::identity::version());
+    mge_base::atomic::write(&path, text.as_bytes())?;
     Ok(path)
 }
 

@@ -5,9 +5,9 @@ use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
 use super::App;
-use crate::task;
 use crate::tui::terminal;
 use crate::tui::view::{Level, ViewModel};
+use mge_task as task;
 
 /// Prefix of the file names of saved tasks.
 const NAME: &str = "unsaved-";

@@ -6,9 +6,9 @@ use ratatui::text::Line;
 use ratatui::widgets::Widget;
 
 use super::range::Window;
-use crate::figures::round_ticks;
 use crate::tui::widgets::raster::Dot;
 use crate::tui::widgets::theme::Theme;
+use mge_figures::round_ticks;
 
 /// How values map to heights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::bounded;
-use crate::spelling::suggestion;
 use crate::tui::actions::{Context, Entry, UiAction, entries, named};
 use crate::tui::input::{Key, KeyError};
+use mge_base::bounded;
+use mge_base::spelling::suggestion;
 
 /// The key bindings of all actions.
 #[derive(Debug, Clone)]
@@ -169,7 +169,7 @@ fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> 
     let keys = &words[..words.iter().position(is_comment).unwrap_or(words.len())];
     let name = name.trim();
     let Some(entry) = named(name) else {
-        let nearest = crate::spelling::nearest(entries().iter().map(|entry| entry.name), name);
+        let nearest = mge_base::spelling::nearest(entries().iter().map(|entry| entry.name), name);
         return Err(KeymapError::Unknown { origin, line, name: name.to_owned(), nearest });
     };
     let keys = keys.iter().map(|key| key.parse()).collect::<Result<Vec<Key>, KeyError>>();

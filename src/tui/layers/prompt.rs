@@ -13,7 +13,7 @@ use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
-use crate::workbench::Command;
+use mge_workbench::Command;
 
 /// Parses an answer into an effect, or says what is wrong with it.
 type Reader = dyn Fn(&str) -> Result<Effect, String>;

@@ -10,8 +10,6 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::prompt::line;
-use crate::physics::{NO_OP, Tool, ToolKind, catalogue_tool};
-use crate::task::Property;
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::scene::picture;
@@ -20,6 +18,8 @@ use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
+use mge_physics::{NO_OP, Tool, ToolKind, catalogue_tool};
+use mge_task::Property;
 
 /// A tool that can be chosen.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,11 +3,11 @@
 use ratatui::style::Color;
 
 use super::object::{Object, Objects};
-use crate::env::Action;
-use crate::guidance::{ActionPrior, StagePrior};
-use crate::physics::Tool;
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::theme::Theme;
+use mge_env::Action;
+use mge_guidance::{ActionPrior, StagePrior};
+use mge_physics::Tool;
 
 /// Which overlays to show on the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,10 +10,10 @@ use super::content::{Content, Heat};
 use super::legend;
 use super::picture::draw_tool;
 use super::view::View;
-use crate::physics::{Tool, ToolKind, to_units};
-use crate::trainer::Source;
 use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
+use mge_physics::{Tool, ToolKind, to_units};
+use mge_trainer::Source;
 
 /// Draws the scene into the largest square of `area` and returns that square.
 pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -> View {

@@ -4,9 +4,9 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
 use super::content::{Content, Heat};
-use crate::trainer::Source;
 use crate::tui::chart::number;
 use crate::tui::widgets::theme::{Marker, Theme};
+use mge_trainer::Source;
 
 /// The text over the scene: the legend of what is visible, if it is switched on, and the scale of the
 /// heat map.

@@ -1,7 +1,7 @@
 //! The objects of a scene that can be selected and edited.
 
-use crate::physics::to_units;
-use crate::task::{BallSpec, Edit, Part, Region, Task};
+use mge_physics::to_units;
+use mge_task::{BallSpec, Edit, Part, Region, Task};
 
 /// An object of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn objects_are_found_where_they_are() {
-        let task = crate::task::load("task1").unwrap();
+        let task = mge_task::load("task1").unwrap();
         let proposed = [Region { position: [-0.9, -0.9], radius: 3.0 }];
         let objects = Objects { task: &task, proposed: &proposed };
         for object in objects.all() {
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_nearer_of_two_objects_within_reach_is_found() {
-        let mut task = crate::task::load("task1").unwrap();
+        let mut task = mge_task::load("task1").unwrap();
         let beside = |by: f32| [task.goal.position[0] + by, task.goal.position[1]];
         let [left, right] = [beside(-0.5), beside(0.5)];
         task.subgoals = vec![Region { position: left, radius: 1.0 }, Region { position: right, radius: 1.0 }];
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn an_object_is_found_up_to_a_distance_from_its_edge() {
-        let task = crate::task::load("task1").unwrap();
+        let task = mge_task::load("task1").unwrap();
         let objects = Objects { task: &task, proposed: &[] };
         let goal = task.goal;
         let beside = |units: f32| [goal.position[0] - (goal.radius + units) / 42.0, goal.position[1]];

@@ -5,10 +5,10 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use super::view::View;
-use crate::figures::tool_outline;
-use crate::physics::{SCREEN, Tool, to_normalised};
 use crate::tui::widgets::raster::{self, Raster};
 use crate::tui::widgets::theme::Theme;
+use mge_figures::tool_outline;
+use mge_physics::{SCREEN, Tool, to_normalised};
 
 /// How far, in units, the line for a tool's drive extends beyond half the tool's size.
 const DRIVE: f64 = 5.0;

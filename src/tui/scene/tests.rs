@@ -7,14 +7,14 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use super::{Content, Ghost, Heat, Object, Objects, Overlays, View, draw};
-use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
-use crate::physics::Tool;
-use crate::task::{Region, Task};
-use crate::trainer::Source;
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
+use mge_physics::Tool;
+use mge_task::{Region, Task};
+use mge_trainer::Source;
 
-static TASK: LazyLock<Task> = LazyLock::new(|| crate::task::load("task1").unwrap());
+static TASK: LazyLock<Task> = LazyLock::new(|| mge_task::load("task1").unwrap());
 static FRAME: LazyLock<PlaybackFrame> =
     LazyLock::new(|| PlaybackFrame { ball: TASK.ball.position, ..PlaybackFrame::default() });
 
@@ -60,7 +60,7 @@ fn colour_at(buffer: &Buffer, view: View, position: [f32; 2]) -> Color {
 
 /// The task's own tool at a position in units.
 fn tool_at(position: [f64; 2]) -> Tool {
-    crate::env::held_tool(&TASK, None).at(position)
+    mge_env::held_tool(&TASK, None).at(position)
 }
 
 /// One cluster in the first stage.
@@ -196,7 +196,7 @@ fn the_legend_explains_only_what_is_shown() {
     let task = Task { subgoals: Vec::new(), tools: Vec::new(), ..TASK.clone() };
     let bare = legend(|content| content.objects.task = &task);
     assert!(!bare.contains("subgoals, in") && !bare.contains("tools of"));
-    let level = crate::task::load("create/Obstacle").unwrap();
+    let level = mge_task::load("create/Obstacle").unwrap();
     let of_level = legend(|content| content.objects.task = &level);
     for sign in ["○  marker: sets", "○  subgoals of the marker", "□  moving boxes"] {
         assert!(of_level.contains(sign) && !plain.contains(sign), "{sign}");

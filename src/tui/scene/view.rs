@@ -2,8 +2,8 @@
 
 use ratatui::layout::Rect;
 
-use crate::physics::SCREEN;
 use crate::tui::widgets::raster::Dot;
+use mge_physics::SCREEN;
 
 /// The square part of an area in which the scene is drawn: a cell is about twice as
 /// high as wide, so it has twice as many columns as rows.

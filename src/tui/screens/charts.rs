@@ -8,11 +8,11 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::run::{Metric, RunState};
-use crate::stats::rolling::WINDOW;
-use crate::text::counted;
 use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart, shortenings};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
+use mge_base::text::counted;
+use mge_run::{Metric, RunState};
+use mge_stats::rolling::WINDOW;
 
 /// Something with a curve: a run, with its group if that has several runs, or a whole group.
 #[derive(Clone, Copy)]

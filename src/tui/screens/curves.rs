@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use crate::run::Metric;
 use crate::tui::chart::{ChartCache, Range, Scale};
+use mge_run::Metric;
 
 /// State of the curves.
 #[derive(Debug)]

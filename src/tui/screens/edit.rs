@@ -3,11 +3,11 @@
 
 use super::scene::{Scene, moved};
 use super::{Ui, tools};
-use crate::task::{Edit, STANDARD_RADIUS};
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
+use mge_task::{Edit, STANDARD_RADIUS};
 
 /// The effects of an editing action; None for any other action.
 pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {

@@ -10,11 +10,11 @@ use super::pane::{level_style, lines};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
-use crate::run::Metric;
 use crate::tui::actions::{Context, Tab, UiAction};
 use crate::tui::view::{Level, span};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body, split};
+use mge_run::Metric;
 
 /// The smallest terminal that shows a curve and the status.
 const SMALL: (u16, u16) = (30, 8);

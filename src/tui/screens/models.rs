@@ -12,9 +12,6 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
-use crate::dynamics::{Compared, Evaluation, OneTool};
-use crate::physics::ToolKind;
-use crate::trainer::PriorSource;
 use crate::tui::actions::UiAction;
 use crate::tui::chart::{ChartCache, Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
@@ -23,7 +20,10 @@ use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
 use crate::tui::widgets::theme::Theme;
-use crate::workbench::command;
+use mge_dynamics::{Compared, Evaluation, OneTool};
+use mge_physics::ToolKind;
+use mge_trainer::PriorSource;
+use mge_workbench::command;
 
 /// Draws the screen.
 pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {

@@ -2,11 +2,11 @@
 
 use ratatui::layout::Rect;
 
-use crate::run::Metric;
-use crate::task::Property;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::chart::Axes;
 use crate::tui::scene::View;
+use mge_run::Metric;
+use mge_task::Property;
 
 /// The regions of the latest drawing.
 #[derive(Debug, Default)]

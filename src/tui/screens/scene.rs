@@ -3,18 +3,18 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::agent::Ddpg;
-use crate::env::Action;
-use crate::guidance::RolloutModel;
-use crate::physics::ToolKind;
-use crate::task::Property;
-use crate::trainer::Trace;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
+use mge_agent::Ddpg;
+use mge_env::Action;
+use mge_guidance::RolloutModel;
+use mge_physics::ToolKind;
+use mge_task::Property;
+use mge_trainer::Trace;
 
 /// Greatest distance, in units, at which the mouse hits an object.
 pub const REACH: f32 = 2.0;

@@ -6,7 +6,7 @@ use super::{Ui, tools};
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, Subject, ViewModel};
-use crate::workbench::command;
+use mge_workbench::command;
 
 /// What an action does on the Scene and the Edit screen.
 pub fn perform(scene: &mut Scene, ui: &Ui, action: UiAction) -> Vec<Effect> {

@@ -11,13 +11,13 @@ use ratatui::widgets::Widget;
 use super::pane::{hint, lines, pane};
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
-use crate::physics::catalogue_tool;
-use crate::task::{Region, Task};
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::view::{Choice, ComparedEpisode};
 use crate::tui::widgets::columns::{fitting, shortened};
+use mge_physics::catalogue_tool;
+use mge_task::{Region, Task};
 
 /// Draws the scene.
 pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {

@@ -9,13 +9,13 @@ use ratatui::widgets::Widget;
 use super::pane::{lines, pane};
 use super::schedule_points;
 use super::{HitRegion, HitRegions, Ui};
-use crate::guidance::EpsilonSchedule;
 use crate::tui::actions::UiAction;
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, ViewModel};
 use crate::tui::widgets::raster::{self, Raster};
-use crate::workbench::command;
+use mge_guidance::EpsilonSchedule;
+use mge_workbench::command;
 
 /// Greatest distance, in columns, at which the mouse hits a point.
 const NEAR: f32 = 4.0;

@@ -1,6 +1,6 @@
 //! An epsilon schedule as movable points on a plot.
 
-use crate::guidance::EpsilonSchedule;
+use mge_guidance::EpsilonSchedule;
 
 /// The points by which a schedule is edited: episode and threshold.
 pub fn points(schedule: &EpsilonSchedule) -> Vec<(u32, f32)> {

@@ -8,14 +8,14 @@ use ratatui::widgets::Widget;
 
 use super::Ui;
 use super::pane::pane;
-use crate::run::{Metric, RunState};
-use crate::text::counted;
 use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::theme::Theme;
-use crate::workbench::PriorState;
+use mge_base::text::counted;
+use mge_run::{Metric, RunState};
+use mge_workbench::PriorState;
 
 /// Draws the pane.
 pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
@@ -49,7 +49,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
 pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     let view = ui.view;
     let theme = ui.theme;
-    let count = |prior: &crate::guidance::ActionPrior| {
+    let count = |prior: &mge_guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
         format!("{clusters} in {}", counted(prior.stages.len(), "stage"))
     };

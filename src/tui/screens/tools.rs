@@ -10,12 +10,12 @@ use ratatui::widgets::Row;
 use super::pane::pane;
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
-use crate::physics::ToolKind;
-use crate::task::{Draft, Edit, Property, Task, Values};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Prompt, ToolItem, ToolPalette};
 use crate::tui::scene::Object;
 use crate::tui::widgets::list;
+use mge_physics::ToolKind;
+use mge_task::{Draft, Edit, Property, Task, Values};
 
 /// The index and the type of the selected tool.
 pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {

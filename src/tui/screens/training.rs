@@ -15,14 +15,14 @@ use super::pane::{hint, pane, system_line};
 use super::runs::Runs;
 use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
-use crate::run::Metric;
-use crate::text::{counted, printable};
 use crate::tui::actions::UiAction;
 use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::layout::WIDE;
+use mge_base::text::{counted, printable};
+use mge_run::Metric;
 
 /// Width from which the scene fits beside the curves.
 const BESIDE: u16 = 80;
@@ -206,7 +206,7 @@ fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
 
 /// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.
 fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
-    let all = crate::evidence::differences(&pair[0].config, &pair[1].config);
+    let all = mge_results::differences(&pair[0].config, &pair[1].config);
     let most = usize::from(area.height / 3);
     let left = (all.len() + 1).saturating_sub(most);
     let room = most.saturating_sub(1 + usize::from(left > 0));

@@ -10,15 +10,15 @@ use super::pane::{lines, pane};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, status, tools, training};
-use crate::run::Metric;
-use crate::task::{level_names, shipped_names};
-use crate::text::printable;
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::Object;
 use crate::tui::view::RunSummary;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
+use mge_base::text::printable;
+use mge_run::Metric;
+use mge_task::{level_names, shipped_names};
 
 /// Rows of the status pane, without those of practice and need.
 const STATUS: u16 = 13;

@@ -34,10 +34,10 @@ use ratatui::backend::{Backend, CrosstermBackend};
 use ratatui::layout::{Rect, Size};
 use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
 
-use crate::stop::run_abandonable;
-use crate::sync::lock;
-use crate::text::printable;
-use crate::trainer::panic_message;
+use mge_base::stop::run_abandonable;
+use mge_base::sync::lock;
+use mge_base::text::printable;
+use mge_trainer::panic_message;
 
 /// Whether the workbench currently controls the terminal.
 static ACTIVE: AtomicBool = AtomicBool::new(false);

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGQUIT, SIGTSTP, SIGWINCH};
 use signal_hook::iterator::{Handle, Signals};
 
-use crate::stop::{ENDING_SIGNALS, SAME_SIGNAL};
+use mge_base::stop::{ENDING_SIGNALS, SAME_SIGNAL};
 
 /// What a signal asks of the workbench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::run::{EpisodeRecord, Metric};
+use mge_run::{EpisodeRecord, Metric};
 
 /// One value per episode for every metric that is drawn; NaN where there is none. The episodes of a long run
 /// may be thinned.
@@ -90,7 +90,7 @@ mod tests {
     use std::num::NonZeroUsize;
 
     use super::*;
-    use crate::run::Series;
+    use mge_run::Series;
 
     #[test]
     fn curves_follow_a_run_that_is_thinned_cut_and_restarted() {

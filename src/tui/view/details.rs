@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::run::RunDirectory;
-use crate::workbench::Job;
+use mge_run::RunDirectory;
+use mge_workbench::Job;
 
 /// Maximum number of log lines shown.
 const LINES: usize = 60;

@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use super::{Curves, RunSummary, ViewModel};
-use crate::evidence::{FINAL, Groups, LearningRow, Settings, distinguish};
-use crate::run::{Metric, RunState};
-use crate::stats::aggregate::trimmed_mean;
-use crate::stats::bootstrap::quantile;
-use crate::stats::{Bootstrap, Estimate};
-use crate::text::counted;
-use crate::workbench::Job;
+use mge_base::text::counted;
+use mge_results::{FINAL, Groups, LearningRow, Settings, distinguish};
+use mge_run::{Metric, RunState};
+use mge_stats::aggregate::trimmed_mean;
+use mge_stats::bootstrap::quantile;
+use mge_stats::{Bootstrap, Estimate};
+use mge_workbench::Job;
 
 /// Bootstrap resamples of an interval on screen.
 const RESAMPLES: u32 = 500;
@@ -339,8 +339,8 @@ impl Grouper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trainer::RunConfig;
     use crate::tui::testing::run_summary;
+    use mge_trainer::RunConfig;
 
     fn run(name: &str, settings: &[(&str, &str)], successes: &[f32]) -> Arc<RunSummary> {
         let summary = run_summary(name);

@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use super::Curves;
-use crate::run::{Event, EventReader, Practised, RunDirectory, RunHistory};
+use mge_run::{Event, EventReader, Practised, RunDirectory, RunHistory};
 
 /// Time between two reads of the same runs.
 const REFRESH_INTERVAL: Duration = Duration::from_secs(1);
@@ -164,13 +164,13 @@ impl Reader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{EpisodeRecord, Event, Metric, RunWriter};
-    use crate::trainer::RunConfig;
+    use mge_run::{EpisodeRecord, Event, Metric, RunWriter};
+    use mge_trainer::RunConfig;
 
     #[test]
     fn a_log_is_read_in_full_once_and_then_incrementally() {
         let folder = tempfile::tempdir().unwrap();
-        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
         let run = RunDirectory::create(folder.path().join("a"), &config).unwrap();
         let mut writer = RunWriter::open(&run, 0).unwrap();
         let mut finish = |episode| {
@@ -220,7 +220,7 @@ mod tests {
             }
         }
         let folder = tempfile::tempdir().unwrap();
-        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
         let run = RunDirectory::create(folder.path().join("run"), &config).unwrap();
         let mut writer = RunWriter::open(&run, 0).unwrap();
         writer.record(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..EpisodeRecord::default() })).unwrap();

@@ -1,7 +1,7 @@
 //! Marks in the curves of a run: where somebody intervened.
 
-use crate::run::Event;
-use crate::trainer::RunConfig;
+use mge_run::Event;
+use mge_trainer::RunConfig;
 
 /// An intervention.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,11 +44,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::trainer::Fork;
+    use mge_trainer::Fork;
 
     #[test]
     fn marks_describe_interventions_but_not_scheduled_events() {
-        let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let mut config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
         config.refinement.every = 50;
         let clusters = |episode| Event::ClustersChanged { episode, clusters: vec![1], given: false };
         let events = [

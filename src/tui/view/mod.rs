@@ -31,16 +31,16 @@ pub use system::System;
 pub use task_model::TaskModel;
 pub use workspace::{SessionWorkspace, Workspace};
 
-use crate::agent::Ddpg;
-use crate::dynamics::Evaluation;
-use crate::env::{EndReason, Snapshot};
-use crate::guidance::ActionPrior;
-use crate::run::{Metric, Practised, RunState};
-use crate::task::{Region, Task};
-use crate::text::counted;
-use crate::trainer::{RunConfig, Trace};
 use crate::tui::scene::Objects;
-use crate::workbench::{PriorState, run_label};
+use mge_agent::Ddpg;
+use mge_base::text::counted;
+use mge_dynamics::Evaluation;
+use mge_env::{EndReason, Snapshot};
+use mge_guidance::ActionPrior;
+use mge_run::{Metric, Practised, RunState};
+use mge_task::{Region, Task};
+use mge_trainer::{RunConfig, Trace};
+use mge_workbench::{PriorState, run_label};
 
 use playback::Episode;
 
@@ -179,7 +179,7 @@ pub struct RunSummary {
     pub label: String,
     /// Its state.
     pub state: RunState,
-    /// What the trainer does before the first episode, in words: see [`Phase::preparation`](crate::trainer::Phase).
+    /// What the trainer does before the first episode, in words: see [`Phase::preparation`](mge_trainer::Phase).
     pub preparing: Option<String>,
     /// Results of the practice before the first episode, if they have been read.
     pub practised: Option<Practised>,

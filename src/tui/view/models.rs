@@ -6,10 +6,10 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::ModelSummary;
-use crate::dynamics::{Model, shipped_models};
-use crate::paths::suffix;
-use crate::task::Task;
-use crate::workbench::{MODELS, saved_evaluation};
+use mge_base::paths::suffix;
+use mge_dynamics::{Model, shipped_models};
+use mge_task::Task;
+use mge_workbench::{MODELS, saved_evaluation};
 
 /// The model files read so far, each with its modification time and the model or the reason why it cannot be read.
 #[derive(Default)]

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
-use crate::task::Task;
-use crate::trainer::Trace;
-use crate::workbench::{Job, RunView, SavedAgent};
+use mge_task::Task;
+use mge_trainer::Trace;
+use mge_workbench::{Job, RunView, SavedAgent};
 
 /// A recorded trace as an episode of the run in a folder.
 pub fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
@@ -105,7 +105,7 @@ impl AgentReader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::workbench::{Command, Session};
+    use mge_workbench::{Command, Session};
 
     #[test]
     fn the_last_episode_and_the_nearest_agent_are_read_once() {

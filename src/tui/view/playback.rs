@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::env::{Environment, Placement};
-use crate::physics::{PHYSICS_DT, Tool};
-use crate::task::Task;
-use crate::trainer::{Source, Trace, TracedStep};
+use mge_env::{Environment, Placement};
+use mge_physics::{PHYSICS_DT, Tool};
+use mge_task::Task;
+use mge_trainer::{Source, Trace, TracedStep};
 
 /// An episode to be shown.
 #[derive(Debug, Clone)]
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
 
     fn untouched() -> Episode {
-        Episode::untouched(&Arc::new(crate::task::load("task1").unwrap()))
+        Episode::untouched(&Arc::new(mge_task::load("task1").unwrap()))
     }
 
     #[test]

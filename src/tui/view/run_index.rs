@@ -8,9 +8,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
-use crate::evidence::is_listed_run;
-use crate::run::{Notes, RunDirectory, RunError, RunState, Stamp};
-use crate::trainer::RunConfig;
+use mge_results::is_listed_run;
+use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
+use mge_trainer::RunConfig;
 
 /// Minimum time between two reports while many runs are read.
 const REPORT: Duration = Duration::from_millis(200);
@@ -250,10 +250,10 @@ fn glance(path: &Path) -> Result<Option<RunSummary>, RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{EpisodeRecord, Event, RunWriter};
+    use mge_run::{EpisodeRecord, Event, RunWriter};
 
     fn make(folder: &Path, name: &str) -> RunDirectory {
-        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
         RunDirectory::create(folder.join(name), &config).unwrap()
     }
 

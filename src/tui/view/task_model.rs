@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::env::{Action, Snapshot};
-use crate::guidance::RolloutModel;
-use crate::task::Task;
-use crate::trainer::{PriorSource, required_model};
+use mge_env::{Action, Snapshot};
+use mge_guidance::RolloutModel;
+use mge_task::Task;
+use mge_trainer::{PriorSource, required_model};
 
 /// A model together with the one task it was checked against.
 #[derive(Debug, Clone)]

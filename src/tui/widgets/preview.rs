@@ -14,13 +14,13 @@ use ratatui_image::protocol::halfblocks::Halfblocks;
 use ratatui_image::protocol::kitty::Kitty;
 use ratatui_image::protocol::sixel::Sixel;
 
-use crate::figures::Figure;
-use crate::guidance::ActionPrior;
-use crate::task::Task;
 use crate::tui::by_address::ByAddress;
 use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
-use crate::workbench::Job;
+use mge_figures::Figure;
+use mge_guidance::ActionPrior;
+use mge_task::Task;
+use mge_workbench::Job;
 
 /// A closure that computes a figure on another thread.
 pub type PreviewJob = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
@@ -219,15 +219,15 @@ mod tests {
     use ratatui::style::Style;
 
     use super::*;
-    use crate::figures::TaskGrid;
     use crate::tui::widgets::theme::Palette;
+    use mge_figures::TaskGrid;
 
     fn figure() -> Result<PreviewJob, String> {
-        Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![crate::task::load("task1").unwrap()] }))))
+        Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![mge_task::load("task1").unwrap()] }))))
     }
 
     fn wanted(kind: &'static str) -> PreviewRequest {
-        let task = ByAddress(Arc::new(crate::task::load("task1").unwrap()));
+        let task = ByAddress(Arc::new(mge_task::load("task1").unwrap()));
         PreviewRequest { kind, options: Vec::new(), task, prior: None, progress: 0, room: [40, 20], grey: false }
     }
 

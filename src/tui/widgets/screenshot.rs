@@ -3,7 +3,7 @@
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 
-use crate::figures::{self, Canvas, Family, Pen, Rect, TextFormat};
+use mge_figures::{self as figures, Canvas, Family, Pen, Rect, TextFormat};
 
 /// Width and height of a cell in points: whole pixels at 144 dots per inch.
 const CELL: [f64; 2] = [6.0, 11.5];

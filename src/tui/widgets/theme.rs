@@ -3,8 +3,8 @@
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
 
-use crate::figures;
-use crate::text::is_unsafe;
+use mge_base::text::is_unsafe;
+use mge_figures as figures;
 
 /// The characters that represent dots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::{app, at_noon, bring, change_run, empty, press, shot, text, typical, wanted, watch};
-use crate::run::RunState;
 use crate::tui::app::{App, TerminalRequest};
 use crate::tui::view::playback::Episode;
 use crate::tui::view::{Level, Live, ViewModel};
+use mge_run::RunState;
 
 /// An episode of the watched run; number 0 is that of the greedy policy.
 fn episode(app: &App, number: u64) -> Arc<Episode> {

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{app, bring, change_run, forked, press, run, shot, text, watch};
-use crate::run::RunState;
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
+use mge_run::RunState;
 
 fn names(app: &mut App) -> Vec<String> {
     let screen = text(&shot(app, 200, 60));
@@ -32,12 +32,8 @@ fn forks_are_listed_below_their_origin_in_every_order() {
 fn app_of_a_ring() -> (App, std::rc::Rc<std::cell::RefCell<Vec<String>>>) {
     let mut view = forked();
     let mut config = (*view.runs[1].config).clone();
-    config.fork = Some(crate::trainer::Fork {
-        run: "first-at500-at700".into(),
-        episode: 1,
-        changes: Vec::new(),
-        tasks: Vec::new(),
-    });
+    config.fork =
+        Some(mge_trainer::Fork { run: "first-at500-at700".into(), episode: 1, changes: Vec::new(), tasks: Vec::new() });
     change_run(&mut view, 1, |run| run.config = Arc::new(config));
     app(view)
 }

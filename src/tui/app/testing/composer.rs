@@ -5,11 +5,11 @@ use std::sync::Arc;
 use crossterm::event::Event;
 
 use super::{app, bring, change_run, grouped, press, run_on, run_summary, shot, text, typical};
-use crate::trainer::Method;
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::screens::figures;
 use crate::tui::view::{RunSummary, ViewModel};
+use mge_trainer::Method;
 
 const GUIDED: &str = "DDPG-MGE, epsilon 0.8 to 0.05";
 

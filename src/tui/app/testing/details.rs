@@ -9,7 +9,6 @@ use ratatui::layout::Rect;
 
 use super::sequences::{mouse, region, scene};
 use super::{app, change_run, empty, failed, press, run_summary, shot, text, typical};
-use crate::run::{Metric, RunState};
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Axes;
@@ -18,7 +17,8 @@ use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
 use crate::tui::terminal::Received;
 use crate::tui::view::{Curves, Level, RunSummary};
-use crate::workbench::Command;
+use mge_run::{Metric, RunState};
+use mge_workbench::Command;
 
 /// A cell of a row of the list, if the row is shown.
 fn row(app: &App, wanted: usize) -> Option<(u16, u16)> {
@@ -258,15 +258,15 @@ fn escape_leaves_the_large_curve_and_the_filter_before_the_screen() {
 
 #[test]
 fn selection_lists_start_at_the_current_value() {
-    let chosen = |change: fn(&mut crate::trainer::RunConfig), keys: &str| {
+    let chosen = |change: fn(&mut mge_trainer::RunConfig), keys: &str| {
         let mut view = empty();
         change(&mut view.settings);
         let (mut app, asked) = app(view);
         press(&mut app, keys);
         asked.borrow().clone()
     };
-    assert_eq!(chosen(|settings| settings.method = crate::trainer::Method::Planning, "m enter"), ["method planning"]);
-    assert_eq!(chosen(|settings| settings.prior = crate::trainer::PriorSource::TruePhysics, "d enter"), ["model true"]);
+    assert_eq!(chosen(|settings| settings.method = mge_trainer::Method::Planning, "m enter"), ["method planning"]);
+    assert_eq!(chosen(|settings| settings.prior = mge_trainer::PriorSource::TruePhysics, "d enter"), ["model true"]);
     assert_eq!(chosen(|_| {}, "d enter"), ["model learned"]);
 }
 

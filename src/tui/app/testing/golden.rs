@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::{app, change_run, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
-use crate::run::Practised;
-use crate::trainer::Phase;
 use crate::tui::actions::{Tab, UiAction};
 use crate::tui::view::{RunSummary, ViewModel};
-use crate::workbench::HandPlay;
+use mge_run::Practised;
+use mge_trainer::Phase;
+use mge_workbench::HandPlay;
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
@@ -147,7 +147,7 @@ fn layers_over_the_screen() {
 /// A view of a level of CREATE.
 fn level(name: &str) -> ViewModel {
     let mut view = empty();
-    view.task = Arc::new(crate::task::load(name).unwrap());
+    view.task = Arc::new(mge_task::load(name).unwrap());
     view.hand.task = view.task.clone();
     view.hand.snapshot = Arc::new(HandPlay::new(view.task.clone(), 0).snapshot().clone());
     view

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{app, change_run, grouped, press, run_summary, shot, text, typical};
-use crate::run::RunState;
 use crate::tui::view::{RunSummary, System};
+use mge_run::RunState;
 
 #[test]
 fn columns_can_be_chosen_including_settings_and_reset() {

@@ -24,15 +24,6 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
 use super::App;
-use crate::agent::DdpgConfig;
-use crate::dynamics::{Compared, Errors, Evaluation, EvaluationConfig, HitPredictions, LaunchErrors, OneTool};
-use crate::evidence::Composition;
-use crate::figures::TaskGrid;
-use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
-use crate::physics::ToolKind;
-use crate::run::{Event, Metric, RunState};
-use crate::task::{Region, Task};
-use crate::trainer::{Fork, PriorSource, RunConfig, Trace};
 use crate::tui::input::{Key, Keymap};
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
@@ -41,7 +32,16 @@ use crate::tui::view::{
 };
 use crate::tui::widgets::preview::PreviewJob;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
-use crate::workbench::{Command, FigureKind, HandPlay, PriorState};
+use mge_agent::DdpgConfig;
+use mge_dynamics::{Compared, Errors, Evaluation, EvaluationConfig, HitPredictions, LaunchErrors, OneTool};
+use mge_figures::TaskGrid;
+use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
+use mge_physics::ToolKind;
+use mge_results::Composition;
+use mge_run::{Event, Metric, RunState};
+use mge_task::{Region, Task};
+use mge_trainer::{Fork, PriorSource, RunConfig, Trace};
+use mge_workbench::{Command, FigureKind, HandPlay, PriorState};
 
 /// A workspace that records what it is asked to do.
 pub struct RecordingWorkspace {
@@ -150,7 +150,7 @@ impl Workspace for RecordingWorkspace {
 
 /// The first start, before anything has happened.
 pub fn empty() -> ViewModel {
-    let task = Arc::new(crate::task::load("task1").unwrap());
+    let task = Arc::new(mge_task::load("task1").unwrap());
     let play = HandPlay::new(task.clone(), 0);
     let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
     let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), evaluation: None };

@@ -6,13 +6,13 @@ use std::time::Duration;
 
 use super::super::App;
 use super::{press, shot, text};
-use crate::run::RunDirectory;
-use crate::trainer::RunConfig;
 use crate::tui::effect::Effect;
 use crate::tui::input::Keymap;
 use crate::tui::view::{Level, SessionWorkspace, Workspace};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
-use crate::workbench::{Command, Session, command};
+use mge_run::RunDirectory;
+use mge_trainer::RunConfig;
+use mge_workbench::{Command, Session, command};
 
 /// A workbench on a task, after these commands and the jobs they start.
 fn workbench(task: &str, folder: &Path, lines: &[&str]) -> App {
@@ -76,7 +76,7 @@ fn a_finished_run_shows_its_last_episode() {
 #[test]
 fn a_run_keeps_its_place_in_the_list_when_it_is_opened() {
     let folder = tempfile::tempdir().unwrap();
-    let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+    let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
     for name in ["a", "b", "c"] {
         RunDirectory::create(folder.path().join(name), &config).unwrap();
     }

@@ -1,14 +1,14 @@
 //! Completions for the arguments of a command: known names, settings with their ranges, files.
 
-use crate::evidence::OPTIONS;
-use crate::json;
-use crate::paths::{expanded, suffix};
-use crate::physics::ToolKind;
-use crate::spelling::MAX_COMPARED_LENGTH;
-use crate::task::{self, Property};
-use crate::trainer::{Method, RunConfig, config_keys, settings};
 use crate::tui::view::ViewModel;
-use crate::workbench::{FigureKind, Verb};
+use mge_base::json;
+use mge_base::paths::{expanded, suffix};
+use mge_base::spelling::MAX_COMPARED_LENGTH;
+use mge_physics::ToolKind;
+use mge_results::OPTIONS;
+use mge_task::{self as task, Property};
+use mge_trainer::{Method, RunConfig, config_keys, settings};
+use mge_workbench::{FigureKind, Verb};
 
 /// A completion with a short description.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -152,7 +152,7 @@ fn files(typed: &str, extension: &str) -> Vec<Value> {
 mod tests {
     use super::*;
     use crate::tui::testing::{empty, typical};
-    use crate::workbench::verbs;
+    use mge_workbench::verbs;
 
     fn offered(words: &[&str], verb: &str) -> Vec<String> {
         let verb = verbs().find(|known| known.name == verb).unwrap();

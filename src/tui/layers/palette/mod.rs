@@ -20,9 +20,9 @@ use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
-use crate::workbench::{Command, Verb, verbs};
 pub use arguments::Arguments;
 use arguments::Value;
+use mge_workbench::{Command, Verb, verbs};
 
 /// A searchable action or command.
 #[derive(Clone, Copy)]

@@ -12,15 +12,15 @@ use ratatui::widgets::Row;
 use super::super::pane::pane;
 use super::super::runs::Runs;
 use super::super::{HitRegions, Ui};
-use crate::evidence::figures::Success;
-use crate::evidence::{Composition, LearningRow, distinguish};
-use crate::figures::Against;
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::RunSummary;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
+use mge_figures::Against;
+use mge_results::figures::Success;
+use mge_results::{Composition, LearningRow, distinguish};
 
 /// State of the composer.
 #[derive(Debug, Default)]

@@ -15,8 +15,6 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
-use crate::evidence::Composition;
-use crate::paths::fitting;
 use crate::tui::actions::UiAction;
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
@@ -25,7 +23,9 @@ use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Depth;
-use crate::workbench::{Command, FigureKind, command};
+use mge_base::paths::fitting;
+use mge_results::Composition;
+use mge_workbench::{Command, FigureKind, command};
 
 /// What a figure shows, in one line.
 fn about(kind: FigureKind) -> &'static str {

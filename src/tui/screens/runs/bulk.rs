@@ -2,12 +2,12 @@
 
 use super::super::Ui;
 use super::super::figures::path_of;
-use crate::run::RunState;
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Question;
 use crate::tui::view::{Level, RunSummary};
-use crate::workbench::{Command, FigureKind, command};
+use mge_run::RunState;
+use mge_workbench::{Command, FigureKind, command};
 
 /// Number of runs that a question before their deletion names.
 const MAX_NAMED: usize = 6;

@@ -6,12 +6,12 @@ use super::super::Ui;
 use super::super::status::bar;
 use super::is_setting;
 use super::line::Line;
-use crate::json;
-use crate::run::Metric;
-use crate::spelling::did_you_mean;
-use crate::text::printable;
 use crate::tui::view::{Curves, RunGroup, span};
 use crate::tui::widgets::theme::{Marker, Theme};
+use mge_base::json;
+use mge_base::spelling::did_you_mean;
+use mge_base::text::printable;
+use mge_run::Metric;
 
 /// A column after mark, name and state.
 #[derive(Debug, Clone, PartialEq)]

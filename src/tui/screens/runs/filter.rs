@@ -2,9 +2,9 @@
 
 use super::super::Ui;
 use super::is_setting;
-use crate::json;
-use crate::spelling::did_you_mean;
 use crate::tui::view::RunSummary;
+use mge_base::json;
+use mge_base::spelling::did_you_mean;
 
 /// Which runs are listed.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use ratatui::style::Style;
 
 use super::super::status::state_colour;
-use crate::run::RunState;
-use crate::stats::Estimate;
-use crate::text::counted;
 use crate::tui::view::{Curves, RunGroup, RunSummary};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::theme::Theme;
+use mge_base::text::counted;
+use mge_run::RunState;
+use mge_stats::Estimate;
 
 /// The identity of a line; it does not depend on other lines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

@@ -12,10 +12,10 @@ use super::super::{HitRegions, Ui};
 use super::Runs;
 use super::columns::{self, Column};
 use super::line::{Line, urgency};
-use crate::text::natural_key;
 use crate::tui::view::{RunGroup, RunSummary};
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
+use mge_base::text::natural_key;
 
 /// What the list is sorted by.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

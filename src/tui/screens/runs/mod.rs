@@ -22,20 +22,20 @@ use ratatui::widgets::Widget;
 use super::curves::CurvesState;
 use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Ui};
-use crate::paths::expanded;
-use crate::run::RunState;
-use crate::task;
-use crate::trainer::{RunConfig, config_keys};
 use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::{Level, RunGroup, RunSummary, ViewModel};
-use crate::workbench::command;
 pub use bulk::stop;
 use columns::Column;
 use filter::Filter;
 use line::{Line, LineKey};
 use list::Sort;
+use mge_base::paths::expanded;
+use mge_run::RunState;
+use mge_task as task;
+use mge_trainer::{RunConfig, config_keys};
+use mge_workbench::command;
 
 /// State of the list of runs.
 #[derive(Debug, Default)]

@@ -11,10 +11,10 @@ use super::super::curves::CurvesState;
 use super::super::pane::{lines, pane};
 use super::super::{HitRegions, Ui};
 use super::line::Line;
-use crate::json;
-use crate::run::{Metric, Practised};
-use crate::text::printable;
 use crate::tui::view::{RunGroup, RunSummary};
+use mge_base::json;
+use mge_base::text::printable;
+use mge_run::{Metric, Practised};
 
 /// Least height of a chart.
 pub const CHART: u16 = 6;

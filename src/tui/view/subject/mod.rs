@@ -13,12 +13,12 @@ use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
 use super::{PastAgent, RunSummary, TaskModel, ViewModel, Watched};
-use crate::agent::Ddpg;
-use crate::env::Snapshot;
-use crate::guidance::{ActionPrior, RolloutModel};
-use crate::run::Metric;
-use crate::task::Task;
-use crate::workbench::{PriorState, SavedAgent};
+use mge_agent::Ddpg;
+use mge_env::Snapshot;
+use mge_guidance::{ActionPrior, RolloutModel};
+use mge_run::Metric;
+use mge_task::Task;
+use mge_workbench::{PriorState, SavedAgent};
 
 /// What the user wants the scene to show.
 #[derive(Debug, Clone, Default)]

@@ -2,10 +2,10 @@
 //! the tool held in hand play.
 
 use super::Subject;
-use crate::env::{Action, Environment, held_tool};
-use crate::physics::{Tool, to_units};
-use crate::trainer::{chosen_tool, observed};
 use crate::tui::scene::{Ghost, Heat};
+use mge_env::{Action, Environment, held_tool};
+use mge_physics::{Tool, to_units};
+use mge_trainer::{chosen_tool, observed};
 
 /// Rows and columns of the grid on which the critic is evaluated.
 const HEAT_SIDE: usize = 36;

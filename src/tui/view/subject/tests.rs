@@ -5,15 +5,15 @@ use std::path::Path;
 use rand::SeedableRng;
 
 use super::*;
-use crate::agent::DdpgConfig;
-use crate::env::Environment;
-use crate::guidance::GuidanceConfig;
-use crate::trainer::{PriorSource, Trace, observed};
 use crate::tui::testing::{empty, run_summary, typical};
 use crate::tui::view::Live;
+use mge_agent::DdpgConfig;
+use mge_env::Environment;
+use mge_guidance::GuidanceConfig;
+use mge_trainer::{PriorSource, Trace, observed};
 
 fn task(name: &str) -> Arc<Task> {
-    Arc::new(crate::task::load(name).unwrap())
+    Arc::new(mge_task::load(name).unwrap())
 }
 
 /// An episode of a run on a task.

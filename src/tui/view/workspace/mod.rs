@@ -19,12 +19,12 @@ use super::rate::Rate;
 use super::run_index::RunIndex;
 use super::system::{Meter, System};
 use super::{Level, LogLine, RunSummary, TaskModel, ViewModel};
-use crate::evidence::Composition;
-use crate::run::{Event, RunState};
-use crate::task::Task;
-use crate::trainer::{Phase, PriorSource};
 use crate::tui::widgets::preview::PreviewJob;
-use crate::workbench::{Command, FigureKind, Notice, RunView, SavedRun, Session, command};
+use mge_results::Composition;
+use mge_run::{Event, RunState};
+use mge_task::Task;
+use mge_trainer::{Phase, PriorSource};
+use mge_workbench::{Command, FigureKind, Notice, RunView, SavedRun, Session, command};
 use refresh::hand_episode;
 
 /// What the screens need from a session.

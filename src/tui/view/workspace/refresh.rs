@@ -9,9 +9,9 @@ use super::super::past::episode_of;
 use super::super::playback::Episode;
 use super::super::{Curves, HandEpisode, Live, RunSummary, Watched, marks};
 use super::{SessionWorkspace, preparing};
-use crate::run::RunState;
-use crate::task::Task;
-use crate::workbench::{RunView, Session};
+use mge_run::RunState;
+use mge_task::Task;
+use mge_workbench::{RunView, Session};
 
 impl SessionWorkspace {
     /// Updates the view from the session.

@@ -3,9 +3,9 @@
 use std::thread;
 
 use super::*;
-use crate::run::{EpisodeRecord, RunDirectory, RunWriter};
-use crate::trainer::RunConfig;
-use crate::workbench::PriorState;
+use mge_run::{EpisodeRecord, RunDirectory, RunWriter};
+use mge_trainer::RunConfig;
+use mge_workbench::PriorState;
 
 /// Commands that start a training which does not end by itself.
 const LONG: [&str; 4] = ["method ddpg", "episodes 1000000", "set ddpg.hidden 8", "train"];
@@ -36,7 +36,7 @@ fn poll_until(workspace: &mut SessionWorkspace, condition: impl Fn(&SessionWorks
 
 /// Makes the folder of a run that has not begun.
 fn make(folder: &Path, name: &str) -> RunDirectory {
-    let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+    let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
     RunDirectory::create(folder.join(name), &config).unwrap()
 }
 
@@ -161,7 +161,7 @@ fn a_session_at_rest_has_no_news_and_is_not_measured() {
 #[test]
 fn an_episode_of_hand_play_begins_again_with_the_seed_set() {
     let folder = tempfile::tempdir().unwrap();
-    let mut task = crate::task::load("task1").unwrap();
+    let mut task = mge_task::load("task1").unwrap();
     task.rules.start_noise = 0.05;
     let mut workspace = SessionWorkspace::new(Session::new(task, folder.path().to_owned()));
     let before = workspace.view.hand.snapshot.ball();
@@ -174,7 +174,7 @@ fn an_episode_of_hand_play_begins_again_with_the_seed_set() {
 fn a_model_is_loaded_once_for_each_source_and_task() {
     let folder = tempfile::tempdir().unwrap();
     let mut workspace = workspace(folder.path(), &["model true"]);
-    let [task, other] = ["task1", "task4"].map(|name| Arc::new(crate::task::load(name).unwrap()));
+    let [task, other] = ["task1", "task4"].map(|name| Arc::new(mge_task::load(name).unwrap()));
     let first = workspace.model_for(&task).unwrap();
     assert!(Arc::ptr_eq(&first.model, &workspace.model_for(&task).unwrap().model));
     assert!(Arc::ptr_eq(&workspace.model_for(&other).unwrap().task, &other));

@@ -1,8 +1,8 @@
 //! The curves, the crosshair and past episodes, by keys and mouse.
 
 use super::*;
-use crate::run::Metric;
 use crate::tui::view::RunSummary;
+use mge_run::Metric;
 
 #[test]
 fn curves_are_read_zoomed_and_compared() {

@@ -371,7 +371,7 @@ fn the_held_tool_is_drawn_with_the_predicted_path() {
 #[test]
 fn hand_play_shows_its_latest_action_and_reports_its_end() {
     let mut view = empty();
-    let mut play = crate::workbench::HandPlay::new(view.task.clone(), 0);
+    let mut play = mge_workbench::HandPlay::new(view.task.clone(), 0);
     let mut played = |places: usize| {
         (0..places).for_each(|_| _ = play.place([-0.9, 0.9], None));
         view.hand.trace = Arc::new(play.trace().clone());

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::tui::effect::Effect;
-use crate::workbench::command;
+use mge_workbench::command;
 
 #[test]
 fn screens_are_changed_by_number_bracket_and_mouse() {

@@ -20,8 +20,6 @@ use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventK
 use ratatui::layout::Rect;
 
 use super::{app, bring, change_run, empty, failed, grouped, press, shot, text, typical, watch};
-use crate::run::RunState;
-use crate::task;
 use crate::tui::actions::Tab;
 use crate::tui::app::{App, QuitState, TerminalRequest};
 use crate::tui::chart::Range;
@@ -29,6 +27,8 @@ use crate::tui::scene::{Object, View};
 use crate::tui::screens::HitRegion;
 use crate::tui::view::{Level, ViewModel};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use mge_run::RunState;
+use mge_task as task;
 
 /// Checks that after `keys` from a state the workspace was `asked` this and the screen contains `shown`.
 fn check(view: ViewModel, keys: &str, asked: &[&str], shown: &str) {

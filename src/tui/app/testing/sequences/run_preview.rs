@@ -2,9 +2,9 @@
 
 use super::run_list::colour_of;
 use super::*;
-use crate::run::Practised;
 use crate::tui::testing::run_summary;
 use crate::tui::view::{Grouping, RunDetails};
+use mge_run::Practised;
 
 fn preview(view: ViewModel) -> String {
     let (mut app, _) = app(view);

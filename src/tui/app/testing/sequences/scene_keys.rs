@@ -3,9 +3,9 @@
 use ratatui::style::Color;
 
 use super::*;
-use crate::agent::{Ddpg, DdpgConfig};
-use crate::env::Environment;
 use crate::tui::view::Live;
+use mge_agent::{Ddpg, DdpgConfig};
+use mge_env::Environment;
 
 #[test]
 fn playback_is_made_faster_and_slower_and_starts_again() {

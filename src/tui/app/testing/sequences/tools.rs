@@ -3,12 +3,12 @@
 use ratatui::style::Modifier;
 
 use super::*;
-use crate::task::Property;
+use mge_task::Property;
 
 /// A task with one tool, a ramp, that `backtab` selects.
 fn with_ramp() -> ViewModel {
     let mut view = empty();
-    let kind = crate::physics::ToolKind::Ramp;
+    let kind = mge_physics::ToolKind::Ramp;
     Arc::make_mut(&mut view.task).tools =
         vec![task::ToolSpec { kind, position: [0.5, 0.5], form: task::Form::default() }];
     view
@@ -66,7 +66,7 @@ fn every_property_of_a_tool_is_changed_by_keys() {
     check(with_ramp(), "2 backtab E backspace 7 enter", &[typed], "");
     check(with_ramp(), "2 E", &[], "no tool is selected");
     let mut view = with_ramp();
-    Arc::make_mut(&mut view.task).tools[0].kind = crate::physics::ToolKind::Cannon;
+    Arc::make_mut(&mut view.task).tools[0].kind = mge_physics::ToolKind::Cannon;
     check(view.clone(), "2 backtab )", &["tool set 1 angle=75"], "");
     check(view, "2 backtab } )", &["tool set 1 force=130"], "");
 }
@@ -155,7 +155,7 @@ fn the_tool_palette_has_pages_and_typing_resets_its_selection() {
 #[test]
 fn the_wheel_changes_the_chosen_property_of_a_tool_without_an_angle() {
     let mut view = with_ramp();
-    Arc::make_mut(&mut view.task).tools[0].kind = crate::physics::ToolKind::Circle;
+    Arc::make_mut(&mut view.task).tools[0].kind = mge_physics::ToolKind::Circle;
     let (mut app, asked) = app(view);
     let at = cell(&mut app, [0.0, 0.0]);
     press(&mut app, "2 backtab");

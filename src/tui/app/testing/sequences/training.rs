@@ -42,7 +42,7 @@ fn clusters_are_computed_shown_and_passed_to_the_training() {
 #[test]
 fn stale_clusters_are_grey_and_say_so() {
     let mut view = typical();
-    view.prior_state = crate::workbench::PriorState::Stale;
+    view.prior_state = mge_workbench::PriorState::Stale;
     let (mut app, _) = app(view);
     let at = cell(&mut app, [0.4, 0.5]);
     let screen = shot(&mut app, 120, 40);
@@ -69,7 +69,7 @@ fn models_are_chosen_measured_and_trained() {
     check(empty(), "6 T enter", &["model train box,bucket models/box-bucket.safetensors"], "");
     check(empty(), "6 T ctrl-u x space y enter", &[], "usage: model train");
     let mut level = empty();
-    level.task = Arc::new(crate::task::load("create/Belt").unwrap());
+    level.task = Arc::new(mge_task::load("create/Belt").unwrap());
     check(level, "6 T enter", &["model train create models/create.safetensors"], "");
     check(empty(), "6 X", &["model stop"], "");
     let mut view = empty();
@@ -176,8 +176,8 @@ fn the_copied_command_names_folder_and_model_and_no_outdated_file() {
         }
     };
     assert!(copied(|view| view.folder = "else where".into()).starts_with("env 'MGE_RUNS=else where' mge train task1"));
-    assert!(copied(|view| view.settings.prior = crate::trainer::PriorSource::TruePhysics).contains("--model true"));
-    let method = copied(|view| view.settings.method = crate::trainer::Method::Ddpg);
+    assert!(copied(|view| view.settings.prior = mge_trainer::PriorSource::TruePhysics).contains("--model true"));
+    let method = copied(|view| view.settings.method = mge_trainer::Method::Ddpg);
     assert!(method.contains("--method ddpg ") && !method.contains("method="), "{method}");
     let edited = |view: &mut ViewModel| {
         Arc::make_mut(&mut view.task).goal.position = [0.1, 0.1];
@@ -200,7 +200,7 @@ fn the_clusters_of_each_stage_are_shown_in_turn() {
 #[test]
 fn the_state_of_the_clusters_is_shown() {
     let mut view = typical();
-    view.prior_state = crate::workbench::PriorState::Building { stage: 0, stages: 2 };
+    view.prior_state = mge_workbench::PriorState::Building { stage: 0, stages: 2 };
     check(view, "", &[], "computing stage 1 of 2");
     let mut of_run = typical();
     let prior = of_run.prior.take();

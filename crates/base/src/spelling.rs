@@ -1,0 +1,96 @@
+//! Suggestions for misspelt names.
+
+/// Longer texts are not compared: they are not misspelt names, and comparison time grows with the square of the
+/// length.
+pub const MAX_COMPARED_LENGTH: usize = 64;
+
+/// The known name most similar to the typed one, if any is similar enough.
+pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
+    nearest_to_any(known, [typed])
+}
+
+/// The known name most similar to one of several readings of what was typed, if any is similar enough.
+pub fn nearest_to_any<'a, const N: usize>(
+    known: impl IntoIterator<Item = &'a str>,
+    typed: [&str; N],
+) -> Option<&'a str> {
+    if typed.iter().any(|typed| typed.len() > MAX_COMPARED_LENGTH) {
+        return None;
+    }
+    let closeness = |name: &str| typed.iter().map(|typed| strsim::jaro_winkler(name, typed)).fold(0.0, f64::max);
+    let best = known.into_iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b)));
+    best.filter(|name| closeness(name) > 0.75)
+}
+
+/// `: did you mean X?` with the [`nearest`] known name; empty if none is similar.
+pub fn did_you_mean<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> String {
+    suggestion(nearest(known, typed))
+}
+
+/// `: did you mean X?`; empty without a name.
+pub fn suggestion(name: Option<&str>) -> String {
+    name.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
+}
+
+/// The message for a name that is not among the known ones.
+pub fn unknown<const N: usize>(what: &str, known: [&str; N], typed: &str) -> String {
+    format!("unknown {what} `{typed}`: use one of {}{}", known.join(", "), did_you_mean(known, typed))
+}
+
+/// Implements `Display` and `FromStr` for an enum that has `ALL` and `name()`. `$what` describes the enum in error
+/// messages.
+#[macro_export]
+macro_rules! by_name {
+    ($enum:ident, $what:literal) => {
+        impl std::fmt::Display for $enum {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $enum {
+            type Err = String;
+
+            fn from_str(text: &str) -> Result<Self, String> {
+                let found = Self::ALL.into_iter().find(|known| known.name() == text);
+                found.ok_or_else(|| $crate::spelling::unknown($what, Self::ALL.map(Self::name), text))
+            }
+        }
+    };
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn similar_names_are_suggested_and_others_are_not() {
+        assert_eq!(did_you_mean(["train", "task"], "trian"), ": did you mean `train`?");
+        assert_eq!(did_you_mean(["train", "task"], "zzz"), "");
+        assert_eq!(nearest(["task1", "task2"], "task22"), Some("task2"));
+    }
+
+    #[test]
+    fn an_enum_is_read_by_its_name() {
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        enum Tool {
+            Bucket,
+            Square,
+        }
+        impl Tool {
+            const ALL: [Self; 2] = [Self::Bucket, Self::Square];
+            fn name(self) -> &'static str {
+                ["bucket", "square"][self as usize]
+            }
+        }
+        by_name!(Tool, "tool");
+        assert_eq!(Tool::Square.to_string().parse(), Ok(Tool::Square));
+        let error = "bukket".parse::<Tool>().unwrap_err();
+        assert_eq!(error, "unknown tool `bukket`: use one of bucket, square: did you mean `bucket`?");
+    }
+
+    #[test]
+    fn a_text_longer_than_any_name_is_not_compared() {
+        let long = "train".repeat(200_000);
+        assert_eq!(nearest([long.as_str()], &long), None);
+    }
+}

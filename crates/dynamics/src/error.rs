@@ -1,0 +1,65 @@
+//! What can go wrong with dynamics models and their files.
+
+use thiserror::Error;
+
+use super::object::ObjectType;
+use mge_base::stop::Stopped;
+use mge_base::validation::ValidationError;
+use mge_nn::{NnError, TensorFileError};
+
+/// Result of work with dynamics models.
+pub type Result<T, E = DynamicsError> = std::result::Result<T, E>;
+
+/// A model cannot be created, trained, read, written or used as asked.
+#[derive(Debug, Error)]
+pub enum DynamicsError {
+    /// A setting is out of range.
+    #[error("dynamics.{0}")]
+    Config(#[from] ValidationError),
+    /// The caller asked to stop.
+    #[error("stopped before its end")]
+    Stopped,
+    /// No tool type was given, or a type was given twice.
+    #[error("the tool set `{given}` is not usable: name each of its tool types once, at least one")]
+    ToolSet { given: String },
+    /// The scene has an edge of a type the model was never trained on.
+    #[error(
+        "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
+    )]
+    UnseenEdge { sender: ObjectType, known: String },
+    /// Something other than the one ball that a model predicts moves in the task.
+    #[error(
+        "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: use the true physics"
+    )]
+    OtherMovers { task: String, what: &'static str },
+    /// An object's state or size is not a finite number.
+    #[error("an object of the scene has a position, velocity or size that is not finite")]
+    NotFinite,
+    /// A rewarding action to be clustered is not a finite number.
+    #[error("a rewarding action has a coordinate that is not finite: it belongs to no cluster")]
+    ActionNotFinite,
+    /// The task's physics differ from those of the launches.
+    #[error("task `{task}`: {what} differs from that of the launches the model learned from")]
+    OtherPhysics { task: String, what: &'static str },
+    /// An error of the networks.
+    #[error(transparent)]
+    Network(#[from] NnError),
+    /// The content of the model file is invalid.
+    #[error("{origin}: {source}")]
+    File { origin: String, source: TensorFileError },
+    /// The model file cannot be read or written.
+    #[error("{origin}: {source}")]
+    Io { origin: String, source: std::io::Error },
+    /// The file has another format version.
+    #[error("{origin}: the model file has format version {found}, this program reads version {wanted}: train it again")]
+    Version { origin: String, found: String, wanted: u32 },
+    /// The file is not the expected checkpoint or model.
+    #[error("{origin}: {reason}")]
+    Content { origin: String, reason: String },
+}
+
+impl From<Stopped> for DynamicsError {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
+}

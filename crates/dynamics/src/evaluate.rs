@@ -1,0 +1,454 @@
+//! Evaluation of a model on unseen data: fresh launches and complete task scenes, compared with
+//! two baselines without learning and with rapier's own solver.
+
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::baseline::{ConstantVelocity, NearestSample};
+use super::error::Result;
+use super::launch::{Launch, Split, collect, is_deflected};
+use super::model::Model;
+use super::predictor::{Errors, Predictor, distance};
+use super::rapier::Rapier;
+use super::rollout::{distance_to_segment, rollouts};
+use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
+use super::variety::Variety;
+use mge_base::identity::FileId;
+use mge_base::stop::Stop;
+use mge_base::validation::{Setting, check_settings};
+use mge_env::{Action, Snapshot, uniform_action};
+use mge_physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
+use mge_task::{STANDARD_RADIUS, Task};
+
+/// Settings of an evaluation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EvaluationConfig {
+    /// Fresh launches for each tool type.
+    pub launches: usize,
+    /// Random episodes of each task; scene rollouts start from their states.
+    pub episodes: usize,
+    /// Actions of a scene rollout.
+    pub horizon: usize,
+    /// Rollouts of each task in which predicted and real hits of the next stage are compared.
+    pub hit_rollouts: usize,
+    /// Seed of launches, episodes and actions.
+    pub seed: u64,
+}
+
+impl Default for EvaluationConfig {
+    fn default() -> Self {
+        Self { launches: 300, episodes: 50, horizon: 4, hit_rollouts: 2000, seed: 1 }
+    }
+}
+
+/// The numeric settings of [`EvaluationConfig`].
+const EVALUATION_SETTINGS: [Setting; 4] = [
+    Setting::count("launches", 1, 1_000_000, "fresh launches for each tool type"),
+    Setting::count("episodes", 1, 100_000, "random episodes of each task"),
+    Setting::count("horizon", 1, 1000, "actions of a scene rollout"),
+    Setting::count("hit_rollouts", 1, 1_000_000, "rollouts of each task"),
+];
+
+impl EvaluationConfig {
+    /// Checks that all settings are in range.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<()> {
+        Ok(check_settings(self, &EVALUATION_SETTINGS)?)
+    }
+}
+
+/// The evaluation of one model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// The model's name.
+    pub model: String,
+    /// SHA-256 of the model's file; empty in older evaluations.
+    #[serde(default)]
+    pub model_sha256: String,
+    /// The model's data hash.
+    pub data_hash: String,
+    /// The settings.
+    pub config: EvaluationConfig,
+    /// Errors on fresh launches, by tool type.
+    pub launches: Vec<LaunchErrors>,
+    /// Errors on launches at the test tools of CREATE's catalogue, by type: no model is trained on these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub held_out: Vec<LaunchErrors>,
+    /// Errors on complete scenes, by task.
+    pub scenes: Vec<SceneErrors>,
+}
+
+/// One value for the model and each baseline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Compared<T> {
+    /// The model.
+    pub model: T,
+    /// Constant velocity with gravity.
+    pub constant_velocity: T,
+    /// The nearest stored sample.
+    pub nearest_sample: T,
+    /// rapier's own solver; none in older evaluations, which did not include it.
+    #[serde(default = "Option::default", skip_serializing_if = "Option::is_none")]
+    pub rapier: Option<T>,
+}
+
+/// Errors on fresh launches at one tool type.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaunchErrors {
+    /// The tool type.
+    pub tool: ToolKind,
+    /// Errors of each predictor.
+    pub errors: Compared<OneTool>,
+}
+
+/// Errors on single-tool scenes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OneTool {
+    /// After one prediction interval.
+    pub one_step: Errors,
+    /// The same, only for intervals in which the ball was deflected.
+    pub one_step_contact: Errors,
+    /// After each prediction of a rollout over one action.
+    pub rollout: Vec<Errors>,
+    /// After the whole action, only for launches in which the ball was deflected.
+    pub action_contact: Errors,
+    /// Predicted against real hits of a subgoal near the ball's path, for the same launches.
+    pub hits: HitPredictions,
+}
+
+/// Errors on scenes of one task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SceneErrors {
+    /// The task.
+    pub task: String,
+    /// After 1, 2, ... actions.
+    pub rollout: Compared<Vec<Errors>>,
+    /// Predicted against real hits of the next stage.
+    pub hits: Compared<HitPredictions>,
+}
+
+/// Predicted against real hits.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct HitPredictions {
+    /// Rollouts compared.
+    pub rollouts: usize,
+    /// Predicted and real.
+    pub true_positives: usize,
+    /// Predicted only.
+    pub false_positives: usize,
+    /// Real only.
+    pub false_negatives: usize,
+    /// Real among the predicted; none if none was predicted.
+    pub precision: Option<f64>,
+    /// Predicted among the real; none if there was none.
+    pub recall: Option<f64>,
+}
+
+/// Progress of an evaluation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EvaluationProgress {
+    /// Parts done.
+    pub done: usize,
+    /// Total number of parts: for each predictor, one per tool type, one more per tool type with held-out
+    /// tools, and two per task.
+    pub total: usize,
+    /// The part now being evaluated: a tool type or a task.
+    pub part: String,
+}
+
+/// Evaluates a model on fresh launches at its tools, and on scenes of those `tasks` that it supports. `on_progress` is
+/// called before every part.
+///
+/// # Errors
+/// When a setting is out of range, the model cannot predict a scene of such a task, or `stop` is requested.
+pub fn evaluate(
+    model: &Model,
+    tasks: &[Task],
+    config: &EvaluationConfig,
+    stop: &Stop,
+    on_progress: &mut dyn FnMut(&EvaluationProgress),
+) -> Result<Evaluation> {
+    config.validate()?;
+    let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
+    let of_launches: usize = varieties(model).iter().map(|variety| kinds(model, *variety).count()).sum();
+    let total = PREDICTORS * (of_launches + 2 * known);
+    evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, stop, on_progress })
+}
+
+/// The tools on which a model's errors are measured: those like its training tools, then the held-out ones.
+fn varieties(model: &Model) -> [Variety; 2] {
+    [Variety::of(model.config()), Variety::HeldOut]
+}
+
+/// The tool types that are launched at for a variety.
+fn kinds(model: &Model, variety: Variety) -> impl Iterator<Item = ToolKind> {
+    let has = move |kind: &ToolKind| match variety {
+        Variety::HeldOut => model.config().properties && variety.has(*kind),
+        Variety::Sizes | Variety::Catalogue => true,
+    };
+    model.tools().iter().copied().filter(has)
+}
+
+/// Number of predictors that are compared.
+const PREDICTORS: usize = 4;
+
+struct Parts<'a> {
+    done: usize,
+    total: usize,
+    stop: &'a Stop,
+    on_progress: &'a mut dyn FnMut(&EvaluationProgress),
+}
+
+impl Parts<'_> {
+    fn next(&mut self, part: &str) {
+        let progress = EvaluationProgress { done: self.done, total: self.total, part: part.to_owned() };
+        self.done += 1;
+        (self.on_progress)(&progress);
+    }
+}
+
+/// A predictor whose predictions, however many, end soon after a stop request.
+struct Interruptible<'a> {
+    predictor: &'a dyn Predictor,
+    stop: &'a Stop,
+}
+
+/// Number of predictions between two checks for a stop request.
+const PREDICTIONS_PER_STOP_CHECK: usize = 2500;
+
+impl Predictor for Interruptible<'_> {
+    fn interval(&self) -> u32 {
+        self.predictor.interval()
+    }
+
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
+        let mut next = Vec::with_capacity(balls.len());
+        for (balls, tools) in balls.chunks(PREDICTIONS_PER_STOP_CHECK).zip(tools.chunks(PREDICTIONS_PER_STOP_CHECK)) {
+            self.stop.check()?;
+            next.extend(self.predictor.advance(balls, tools)?);
+        }
+        Ok(next)
+    }
+}
+
+fn evaluate_parts(
+    model: &Model,
+    tasks: &[Task],
+    config: &EvaluationConfig,
+    parts: &mut Parts<'_>,
+) -> Result<Evaluation> {
+    let constant = ConstantVelocity { interval: model.config().interval };
+    let nearest = NearestSample::of(model, parts.stop)?;
+    let rapier = Rapier::every(model.config().interval, GRAVITY, Ball::default());
+    let stop = parts.stop;
+    let interruptible = |predictor| Interruptible { predictor, stop };
+    let predictors = Compared {
+        model: interruptible(model),
+        constant_velocity: interruptible(&constant),
+        nearest_sample: interruptible(&nearest),
+        rapier: Some(interruptible(&rapier)),
+    };
+    let mut errors_of = |variety: Variety| -> Result<Vec<LaunchErrors>> {
+        kinds(model, variety).map(|tool| launch_errors(tool, variety, &predictors, config, parts)).collect()
+    };
+    let [usual, unseen] = varieties(model);
+    let (launches, held_out) = (errors_of(usual)?, errors_of(unseen)?);
+    let mut scenes = Vec::new();
+    for task in tasks.iter().filter(|task| model.check_task(task).is_ok()) {
+        scenes.push(scene_errors(&Arc::new(task.clone()), &predictors, config, parts)?);
+    }
+    let FileId { name, sha256 } = model.id();
+    Ok(Evaluation {
+        model: name,
+        model_sha256: sha256,
+        data_hash: model.provenance().data_hash.clone(),
+        config: config.clone(),
+        launches,
+        held_out,
+        scenes,
+    })
+}
+
+fn launch_errors(
+    tool: ToolKind,
+    variety: Variety,
+    predictors: &Compared<Interruptible<'_>>,
+    config: &EvaluationConfig,
+    parts: &mut Parts<'_>,
+) -> Result<LaunchErrors> {
+    let launches = collect(tool, variety, config.launches, Split::Test, config.seed, parts.stop)?;
+    let subgoals = subgoals(&launches, config.seed);
+    let errors = predictors.map(|predictor| {
+        parts.next(tool.name());
+        one_tool(predictor, &launches, &subgoals)
+    })?;
+    Ok(LaunchErrors { tool, errors })
+}
+
+fn scene_errors(
+    task: &Arc<Task>,
+    predictors: &Compared<Interruptible<'_>>,
+    config: &EvaluationConfig,
+    parts: &mut Parts<'_>,
+) -> Result<SceneErrors> {
+    let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
+    let starts = random_states(task, config.episodes, &mut rng, parts.stop)?;
+    let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
+    let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
+    let truth = TrueScenes::play(task, &starts, &sequences, parts.stop)?;
+    let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
+        .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
+        .unzip();
+    let played = parts.stop.until(hit_starts.iter().zip(&hit_sequences));
+    let real: Vec<bool> = played.map(|(start, actions)| reaches_next_stage(task, start, actions)).collect();
+    parts.stop.check()?;
+    Ok(SceneErrors {
+        task: task.name.clone(),
+        rollout: predictors.map(|predictor| {
+            parts.next(&task.name);
+            truth.errors(predictor, config.horizon)
+        })?,
+        hits: predictors.map(|predictor| {
+            parts.next(&task.name);
+            let predicted = rollouts(predictor, &hit_starts, &hit_sequences)?;
+            Ok(HitPredictions::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
+        })?,
+    })
+}
+
+impl Evaluation {
+    /// The model's mean error of one prediction on fresh launches, averaged over tool types, and its mean
+    /// errors after 1, 2, ... actions in unseen scenes, averaged over tasks.
+    pub fn mean_errors(&self) -> (f64, Vec<f64>) {
+        let average = |values: &mut dyn Iterator<Item = f64>| {
+            let values: Vec<f64> = values.collect();
+            values.iter().sum::<f64>() / values.len().max(1) as f64
+        };
+        let horizon = self.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
+        let after = |n: usize| average(&mut self.scenes.iter().map(|scene| scene.rollout.model[n].mean));
+        let one_step = average(&mut self.launches.iter().map(|tool| tool.errors.model.one_step.mean));
+        (one_step, (0..horizon).map(after).collect())
+    }
+}
+
+/// Actions of a rollout that compares hits: the horizon of guidance.
+const HIT_HORIZON: usize = 8;
+
+impl Compared<Interruptible<'_>> {
+    fn map<T>(&self, mut value: impl FnMut(&dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
+        Ok(Compared {
+            model: value(&self.model)?,
+            constant_velocity: value(&self.constant_velocity)?,
+            nearest_sample: value(&self.nearest_sample)?,
+            rapier: self.rapier.as_ref().map(|rapier| value(rapier)).transpose()?,
+        })
+    }
+}
+
+/// Largest offset of a launch's subgoal from the ball's last position, along each axis, in units.
+const SUBGOAL_OFFSET: f32 = 16.0;
+
+/// Centres of subgoals near the end of the path, which about half of the launches hit.
+fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let near = |launch: &Launch| {
+        launch.states[STEPS_PER_ACTION as usize].position.map(|x| x + rng.gen_range(-SUBGOAL_OFFSET..SUBGOAL_OFFSET))
+    };
+    launches.iter().map(near).collect()
+}
+
+/// Whether a ball that moves straight from one state to the next touches a launch's subgoal.
+fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
+    distance_to_segment(subgoal, from.position, to.position) <= STANDARD_RADIUS + Ball::default().radius
+}
+
+fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool> {
+    let interval = predictor.interval() as usize;
+    let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
+    let mut balls: Vec<BallState> = launches.iter().map(|launch| launch.states[0]).collect();
+    let (mut rollout, mut one_step, mut one_step_contact) = (Vec::new(), Vec::new(), Vec::new());
+    let mut predicted_hits = vec![false; launches.len()];
+    for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
+        let (before, after) = (states(launches, start), states(launches, start + interval));
+        let predicted = predictor.advance(&before, &tools)?;
+        for ((launch, predicted), after) in launches.iter().zip(&predicted).zip(&after) {
+            let error = distance(predicted, after);
+            one_step.push(error);
+            if is_deflected(&launch.states[start..=start + interval]) {
+                one_step_contact.push(error);
+            }
+        }
+        let next = predictor.advance(&balls, &tools)?;
+        for (index, hit) in predicted_hits.iter_mut().enumerate() {
+            *hit |= passes(subgoals[index], &balls[index], &next[index]);
+        }
+        balls = next;
+        rollout.push(Errors::between(balls.iter().zip(&after)));
+    }
+    let last = STEPS_PER_ACTION as usize;
+    let deflected: Vec<usize> = (0..launches.len()).filter(|&index| is_deflected(&launches[index].states)).collect();
+    let really_passes = |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
+    let action_contact = deflected.iter().map(|&index| distance(&balls[index], &launches[index].states[last]));
+    Ok(OneTool {
+        one_step: Errors::of(one_step),
+        one_step_contact: Errors::of(one_step_contact),
+        rollout,
+        action_contact: Errors::of(action_contact.collect()),
+        hits: HitPredictions::count(deflected.iter().map(|&index| (predicted_hits[index], really_passes(index)))),
+    })
+}
+
+fn states(launches: &[Launch], step: usize) -> Vec<BallState> {
+    launches.iter().map(|launch| launch.states[step]).collect()
+}
+
+impl HitPredictions {
+    fn count(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
+        let mut hits = Self::default();
+        for (predicted, real) in pairs {
+            hits.rollouts += 1;
+            hits.true_positives += usize::from(predicted && real);
+            hits.false_positives += usize::from(predicted && !real);
+            hits.false_negatives += usize::from(!predicted && real);
+        }
+        let share = |others: usize| {
+            let all = hits.true_positives + others;
+            (all > 0).then(|| hits.true_positives as f64 / all as f64)
+        };
+        Self { precision: share(hits.false_positives), recall: share(hits.false_negatives), ..hits }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DynamicsError, shipped};
+    use mge_task as task;
+
+    #[test]
+    fn an_evaluation_reports_every_part_and_can_be_stopped() {
+        let model = shipped("bucket-box").unwrap();
+        let config = EvaluationConfig { launches: 4, episodes: 1, horizon: 1, hit_rollouts: 2, seed: 5 };
+        let tasks = [task::load("task1").unwrap(), task::load("task3").unwrap()];
+        let mut reports = Vec::new();
+        let stop = Stop::default();
+        let whole = evaluate(&model, &tasks, &config, &stop, &mut |now| reports.push((now.done, now.total)));
+        // Two tools and one supported task, four predictors each.
+        assert_eq!(reports, (0..16).map(|done| (done, 16)).collect::<Vec<_>>());
+        assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &stop, &mut |_| ()).unwrap());
+        let mut parts = 0;
+        let stopped = evaluate(&model, &tasks, &config, &stop, &mut |_| {
+            parts += 1;
+            if parts == 3 {
+                stop.request();
+            }
+        });
+        assert!(matches!(stopped, Err(DynamicsError::Stopped)) && parts == 3, "{parts}");
+    }
+}

@@ -1,0 +1,90 @@
+//! The models that come with the program, one for each tool set of the shipped tasks.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::{Arc, LazyLock};
+
+use super::error::{DynamicsError, Result};
+use super::model::{Model, read_model};
+use mge_base::identity::FileId;
+use mge_base::paths::expanded;
+use mge_physics::ToolKind;
+
+const FILES: [(&str, &[u8]); 3] = [
+    ("bucket-box", include_bytes!("../../../assets/models/bucket-box.safetensors")),
+    ("square-floor", include_bytes!("../../../assets/models/square-floor.safetensors")),
+    ("box-wall-floor", include_bytes!("../../../assets/models/box-wall-floor.safetensors")),
+];
+
+static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {
+    // The files are part of the binary, and a test reads them all.
+    FILES.map(|(name, bytes)| (name, Arc::new(Model::from_bytes(bytes, name).expect("a shipped model"))))
+});
+
+/// The shipped models by name, which is their tool set in canonical order. They are loaded once.
+pub fn shipped_models() -> &'static [(&'static str, Arc<Model>)] {
+    &*MODELS
+}
+
+/// The shipped model with the smallest tool set that includes all of `tools`.
+pub fn shipped_for(tools: &[ToolKind]) -> Option<Arc<Model>> {
+    let fitting = MODELS.iter().filter(|(_, model)| tools.iter().all(|tool| model.tools().contains(tool)));
+    fitting.min_by_key(|(_, model)| model.tools().len()).map(|(_, model)| model.clone())
+}
+
+/// The shipped model with this name, or else the model in the file at this path.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn named(name: impl AsRef<Path>) -> Result<Arc<Model>> {
+    let path = name.as_ref();
+    path.to_str().and_then(shipped).map_or_else(|| Model::load(&expanded(path)).map(Arc::new), Ok)
+}
+
+/// The bytes of the file of [`named`].
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn file_of(name: &Path) -> Result<Cow<'static, [u8]>> {
+    match FILES.iter().find(|(known, _)| Path::new(known) == name) {
+        Some((_, bytes)) => Ok(Cow::Borrowed(bytes)),
+        None => Ok(Cow::Owned(read_model(&expanded(name))?)),
+    }
+}
+
+/// The model in the file of [`named`] with this identity.
+///
+/// # Errors
+/// When the file cannot be read, or is another one.
+pub fn identified(name: &Path, id: &FileId) -> Result<Arc<Model>> {
+    if let Some(model) = name.to_str().and_then(shipped).filter(|model| model.id() == *id) {
+        return Ok(model);
+    }
+    let mut model = Model::from_bytes(&file_with(name, id)?, &name.display().to_string())?;
+    model.file = Some(id.clone());
+    Ok(Arc::new(model))
+}
+
+/// As [`file_of`], of the file with this identity.
+///
+/// # Errors
+/// When the file cannot be read, or is another one.
+pub fn file_with(name: &Path, id: &FileId) -> Result<Cow<'static, [u8]>> {
+    let bytes = file_of(name)?;
+    let found = FileId::new(name, &bytes);
+    if found == *id {
+        return Ok(bytes);
+    }
+    let reason = format!(
+        "it is not the model `{}` with SHA-256 {}.. any more, but another one with {}..: choose it again, or restore it",
+        id.name,
+        id.digits(),
+        found.digits()
+    );
+    Err(DynamicsError::Content { origin: name.display().to_string(), reason })
+}
+
+/// The shipped model with this name, if there is one.
+pub fn shipped(name: &str) -> Option<Arc<Model>> {
+    MODELS.iter().find(|(known, _)| *known == name).map(|(_, model)| model.clone())
+}

@@ -1,0 +1,39 @@
+//! The environment: reset, step, observation, reward, termination.
+//!
+//! An agent has either the task's own tool or an action set of CREATE's tools. With an action set, an action is a
+//! [`Choice`] of a tool and a position, and observations describe the tools and the scene.
+//!
+//! Terms are those of Gymnasium: an episode is *terminated* by the task itself (goal reached, ball out of the screen,
+//! standstill) and *truncated* by the maximum number of actions.
+
+#![deny(unsafe_code)]
+
+pub mod protocol;
+
+mod action;
+mod action_set;
+mod check;
+mod description;
+mod environment;
+mod episode;
+mod image;
+mod observation;
+mod rays;
+mod refusal;
+#[cfg(test)]
+mod tests;
+mod vector;
+mod view;
+
+pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
+pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_embedding, tool_features};
+pub use check::{Contract, Violation, check};
+pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS, TARGET_POSITION};
+pub use environment::{Environment, Start};
+pub use episode::{Snapshot, ball_names};
+pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
+pub use observation::{
+    BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
+};
+pub use rays::RAYS_LEN;
+pub use vector::{Autoreset, Ended, FEW, Info, Outcome, State, VectorEnvironment, VectorError};

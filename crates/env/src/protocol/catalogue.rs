@@ -1,0 +1,128 @@
+//! The catalogue of tools to which recorded action sets refer: CREATE's own, or one from a file.
+
+use std::collections::BTreeMap;
+use std::io::BufRead;
+
+use serde::de::{Error, IgnoredAny};
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
+
+use super::lines::{LinesError, for_each_line};
+use super::recorded::RecordedTool;
+use crate::ActionSet;
+use mge_base::validation::ValidationError;
+use mge_physics::{NO_OP, Tool, catalogue_tool};
+
+/// Largest number of tools.
+const MAX_TOOLS: usize = 100_000;
+
+/// Tools by number.
+#[derive(Debug, Clone)]
+pub struct Catalogue {
+    /// None is the no-op.
+    tools: BTreeMap<usize, Option<Tool>>,
+}
+
+/// A line of a catalogue file.
+struct Line {
+    number: usize,
+    tool: Option<Box<RecordedTool>>,
+}
+
+impl<'de> Deserialize<'de> for Line {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct NoOp {
+            tool_id: usize,
+            #[serde(default, rename = "kind")]
+            _kind: IgnoredAny,
+            #[serde(rename = "type")]
+            _type: IgnoredAny,
+            #[serde(default, rename = "create_type")]
+            _create_type: IgnoredAny,
+            #[serde(default, rename = "split")]
+            _split: IgnoredAny,
+        }
+        let value = Value::deserialize(deserializer)?;
+        if value["type"] == "no_op" {
+            let NoOp { tool_id, .. } = NoOp::deserialize(value).map_err(D::Error::custom)?;
+            return Ok(Self { number: tool_id, tool: None });
+        }
+        let tool = RecordedTool::deserialize(value).map_err(D::Error::custom)?;
+        let number = tool.tool_id.ok_or_else(|| D::Error::missing_field("tool_id"))?;
+        Ok(Self { number, tool: Some(Box::new(tool)) })
+    }
+}
+
+impl Catalogue {
+    /// CREATE's catalogue.
+    pub fn of_create() -> Self {
+        Self { tools: (0..=NO_OP).map(|number| (number, catalogue_tool(number).copied())).collect() }
+    }
+
+    /// Reads a catalogue, one tool per line; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// At the first line that is not a tool or repeats a number.
+    pub fn read(input: impl BufRead, origin: &str) -> Result<Self, LinesError> {
+        let mut tools = BTreeMap::new();
+        for_each_line(input, origin, |line: Line| {
+            if tools.len() == MAX_TOOLS {
+                return Err(ValidationError::new(".", format_args!("is one of more than {MAX_TOOLS} tools")).into());
+            }
+            let tool = line.tool.map(|tool| tool.tool_at([0.0; 2])).transpose()?;
+            match tools.insert(line.number, tool) {
+                None => Ok(()),
+                Some(_) => Err(ValidationError::new("tool_id", format_args!("{} appears twice", line.number)).into()),
+            }
+        })?;
+        Ok(Self { tools })
+    }
+
+    /// The action set of a recorded episode.
+    ///
+    /// # Errors
+    /// At the first number that is not in the catalogue.
+    pub(super) fn action_set(&self, inventory: &[usize]) -> Result<ActionSet, ValidationError> {
+        if inventory.len() > self.tools.len() {
+            let message = format_args!("has {} entries; there are {} tools", inventory.len(), self.tools.len());
+            return Err(ValidationError::new("inventory", message));
+        }
+        let entry = |(i, number): (usize, &usize)| {
+            let missing = || {
+                let message = format_args!("is {number}, but the catalogue has no such tool");
+                ValidationError::new(format_args!("inventory[{i}]"), message)
+            };
+            Ok((*number, *self.tools.get(number).ok_or_else(missing)?))
+        };
+        Ok(ActionSet::new(inventory.iter().enumerate().map(entry).collect::<Result<Vec<_>, _>>()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_catalogue_is_read_and_mistakes_name_the_line() {
+        let ramp = r#"{"type":"ramp","tool_id":7,"length":6.5,"angle":0.5,"elasticity":0.25,"friction":1.0}"#;
+        let no_op = r#"{"kind":"tool","type":"no_op","tool_id":3,"split":["train"]}"#;
+        let read = |text: &str| Catalogue::read(text.as_bytes(), "tools.jsonl");
+        let catalogue = read(&format!("{ramp}\n{no_op}\n")).unwrap();
+        let set = catalogue.action_set(&[3, 7]).unwrap();
+        let tools: Vec<Option<(f64, f64)>> = set.tools().map(|tool| tool.map(|tool| (tool.size, tool.angle))).collect();
+        assert_eq!((tools, set.numbers().collect::<Vec<_>>()), (vec![None, Some((6.5, 0.5))], vec![3, 7]));
+        let missing = catalogue.action_set(&[3, 8]).unwrap_err().to_string();
+        assert_eq!(missing, "inventory[1]: is 8, but the catalogue has no such tool");
+        for (text, expected) in [
+            (format!("{ramp}\n{ramp}"), "tools.jsonl:2: tool_id: 7 appears twice"),
+            (ramp.replace("6.5", "0"), "tools.jsonl:1: length: is 0"),
+            (ramp.replace("\"tool_id\":7,", ""), "missing field `tool_id`"),
+            (no_op.replace("3", "-3"), "tools.jsonl:1"),
+        ] {
+            let error = read(&text).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}

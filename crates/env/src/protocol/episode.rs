@@ -1,0 +1,247 @@
+//! Replays actions in a task, and episodes recorded in CREATE.
+
+use std::collections::BTreeMap;
+use std::io::{self, BufRead, Write};
+use std::sync::Arc;
+
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+
+use super::catalogue::Catalogue;
+use super::level::RecordedLevel;
+use super::lines::{LinesError, for_each_line, write_line};
+use super::recorded::RecordedTool;
+use super::scene::{Row, row};
+use crate::{Action, Choice, EndReason, Environment, Placement, Step, ball_names};
+use mge_base::validation::ValidationError;
+use mge_physics::MAX_OBJECTS;
+use mge_task::Task;
+
+/// How far a recorded start may be from the level's, in units, because recordings are rounded.
+const START_TOLERANCE: f64 = 1e-3;
+
+/// The outcome of one action, as a line of JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepLine {
+    /// The requested normalised position, preceded by the index into the action set, if there is one.
+    pub action: Vec<f32>,
+    /// Whether the tool was placed.
+    pub outcome: Placement,
+    /// Reward of this action.
+    pub reward: f32,
+    /// The task ended the episode.
+    pub terminated: bool,
+    /// The maximum number of actions ended the episode.
+    pub truncated: bool,
+    /// Why the episode is over, in CREATE's terms.
+    pub done_reasons: Vec<&'static str>,
+    /// The goal has been reached in this episode.
+    pub goal_hit: bool,
+    /// Indices of the subgoals reached so far.
+    pub subgoals_hit: Vec<usize>,
+    /// Indices of the marker's subgoals reached so far.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub marker_subgoals_hit: Vec<usize>,
+    /// Number of tools placed so far.
+    pub placed_tools: usize,
+    /// The balls' motion after the action, by name.
+    pub balls: BTreeMap<String, Row>,
+}
+
+/// A recorded episode: the level, the tool and the actions. The recorded results are ignored.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordedEpisode {
+    id: String,
+    level: String,
+    /// The agent's only tool; with an action set, `inventory` has the tools' numbers instead.
+    tool: Option<RecordedTool>,
+    inventory: Option<Vec<usize>>,
+    steps: Vec<RecordedStep>,
+    #[serde(default)]
+    start: BTreeMap<String, Row>,
+    #[serde(default, rename = "kind")]
+    _kind: IgnoredAny,
+    #[serde(default, rename = "split")]
+    _split: IgnoredAny,
+    #[serde(default, rename = "policy")]
+    _policy: IgnoredAny,
+    #[serde(default, rename = "length")]
+    _length: IgnoredAny,
+    #[serde(default, rename = "total_reward")]
+    _total_reward: IgnoredAny,
+    #[serde(default, rename = "goal_hit")]
+    _goal_hit: IgnoredAny,
+}
+
+#[derive(Debug, Deserialize)]
+struct RecordedStep {
+    action: Vec<f32>,
+}
+
+/// A replayed episode, as a line of JSON.
+#[derive(Debug, Serialize)]
+struct EpisodeLine {
+    id: String,
+    steps: Vec<StepLine>,
+}
+
+/// Plays actions from the start of a task, without start noise, until the actions or the episode end.
+pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> impl Iterator<Item = StepLine> {
+    replay_in(Environment::new(task), actions)
+}
+
+fn replay_in<C: Into<Choice>>(
+    mut environment: Environment,
+    choices: impl IntoIterator<Item = C>,
+) -> impl Iterator<Item = StepLine> {
+    let names = ball_names(environment.task());
+    // After the end of the episode `step` returns an error.
+    choices.into_iter().map_while(move |choice| {
+        let choice = choice.into();
+        let step = environment.step(choice).ok()?;
+        let [x, y] = choice.place;
+        let action = if environment.action_set().is_some() { vec![choice.tool as f32, x, y] } else { vec![x, y] };
+        Some(step_line(&environment, &names, action, &step))
+    })
+}
+
+fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step: &Step) -> StepLine {
+    let now = environment.snapshot();
+    let hits = |reached: &[bool]| {
+        let hit = |(index, reached): (usize, &bool)| reached.then_some(index);
+        reached.iter().enumerate().filter_map(hit).collect()
+    };
+    StepLine {
+        action,
+        outcome: step.placement,
+        reward: step.reward,
+        terminated: step.terminated,
+        truncated: step.truncated,
+        done_reasons: now.end_reasons().iter().map(|reason| in_create(*reason)).collect(),
+        goal_hit: now.goal_reached(),
+        subgoals_hit: hits(now.reached()),
+        marker_subgoals_hit: hits(now.reached_by_marker()),
+        placed_tools: now.placed().len(),
+        balls: balls(environment, names),
+    }
+}
+
+fn in_create(reason: EndReason) -> &'static str {
+    match reason {
+        EndReason::Goal => "goal",
+        EndReason::OutOfBounds => "target_out",
+        EndReason::MarkerOut => "marker_out",
+        EndReason::Standstill => "motion_stopped",
+        EndReason::MaxActions => "max_steps",
+    }
+}
+
+fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
+    let world = environment.snapshot().world();
+    names.iter().enumerate().map(|(index, name)| (name.clone(), row(world.motion(index)))).collect()
+}
+
+/// Plays actions in a task and writes one line of JSON per action. Returns how many were played, which is fewer if
+/// the episode ends early.
+///
+/// # Errors
+/// When the output cannot be written.
+pub fn play_actions(task: Arc<Task>, actions: &[Action], mut output: impl Write) -> io::Result<usize> {
+    let mut played = 0;
+    for line in replay(task, actions.iter().copied()) {
+        write_line(&mut output, &line)?;
+        played += 1;
+    }
+    output.flush()?;
+    Ok(played)
+}
+
+/// Replays recorded episodes in recorded levels, one line of input and one of output per episode. Action sets refer
+/// to tools of the catalogue.
+///
+/// # Errors
+/// At the first line that cannot be read or played, with its number.
+pub fn play_episodes(
+    levels: impl BufRead,
+    levels_origin: &str,
+    catalogue: &Catalogue,
+    episodes: impl BufRead,
+    mut output: impl Write,
+) -> Result<(), LinesError> {
+    let mut known: Vec<RecordedLevel> = Vec::new();
+    for_each_line(levels, levels_origin, |level: RecordedLevel| {
+        if known.iter().any(|other| other.name == level.name) {
+            return Err(ValidationError::new("level", format_args!("`{}` appears twice", level.name)).into());
+        }
+        if known.len() == MAX_OBJECTS {
+            return Err(ValidationError::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")).into());
+        }
+        known.push(level);
+        Ok(())
+    })?;
+    for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
+        let steps = episode.play(&known, catalogue)?;
+        let line = EpisodeLine { id: episode.id, steps };
+        write_line(&mut output, &line)?;
+        Ok(())
+    })?;
+    output.flush().map_err(LinesError::Write)
+}
+
+impl RecordedEpisode {
+    fn play(&self, levels: &[RecordedLevel], catalogue: &Catalogue) -> Result<Vec<StepLine>, ValidationError> {
+        let task = Arc::new(self.task(levels)?);
+        let wrong = |i: usize, message: &str| ValidationError::new(format_args!("steps[{i}].action"), message);
+        let steps = self.steps.iter().enumerate();
+        match &self.inventory {
+            None => {
+                let action = |(i, step): (usize, &RecordedStep)| {
+                    step.action.as_slice().try_into().map_err(|_| wrong(i, "must be two numbers, [x, y]"))
+                };
+                let actions = steps.map(action).collect::<Result<Vec<Action>, _>>()?;
+                Ok(replay(task, actions).collect())
+            }
+            Some(inventory) => {
+                let set = catalogue.action_set(inventory)?;
+                let choice = |(i, step): (usize, &RecordedStep)| match step.action[..] {
+                    [index, x, y] if index >= 0.0 && index.fract() == 0.0 && (index as usize) < inventory.len() => {
+                        Ok(Choice { tool: index as usize, place: [x, y] })
+                    }
+                    _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),
+                };
+                let choices = steps.map(choice).collect::<Result<Vec<_>, _>>()?;
+                Ok(replay_in(Environment::new(task).with_action_set(set), choices).collect())
+            }
+        }
+    }
+
+    fn task(&self, levels: &[RecordedLevel]) -> Result<Task, ValidationError> {
+        let Some(level) = levels.iter().find(|level| level.name == self.level) else {
+            let names = levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>().join(", ");
+            let message = format_args!("`{}` is not among the levels ({names})", self.level);
+            return Err(ValidationError::new("level", message));
+        };
+        let task = level.task(self.tool.as_ref()).map_err(|problem| match problem.path.split('.').next() {
+            Some("tool" | "placeable") => problem,
+            _ => problem.within(format_args!("level `{}`", self.level)),
+        })?;
+        self.check_start(&task)?;
+        Ok(task)
+    }
+
+    /// Checks that the recording starts like the level; otherwise they cannot be compared.
+    fn check_start(&self, task: &Task) -> Result<(), ValidationError> {
+        let environment = Environment::new(Arc::new(task.clone()));
+        let balls = balls(&environment, &ball_names(task));
+        for (name, row) in &self.start {
+            let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
+            // Other objects of the level, with other names, are not compared.
+            if !balls.get(name).is_none_or(same) {
+                let message = format_args!("is not how level `{}` starts", self.level);
+                return Err(ValidationError::new(format_args!("start.{name}"), message));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,312 @@
+//! Recorded scenes of tools and moving bodies, and their simulation.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, Write};
+
+use serde::de::{IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::lines::{LinesError, for_each_line, write_line};
+use super::recorded::RecordedTool;
+use mge_base::validation::{ValidationError, in_range};
+use mge_physics::{
+    Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, START_OVERLAP, Tool, Touch, World,
+};
+
+/// Largest number of physics steps of a scene.
+const MAX_STEPS: u32 = 100_000;
+
+/// One body's motion as a row: x, y, vx, vy, angle, angular velocity.
+pub(super) type Row = [f64; 6];
+
+/// Tools and bodies with their initial states, to be simulated for some steps. The recorded results (contacts, the
+/// rest of the trajectories) are ignored.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordedScene {
+    id: String,
+    tools: Vec<RecordedTool>,
+    /// The first body: a `ball` in scenes with balls only, otherwise a `mover`.
+    ball: Option<Mover>,
+    mover: Option<Mover>,
+    #[serde(default)]
+    others: Vec<Mover>,
+    steps: u32,
+    #[serde(rename = "traj")]
+    start: FirstRow,
+    /// Trajectories of the other bodies, by name, of which only the first rows are read.
+    #[serde(default)]
+    parts: BTreeMap<String, FirstRow>,
+    #[serde(default, rename = "kind")]
+    _kind: IgnoredAny,
+    #[serde(default, rename = "start")]
+    _start: IgnoredAny,
+    #[serde(default, rename = "first_contact")]
+    _first_contact: IgnoredAny,
+    #[serde(default, rename = "contacts")]
+    _contacts: IgnoredAny,
+    #[serde(default, rename = "events")]
+    _events: IgnoredAny,
+    #[serde(default, rename = "captured")]
+    _captured: IgnoredAny,
+    #[serde(default, rename = "captured_step")]
+    _captured_step: IgnoredAny,
+    #[serde(default, rename = "sleep_step")]
+    _sleep_step: IgnoredAny,
+    #[serde(default, rename = "sleep_steps")]
+    _sleep_steps: IgnoredAny,
+}
+
+/// A moving body: a ball with a radius or a box with a size.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Mover {
+    #[serde(default)]
+    shape: Form,
+    radius: Option<f32>,
+    size: Option<f32>,
+    mass: f32,
+    elasticity: f32,
+    friction: f32,
+    #[serde(default, rename = "angle")]
+    _angle: IgnoredAny,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Form {
+    #[default]
+    Ball,
+    Box,
+}
+
+/// The motion of a scene's bodies.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Trajectory {
+    /// Name of the scene.
+    id: String,
+    /// The first body's start and its state after every step.
+    traj: Vec<Row>,
+    /// The trajectory of every other body, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    parts: BTreeMap<String, Vec<Row>>,
+    /// The first step, from 1, in which the first body touched a tool.
+    first_contact: Option<u32>,
+    /// Tool type, body, tool, first and last step of every sequence of steps in which a cannon, funnel or bucket
+    /// moved a body.
+    events: Vec<(String, String, String, u32, u32)>,
+    /// The first step, from 1, in which a bucket captured the first body.
+    captured_step: Option<u32>,
+    /// The first step, from 1, after which each body was asleep, by name.
+    sleep_steps: BTreeMap<String, u32>,
+}
+
+impl RecordedScene {
+    /// The world at its start; the first body has index 0.
+    ///
+    /// # Errors
+    /// When a number is out of range or a ball starts inside a tool.
+    fn world(&self) -> Result<World, ValidationError> {
+        for (name, count) in [("tools", self.tools.len()), ("others", self.others.len())] {
+            if count > MAX_OBJECTS {
+                let message = format_args!("has {count} entries; at most {MAX_OBJECTS} are allowed");
+                return Err(ValidationError::new(name, message));
+            }
+        }
+        let mut world = World::new(GRAVITY);
+        for (index, tool) in self.tools.iter().enumerate() {
+            let tool = tool.tool().map_err(|problem| problem.within(format_args!("tools[{index}]")))?;
+            world.add_tool(tool);
+        }
+        let (name, first) = match (&self.ball, &self.mover) {
+            (Some(ball), None) => ("ball", ball),
+            (None, Some(mover)) => ("mover", mover),
+            (None, None) => return Err(ValidationError::new("ball", "is missing: a scene has a `ball` or a `mover`")),
+            (Some(_), Some(_)) => {
+                return Err(ValidationError::new("mover", "cannot be given together with `ball`: remove one"));
+            }
+        };
+        first.add_to(&mut world, name, "traj", Some(&self.start))?;
+        for (index, other) in self.others.iter().enumerate() {
+            let name = format!("mover{}", index + 1);
+            let path = format!("others[{index}]");
+            other.add_to(&mut world, &path, &format!("parts.{name}"), self.parts.get(&name))?;
+        }
+        Ok(world)
+    }
+
+    /// Runs the scene to its end.
+    ///
+    /// # Errors
+    /// When the scene is invalid, or the number of steps is 0 or too large.
+    fn simulate(&self) -> Result<Trajectory, ValidationError> {
+        if !(1..=MAX_STEPS).contains(&self.steps) {
+            return Err(ValidationError::new("steps", format_args!("is {}, but must be 1 to {MAX_STEPS}", self.steps)));
+        }
+        let mut world = self.world()?;
+        let mut trajectory = Trajectory {
+            id: self.id.clone(),
+            traj: vec![row(world.motion(0))],
+            parts: parts(&world).map(|(name, motion, _)| (name, vec![row(motion)])).collect(),
+            first_contact: None,
+            events: Vec::new(),
+            captured_step: None,
+            sleep_steps: BTreeMap::new(),
+        };
+        for step in 1..=self.steps {
+            world.step();
+            trajectory.note(&world, step);
+        }
+        Ok(trajectory)
+    }
+}
+
+/// Every body except the first: name, motion, whether it is asleep.
+fn parts(world: &World) -> impl Iterator<Item = (String, Motion, bool)> {
+    let movers =
+        (1..world.ball_count()).map(|ball| (format!("mover{ball}"), world.motion(ball), world.is_asleep(ball)));
+    let planks = (0..world.tools().len()).flat_map(|tool| {
+        let (plank, weight) = world.plank(tool);
+        let sleeps = world.is_plank_asleep(tool);
+        let named = move |part: &str, motion: Motion| (format!("tool{tool}.{part}"), motion, sleeps);
+        [plank.map(|motion| named("plank", motion)), weight.map(|motion| named("weight", motion))]
+    });
+    movers.chain(planks.flatten())
+}
+
+impl Trajectory {
+    fn note(&mut self, world: &World, step: u32) {
+        self.traj.push(row(world.motion(0)));
+        if world.is_asleep(0) {
+            self.sleep_steps.entry("mover0".to_owned()).or_insert(step);
+        }
+        for (name, motion, sleeps) in parts(world) {
+            if sleeps {
+                self.sleep_steps.entry(name.clone()).or_insert(step);
+            }
+            self.parts.entry(name).or_default().push(row(motion));
+        }
+        if world.touches().iter().any(|touch| touch.ball == 0 && matches!(touch.object, ObjectId::Tool(_))) {
+            self.first_contact.get_or_insert(step);
+        }
+        if world.is_captured(0) {
+            self.captured_step.get_or_insert(step);
+        }
+        for &Touch { ball, object } in world.moved() {
+            if let ObjectId::Tool(tool) = object {
+                self.note_moved(world, ball, tool, step);
+            }
+        }
+    }
+
+    fn note_moved(&mut self, world: &World, ball: usize, tool: usize, step: u32) {
+        let kind = world.tools().nth(tool).map_or("", |tool| tool.kind.name());
+        let (body, tool) = (format!("mover{ball}"), format!("tool{tool}"));
+        let continues =
+            |event: &&mut (String, String, String, u32, u32)| event.1 == body && event.2 == tool && event.4 + 1 == step;
+        match self.events.iter_mut().find(continues) {
+            Some(event) => event.4 = step,
+            None => self.events.push((kind.to_owned(), body, tool, step, step)),
+        }
+    }
+}
+
+impl Mover {
+    /// Adds the body with its first row; `path` and `rows` are the JSON paths of the two.
+    fn add_to(
+        &self,
+        world: &mut World,
+        path: &str,
+        rows: &str,
+        start: Option<&FirstRow>,
+    ) -> Result<(), ValidationError> {
+        let unfitting = match self.shape {
+            Form::Ball => self.size.map(|_| ("size", "ball has a radius")),
+            Form::Box => self.radius.map(|_| ("radius", "box has a size")),
+        };
+        if let Some((name, instead)) = unfitting {
+            return Err(ValidationError::new(format_args!("{path}.{name}"), format_args!("a {instead}: remove it")));
+        }
+        let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
+        for (column, value) in start.iter().enumerate() {
+            in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;
+        }
+        let [x, y, vx, vy, angle, angular_velocity] = *start;
+        let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
+        let Self { mass, elasticity, friction, .. } = *self;
+        let missing = |name: &str| ValidationError::new(format_args!("{path}.{name}"), "is missing");
+        match self.shape {
+            Form::Ball => {
+                let radius = self.radius.ok_or_else(|| missing("radius"))?;
+                let ball = Ball { radius, mass, elasticity, friction };
+                ball.check().map_err(|problem| problem.within(path))?;
+                check_clear(world, ball, motion, rows)?;
+                world.add_ball(ball, motion);
+            }
+            Form::Box => {
+                let size = self.size.ok_or_else(|| missing("size"))?;
+                let moving = MovingBox { size, mass, elasticity, friction };
+                moving.check().map_err(|problem| problem.within(path))?;
+                world.add_box(moving, motion);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks that the ball does not start inside a solid, fixed tool.
+fn check_clear(world: &World, ball: Ball, motion: Motion, rows: &str) -> Result<(), ValidationError> {
+    let is_solid = |tool: &&Tool| !tool.kind.is_sensor() && !tool.kind.is_hinged();
+    let centre = BallState::from(motion).position;
+    for (index, tool) in world.tools().enumerate().filter(|(_, tool)| is_solid(tool)) {
+        if ball.radius - tool.surface(centre).0 > START_OVERLAP {
+            let message = format_args!("the ball starts inside tools[{index}] ({}): move one of them", tool.kind);
+            return Err(ValidationError::new(format_args!("{rows}[0]"), message));
+        }
+    }
+    Ok(())
+}
+
+/// A body's motion as a row.
+pub(super) fn row(motion: Motion) -> Row {
+    let Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = motion;
+    [x, y, vx, vy, angle, angular_velocity]
+}
+
+/// The first row of a trajectory; the others are skipped.
+#[derive(Debug, Clone, Copy)]
+struct FirstRow(Row);
+
+impl<'de> Deserialize<'de> for FirstRow {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(Rows)
+    }
+}
+
+struct Rows;
+
+impl<'de> Visitor<'de> for Rows {
+    type Value = FirstRow;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str("a list of rows [x, y, vx, vy, angle, angular velocity], at least the first")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<FirstRow, A::Error> {
+        let first = rows.next_element()?.ok_or_else(|| serde::de::Error::invalid_length(0, &self))?;
+        while rows.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(FirstRow(first))
+    }
+}
+
+/// Reads scenes, one per line, and writes their trajectories, one per line.
+///
+/// # Errors
+/// At the first line that is not a valid scene.
+pub fn simulate(input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
+    for_each_line(input, "stdin", |scene: RecordedScene| {
+        write_line(&mut output, &scene.simulate()?)?;
+        Ok(())
+    })?;
+    output.flush().map_err(LinesError::Write)
+}

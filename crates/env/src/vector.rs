@@ -1,0 +1,334 @@
+//! Vectorised environments of one task, each with its own random numbers.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::action::Action;
+use super::action_set::{ActionSet, Choice};
+use super::environment::Environment;
+use super::image::Pictures;
+use super::observation::ObservationPart;
+use super::rays::RAYS_LEN;
+use mge_base::stop::Stop;
+use mge_base::streams::Stream;
+use mge_physics::{ACTION_SET, ToolSplit};
+use mge_task::Task;
+
+mod player;
+mod state;
+#[cfg(test)]
+mod tests;
+
+use player::Player;
+pub use player::{Autoreset, Ended, Info, Outcome};
+pub use state::State;
+
+/// Minimum number of environments per thread: a step takes microseconds, about as long as handing over one
+/// environment.
+const AT_ONCE: usize = 16;
+/// Fewer environments than this stay on the caller's thread.
+pub const FEW: usize = 4 * AT_ONCE;
+
+/// Why environments cannot be stepped, reset or restored. Nothing has changed in that case.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VectorError {
+    /// No reset yet.
+    #[error("environment {index} has not begun an episode: reset it before the first step")]
+    NotReset {
+        /// Which one.
+        index: usize,
+    },
+    /// The episode is over and is not reset automatically.
+    #[error("the episode of environment {index} is over: reset that environment before the next step")]
+    EpisodeOver {
+        /// Which one.
+        index: usize,
+    },
+    /// A number of an action is not finite.
+    #[error("the action of environment {index} is {action:?}: actions are finite numbers, and are clipped to [-1, 1]")]
+    NotFinite {
+        /// Which one.
+        index: usize,
+        /// The action.
+        action: Action,
+    },
+    /// An action asks for a tool that the action set does not have.
+    #[error("the action of environment {index} asks for tool {tool}, but its {count} tools are numbered from 0")]
+    NoTool {
+        /// Which one.
+        index: usize,
+        /// The tool asked for.
+        tool: usize,
+        /// Tools in the action set.
+        count: usize,
+    },
+    /// The state belongs to an environment with other tools.
+    #[error(
+        "the state has {found} tools, but the environment has {wanted}: restore it into an environment with the same tools"
+    )]
+    OtherTools {
+        /// The tools of the state.
+        found: &'static str,
+        /// The tools of the environment.
+        wanted: &'static str,
+    },
+    /// There is no environment with this index.
+    #[error("there is no environment {index}: there are {count}, numbered from 0")]
+    NoSuchEnvironment {
+        /// The index.
+        index: usize,
+        /// Number of environments.
+        count: usize,
+    },
+    /// The state belongs to another task.
+    #[error(
+        "the state is of task `{found}`, but the environment plays `{wanted}`: restore it into an environment of that task"
+    )]
+    OtherTask {
+        /// Name of the state's task.
+        found: String,
+        /// Name of the environment's task.
+        wanted: String,
+    },
+}
+
+/// Environments of one task. Results do not depend on the number of threads.
+#[derive(Debug, Clone)]
+pub struct VectorEnvironment {
+    task: Arc<Task>,
+    autoreset: Autoreset,
+    split: Option<ToolSplit>,
+    has_images: bool,
+    players: Vec<Player>,
+    observation_len: usize,
+    /// Ends resets, steps and drawings early.
+    stop: Stop,
+}
+
+impl VectorEnvironment {
+    /// `count` environments of a task; each needs a reset before its first step.
+    pub fn new(task: Arc<Task>, count: usize, autoreset: Autoreset) -> Self {
+        Self::of(Environment::new(task), count, autoreset)
+    }
+
+    /// Like [`new`](Self::new), with action sets: see [`Environment::with_tools`].
+    pub fn with_tools(task: Arc<Task>, tools: ToolSplit, count: usize, autoreset: Autoreset) -> Self {
+        Self::of(Environment::new(task).with_tools(tools), count, autoreset)
+    }
+
+    fn of(env: Environment, count: usize, autoreset: Autoreset) -> Self {
+        let (task, observation_len) = (env.loaded_task().clone(), env.observation_len());
+        let rng = Stream::Episode.of(0);
+        let player = Player { env, rng, begun: false, actions: Vec::new(), outcome: Outcome::default() };
+        let split = player.env.split();
+        let (players, stop) = (vec![player; count], Stop::default());
+        Self { task, autoreset, split, has_images: false, players, observation_len, stop }
+    }
+
+    /// Keeps the last image of an episode when its final step also starts the next one.
+    #[must_use]
+    pub fn with_images(self) -> Self {
+        Self { has_images: true, ..self }
+    }
+
+    /// Makes rays the observation: see [`Environment::with_rays`].
+    #[must_use]
+    pub fn with_rays(self) -> Self {
+        Self { observation_len: RAYS_LEN, ..self.changed(Environment::with_rays) }
+    }
+
+    /// Draws tools with CREATE's own pictures.
+    #[must_use]
+    pub fn with_pictures(self, pictures: &Arc<Pictures>) -> Self {
+        self.changed(|env| env.with_pictures(pictures.clone()))
+    }
+
+    fn changed(self, change: impl Fn(Environment) -> Environment) -> Self {
+        let players = self.players.into_iter().map(|player| Player { env: change(player.env), ..player });
+        Self { players: players.collect(), ..self }
+    }
+
+    /// Ends resets, steps and drawings early once `stop` is requested. Only some environments have then changed: see
+    /// [`forget_episodes`](Self::forget_episodes).
+    pub fn stop_on(&mut self, stop: &Stop) {
+        self.stop = stop.clone();
+    }
+
+    /// Makes a reset of each environment necessary.
+    pub fn forget_episodes(&mut self) {
+        self.players.iter_mut().for_each(|player| player.begun = false);
+    }
+
+    /// Draws all current scenes, [`IMAGE_LEN`](super::IMAGE_LEN) bytes each, like [`Environment::draw`].
+    pub fn draw(&self, pixels: &mut [u8]) {
+        let (images, _) = pixels.as_chunks_mut();
+        self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
+    }
+
+    /// Like [`draw`](Self::draw), on the threads of the current rayon pool if there are many.
+    pub fn par_draw(&self, pixels: &mut [u8]) {
+        if self.count() < FEW {
+            return self.draw(pixels);
+        }
+        let (images, _) = pixels.as_chunks_mut();
+        let pairs = self.players.par_iter().zip(images).with_min_len(AT_ONCE).filter(|_| !self.stop.is_requested());
+        pairs.for_each(|(player, image)| player.env.draw(image));
+    }
+
+    /// The task being played.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
+    /// Number of environments.
+    pub fn count(&self) -> usize {
+        self.players.len()
+    }
+
+    /// Length of one observation.
+    pub fn observation_len(&self) -> usize {
+        self.observation_len
+    }
+
+    /// The split from which action sets are drawn, if agents have them.
+    pub fn split(&self) -> Option<ToolSplit> {
+        self.split
+    }
+
+    /// The parts of an observation, in order.
+    pub fn observation_parts(&self) -> Vec<ObservationPart> {
+        self.players.first().map_or(Vec::new(), |player| player.env.observation_parts())
+    }
+
+    /// Lower and upper bounds of observations; unbounded values are infinite.
+    pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
+        self.players.first().map_or([const { Vec::new() }; 2], |player| player.env.observation_bounds())
+    }
+
+    /// Size of an action set, the no-op included; None if agents have the task's own tool.
+    pub fn tool_count(&self) -> Option<usize> {
+        self.split.map(|_| ACTION_SET)
+    }
+
+    /// The action sets by environment; empty if agents have the task's own tool.
+    pub fn action_sets(&self) -> impl Iterator<Item = &ActionSet> {
+        self.players.iter().filter_map(|player| player.env.action_set())
+    }
+
+    /// The results of the latest reset or step, by environment.
+    pub fn outcomes(&self) -> impl ExactSizeIterator<Item = &Outcome> + Clone {
+        self.players.iter().map(|player| &player.outcome)
+    }
+
+    /// Starts an episode in each environment selected by `mask` (in all if None), and writes the observations of
+    /// those environments. A seed restarts an environment's random numbers: one seed gives the same episodes as `mge
+    /// env serve --seed`. Without a seed the environment continues its own.
+    ///
+    /// `observations` has one row per environment.
+    pub fn reset(&mut self, seeds: &[Option<u64>], mask: Option<&[bool]>, observations: &mut [f32]) {
+        let rows = observations.chunks_mut(self.observation_len);
+        for (index, ((player, seed), row)) in self.players.iter_mut().zip(seeds).zip(rows).enumerate() {
+            if self.stop.is_requested() || mask.is_some_and(|mask| !mask[index]) {
+                continue;
+            }
+            if let Some(seed) = seed {
+                player.rng = Stream::Episode.of(*seed);
+            }
+            row.copy_from_slice(&player.reset());
+        }
+    }
+
+    /// Takes one action in each environment: a position, or a [`Choice`] of a tool and a position. The observations
+    /// are written to `observations`, which has one row per environment; the rest is in [`outcomes`](Self::outcomes).
+    ///
+    /// # Errors
+    /// When any environment cannot take its action; then none has taken one.
+    pub fn step<A: Into<Choice> + Copy>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError> {
+        self.check(actions)?;
+        let rows = observations.chunks_mut(self.observation_len);
+        let going = self.players.iter_mut().zip(rows).zip(actions).take_while(|_| !self.stop.is_requested());
+        for ((player, row), action) in going {
+            player.step((*action).into(), self.autoreset, self.has_images, row);
+        }
+        Ok(())
+    }
+
+    /// Like [`step`](Self::step), on the threads of the current rayon pool if there are many.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn par_step<A>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError>
+    where
+        A: Into<Choice> + Copy + Sync,
+    {
+        if self.count() < FEW {
+            return self.step(actions, observations);
+        }
+        self.check(actions)?;
+        let rows = observations.par_chunks_mut(self.observation_len);
+        let players = self.players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE);
+        let players = players.filter(|_| !self.stop.is_requested());
+        let (autoreset, has_images) = (self.autoreset, self.has_images);
+        players.for_each(|((player, row), action)| player.step((*action).into(), autoreset, has_images, row));
+        Ok(())
+    }
+
+    fn check<A: Into<Choice> + Copy>(&self, actions: &[A]) -> Result<(), VectorError> {
+        for (index, (player, action)) in self.players.iter().zip(actions).enumerate() {
+            let Choice { tool, place: action } = (*action).into();
+            if !player.begun {
+                return Err(VectorError::NotReset { index });
+            }
+            if self.autoreset == Autoreset::Disabled && player.is_over() {
+                return Err(VectorError::EpisodeOver { index });
+            }
+            if !action.iter().all(|value| value.is_finite()) {
+                return Err(VectorError::NotFinite { index, action });
+            }
+            let count = player.env.action_set().map_or(1, ActionSet::len);
+            if tool >= count {
+                return Err(VectorError::NoTool { index, tool, count });
+            }
+        }
+        Ok(())
+    }
+
+    /// The state of an environment.
+    ///
+    /// # Errors
+    /// When there is no such environment.
+    pub fn state(&self, index: usize) -> Result<State, VectorError> {
+        let missing = VectorError::NoSuchEnvironment { index, count: self.players.len() };
+        self.players.get(index).cloned().map(State).ok_or(missing)
+    }
+
+    /// Restores a state, possibly that of another environment, and writes the observation.
+    ///
+    /// # Errors
+    /// When there is no such environment, or the state belongs to another task or to other tools.
+    pub fn restore(&mut self, index: usize, state: &State, observation: &mut [f32]) -> Result<(), VectorError> {
+        if *state.task() != self.task {
+            let (found, wanted) = (state.task().name.clone(), self.task.name.clone());
+            return Err(VectorError::OtherTask { found, wanted });
+        }
+        if state.0.env.split() != self.split {
+            let name = |split: Option<ToolSplit>| split.map_or("the task's own", ToolSplit::name);
+            return Err(VectorError::OtherTools { found: name(state.0.env.split()), wanted: name(self.split) });
+        }
+        let count = self.players.len();
+        let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
+        let mut restored = state.0.clone();
+        // A state read from text has no pictures, and its observation may be another.
+        restored.env = restored.env.shown_like(&player.env);
+        restored.outcome = Outcome { info: restored.info(None), ..Outcome::default() };
+        *player = restored;
+        observation.copy_from_slice(&player.env.observation());
+        Ok(())
+    }
+
+    /// The environment with this index.
+    pub fn environment(&self, index: usize) -> Option<&Environment> {
+        self.players.get(index).map(|player| &player.env)
+    }
+}

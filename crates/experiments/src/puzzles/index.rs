@@ -1,0 +1,161 @@
+//! The index of a folder of puzzles.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::error::PuzzleError;
+use mge_base::atomic::Target;
+use mge_base::bounded;
+use mge_base::json;
+use mge_base::validation::{ValidationError, in_range};
+use mge_physics::ToolKind;
+use mge_task::{TaskError, check_name};
+
+/// The format version that this program writes.
+const VERSION: u32 = 1;
+/// Name of the index in its folder.
+const FILE: &str = "index.json";
+
+/// The purpose of puzzles. Equal seeds give different puzzles in each split.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// For training agents and models.
+    Train,
+    /// For choosing settings.
+    Validation,
+    /// For reporting results.
+    Test,
+}
+
+/// The puzzles of a folder, by number.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Index {
+    /// Format version.
+    pub version: u32,
+    /// Seed of the puzzles.
+    pub seed: u64,
+    /// Their split.
+    pub split: Split,
+    /// Half width of the uniform noise on the ball's start, normalised.
+    pub start_noise: f32,
+    /// The puzzles.
+    pub puzzles: Vec<Puzzle>,
+}
+
+/// A generated puzzle and how difficult it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Puzzle {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Name of its task; the task file is `NAME.json`.
+    pub name: String,
+    /// Types of the tools in the scene and of the placeable tool.
+    pub tools: Vec<ToolKind>,
+    /// Type of the tool that the agent places.
+    pub placeable: ToolKind,
+    /// Number of subgoals used by play guided by the true physics.
+    pub subgoals: usize,
+    /// Minimum number of actions in which that play reached the goal.
+    pub actions_needed: u32,
+    /// Number of episodes of that play.
+    pub guided_episodes: u32,
+    /// Number of episodes of that play that reached the goal.
+    pub guided_goals: u32,
+    /// Number of episodes of uniformly random play.
+    pub random_episodes: u64,
+    /// Number of episodes of uniformly random play that reached the goal.
+    pub random_goals: u64,
+}
+
+impl Puzzle {
+    /// Its task file in a folder of puzzles.
+    pub fn path(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.json", self.name))
+    }
+}
+
+impl Index {
+    /// An index without puzzles.
+    pub fn new(seed: u64, split: Split, start_noise: f32) -> Self {
+        Self { version: VERSION, seed, split, start_noise, puzzles: Vec::new() }
+    }
+
+    /// The index in `folder`; None if there is no such file.
+    ///
+    /// # Errors
+    /// When it cannot be read, is invalid, or has another version.
+    pub fn load(folder: &Path) -> Result<Option<Self>, PuzzleError> {
+        let path = folder.join(FILE);
+        let text = match bounded::regular(&path).and_then(|()| bounded::read(&path, bounded::TEXT)) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            read => read.map_err(PuzzleError::io(&path))?,
+        };
+        Self::parse(&text, &path).map(Some)
+    }
+
+    /// Parses the text of an index; `path` names it in errors.
+    ///
+    /// # Errors
+    /// When it is invalid, has another version, or the name of a puzzle is not a plain file name.
+    pub fn parse(text: &[u8], path: &Path) -> Result<Self, PuzzleError> {
+        let origin = path.display().to_string();
+        let index: Self = json::parse(text, &origin)?;
+        if index.version != VERSION {
+            return Err(PuzzleError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
+        }
+        index.validate().map_err(|error| TaskError::Invalid { origin, error })?;
+        Ok(index)
+    }
+
+    fn validate(&self) -> Result<(), ValidationError> {
+        in_range(self.start_noise, "start_noise", 0.0, 1.0)?;
+        for (number, puzzle) in self.puzzles.iter().enumerate() {
+            check_name(&puzzle.name).map_err(|error| error.within(format_args!("puzzles[{number}]")))?;
+        }
+        Ok(())
+    }
+
+    /// Writes the index into `folder`, atomically.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn save(&self, folder: &Target) -> Result<(), PuzzleError> {
+        let to = folder.join(FILE);
+        json::write(&to, self).map_err(PuzzleError::io(&to.path))
+    }
+
+    /// Whether `other` has the same sequence of puzzles.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        (self.seed, self.split, self.start_noise) == (other.seed, other.split, other.start_noise)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_index_names_only_files_of_its_folder() {
+        let parse = |name: &str, noise: &str| {
+            let puzzle = format!(
+                r#"{{"number": 0, "name": "{name}", "tools": [], "placeable": "box", "subgoals": 0, "actions_needed": 1,
+                "guided_episodes": 1, "guided_goals": 1, "random_episodes": 1, "random_goals": 0}}"#
+            );
+            let text = format!(
+                r#"{{"version": 1, "seed": 0, "split": "test", "start_noise": {noise}, "puzzles": [{puzzle}]}}"#
+            );
+            Index::parse(text.as_bytes(), Path::new("index.json")).map_err(|error| error.to_string())
+        };
+        assert_eq!(parse("test-0-0000", "0.01").unwrap().puzzles.len(), 1);
+        for name in ["../outside", "/etc/passwd", "", ".hidden", "a/b"] {
+            let error = parse(name, "0.01").unwrap_err();
+            assert!(error.starts_with("index.json: puzzles[0].name: "), "{error}");
+        }
+        let error = parse("test-0-0000", "7").unwrap_err();
+        assert!(error.starts_with("index.json: start_noise: "), "{error}");
+    }
+}

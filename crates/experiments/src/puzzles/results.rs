@@ -1,0 +1,160 @@
+//! The results of a bench: how many puzzles each method solves, and how fast.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::error::PuzzleError;
+use super::index::Index;
+use mge_base::atomic::Target;
+use mge_base::json;
+use mge_base::markdown;
+use mge_base::sync::hold_folder;
+use mge_figures::{Figure, Provenance};
+use mge_results::{Groups, LearningRow};
+use mge_stats::Bootstrap;
+use mge_stats::rolling::WINDOW;
+
+/// Minimum success rate of a solved puzzle.
+pub(super) const SOLVED: f64 = 0.8;
+
+/// Groups of puzzles by the actions needed: the minimum number of each, and its name.
+pub(super) const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
+
+/// The group of a puzzle for which at least this many actions are needed.
+pub(super) fn group_of(actions: u32) -> Option<usize> {
+    GROUPS.iter().rposition(|(least, _)| *least <= actions)
+}
+
+/// Checks before the work on it that a report may be written into `folder`.
+///
+/// # Errors
+/// When a file of another origin is in the way.
+pub(super) fn check_report(folder: &Target) -> Result<(), PuzzleError> {
+    for (name, format) in [("report.json", json::RESULTS), ("report.md", markdown::REPORT)] {
+        let to = folder.join(name);
+        to.check(&format).map_err(PuzzleError::io(&to.path))?;
+    }
+    Ok(())
+}
+
+/// Writes results as `report.json`, and in words as `report.md`, into `folder`.
+pub(super) fn write_report(folder: &Target, results: &impl Serialize, text: &str) -> Result<(), PuzzleError> {
+    let [data, report] = ["report.json", "report.md"].map(|name| folder.join(name));
+    json::write(&data, results).map_err(PuzzleError::io(&data.path))?;
+    report.write(text.as_bytes(), &markdown::REPORT).map_err(PuzzleError::io(&report.path))
+}
+
+/// Trainings on generated puzzles.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BenchResults {
+    /// The command that reproduces them.
+    pub command: String,
+    /// Version of the program that wrote them.
+    pub mge_version: String,
+    /// The puzzles.
+    pub index: Index,
+    /// Number of episodes of the longest training.
+    pub episodes: u64,
+    /// One row per training.
+    pub runs: Vec<LearningRow>,
+}
+
+impl BenchResults {
+    /// The results of trainings on the puzzles of `index`; runs of other tasks are left out.
+    pub fn new(command: &str, index: Index, mut rows: Vec<LearningRow>) -> Self {
+        rows.retain(|row| index.puzzles.iter().any(|puzzle| puzzle.name == row.task));
+        Self {
+            command: command.to_owned(),
+            mge_version: mge_base::identity::version().to_owned(),
+            episodes: rows.iter().map(|row| row.episodes).max().unwrap_or(0),
+            index,
+            runs: rows,
+        }
+    }
+
+    /// Writes `report.md`, `report.json` and `figures/` (at `dpi` dots per inch) into `folder`. `config_hash` is that
+    /// of the trainings' settings.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed, or a file cannot be written.
+    pub fn write(&self, folder: impl Into<Target>, config_hash: &str, dpi: u32) -> Result<(), PuzzleError> {
+        let folder = folder.into();
+        let _alone = hold_folder(&folder.path, || true).map_err(PuzzleError::io(&folder.path))?;
+        write_report(&folder, self, &self.to_markdown())?;
+        let bootstrap = Bootstrap::default();
+        let figures = folder.join("figures");
+        std::fs::create_dir_all(&figures.path).map_err(PuzzleError::io(&figures.path))?;
+        let seeds: BTreeSet<u64> = self.runs.iter().map(|row| row.seed).collect();
+        let provenance = Provenance::new(&self.command, &Vec::from_iter(seeds), config_hash);
+        self.solved_curves(&bootstrap)?.write_all(&figures, "solved", &provenance, dpi)?;
+        Ok(self.profile(&bootstrap)?.write_all(&figures, "profile", &provenance, dpi)?)
+    }
+
+    /// The results as Markdown tables.
+    pub fn to_markdown(&self) -> String {
+        let mut text = String::from("# Generated puzzles\n\n");
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "{}: {} trainings of {} episodes on {} puzzles (seed {}, start noise {}). A puzzle is \
+             solved when {:.0} % of the last {WINDOW} episodes reached the goal, and held when that is so over the \
+             last quarter of the training.\n",
+            markdown::made_by(&self.command, &self.mge_version),
+            self.runs.len(),
+            self.episodes,
+            self.index.puzzles.len(),
+            self.index.seed,
+            self.index.start_noise,
+            100.0 * SOLVED,
+        );
+        text += "## Share of trainings that solved their puzzle\n\n";
+        self.write_table(&mut text, "method", &[""], |_| Some(0));
+        text += "\n## By the fewest actions with which guided play reached the goal\n\n";
+        self.write_table(&mut text, "actions, method", &GROUPS.map(|(_, name)| name), |row| self.difficulty(row));
+        text += "\n![Share of puzzles solved against episodes](figures/solved.png)\n\n\
+                 ![Share of puzzles with a final success rate above each threshold](figures/profile.png)\n";
+        text
+    }
+
+    /// The group of a run's puzzle by difficulty.
+    pub(super) fn difficulty(&self, row: &LearningRow) -> Option<usize> {
+        let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
+        group_of(puzzle.actions_needed)
+    }
+
+    /// Writes a table with one row per group and method; `group` returns the index of a run's group in `names`.
+    fn write_table(
+        &self,
+        text: &mut String,
+        title: &str,
+        names: &[&str],
+        group: impl Fn(&LearningRow) -> Option<usize>,
+    ) {
+        let within = [self.episodes / 4, self.episodes / 2, self.episodes];
+        let columns = within.map(|episodes| format!("within {episodes}"));
+        let titles = [title, "trainings"].map(str::to_owned).into_iter().chain(columns);
+        *text += &markdown::header(titles.chain(["held".to_owned(), "mean area under the curve".to_owned()]));
+        let all = &Groups::new(&self.runs);
+        let pairs = names.iter().enumerate().flat_map(|group| all.labels().iter().map(move |method| (group, method)));
+        for ((number, name), method) in pairs {
+            let is_in = |row: &&LearningRow| group(row) == Some(number) && row.label() == *method;
+            let rows: Vec<&LearningRow> = self.runs.iter().filter(is_in).collect();
+            if rows.is_empty() {
+                continue;
+            }
+            let share = |is: &dyn Fn(&LearningRow) -> bool| {
+                let count = rows.iter().filter(|row| is(row)).count();
+                format!("{:.2}", count as f64 / rows.len() as f64)
+            };
+            let solved =
+                |least: u64| share(&|row| row.efficiency.episodes_to_80.is_some_and(|episodes| episodes <= least));
+            let held = share(&|row| row.efficiency.held_success.is_some_and(|success| success >= SOLVED));
+            let area = rows.iter().filter_map(|row| row.efficiency.auc).sum::<f64>() / rows.len() as f64;
+            let title = [*name, &*method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
+            let cells = [title, rows.len().to_string()].into_iter().chain(within.map(solved));
+            *text += &markdown::row(cells.chain([held, format!("{area:.2}")]));
+        }
+    }
+}

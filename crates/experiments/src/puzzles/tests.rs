@@ -1,0 +1,275 @@
+use std::path::Path;
+use std::sync::Arc;
+
+use super::*;
+use crate::sweep::Sweep;
+use mge_base::stop::Stop;
+use mge_results::LearningRow;
+use mge_stats::Bootstrap;
+use mge_stats::efficiency::Efficiency;
+use mge_task as task;
+use mge_trainer::batch::Batch;
+use mge_trainer::{Method, Observation, PriorSource, RunConfig, Training};
+
+/// Criteria that are cheap to check but still reject most layouts.
+const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
+
+fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, PuzzleError> {
+    let interrupt = Stop::default();
+    generate(index, count, &CRITERIA, folder, &Batch { threads, interrupt: &interrupt }, &mut |_| {})
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn puzzles_depend_only_on_their_number_and_existing_ones_are_kept() {
+    let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let index = Index::new(7, Split::Validation, 0.01);
+    let first = generate_into(one.path(), &index, 1, 1).unwrap();
+    let name = format!("{}.json", first.puzzles[0].name);
+    assert_eq!(name, "validation-7-0000.json");
+    let edited = read(one.path(), &name) + "\n";
+    std::fs::write(one.path().join(&name), &edited).unwrap();
+    let both = generate_into(one.path(), &index, 2, 2).unwrap();
+    assert_eq!(both.puzzles[0], first.puzzles[0]);
+    assert_eq!(read(one.path(), &name), edited);
+
+    let again = generate_into(other.path(), &index, 2, 2).unwrap();
+    assert_eq!(again, both);
+    let second = format!("{}.json", both.puzzles[1].name);
+    assert_eq!(read(one.path(), &second), read(other.path(), &second));
+    std::fs::remove_file(other.path().join(&second)).unwrap();
+    assert_eq!(generate_into(other.path(), &index, 2, 1).unwrap(), both);
+    assert_eq!(read(one.path(), &second), read(other.path(), &second), "a file that is gone is written again");
+    let test = Index::new(7, Split::Test, 0.01);
+    assert!(matches!(generate_into(other.path(), &test, 1, 1), Err(PuzzleError::OtherPuzzles { .. })));
+}
+
+#[test]
+fn puzzles_are_not_generated_over_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = Index::new(7, Split::Validation, 0.01);
+    let generate = || generate_into(folder.path(), &index, 1, 1);
+    let first = generate().unwrap();
+    let file = first.puzzles[0].path(folder.path());
+    let puzzle = std::fs::read_to_string(&file).unwrap();
+    let indexed = read(folder.path(), "index.json");
+    let another = puzzle.replacen("\"start_noise\": 0.01", "\"start_noise\": 0.02", 1);
+    assert_ne!(another, puzzle);
+    // With the index, a changed puzzle is the user's own.
+    for (keep_index, foreign) in [(true, ""), (true, "my notes"), (false, ""), (false, "{}"), (false, &another)] {
+        if !keep_index {
+            let _ = std::fs::remove_file(folder.path().join("index.json"));
+        }
+        std::fs::write(&file, foreign).unwrap();
+        let error = generate().unwrap_err().to_string();
+        assert!(error.contains("validation-7-0000.json: is not the puzzle of this name"), "{error}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), foreign);
+    }
+    std::fs::write(&file, &puzzle).unwrap();
+    assert_eq!(generate().unwrap(), first, "as left by a killed process");
+    assert_eq!((std::fs::read_to_string(&file).unwrap(), read(folder.path(), "index.json")), (puzzle, indexed));
+}
+
+#[test]
+fn of_two_generations_into_one_folder_neither_loses_its_puzzles() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = Index::new(7, Split::Validation, 0.01);
+    let (path, index) = (folder.path(), &index);
+    std::thread::scope(|scope| {
+        for count in [1, 2] {
+            scope.spawn(move || generate_into(path, index, count, 1).unwrap());
+        }
+    });
+    assert_eq!(Index::load(path).unwrap().unwrap().puzzles.len(), 2);
+}
+
+#[test]
+fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_gives_it_subgoals() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
+    let puzzle = &index.puzzles[0];
+    assert!(puzzle.guided_goals >= CRITERIA.least_guided && puzzle.guided_episodes == CRITERIA.episodes);
+    assert!(puzzle.actions_needed >= 1 && puzzle.random_episodes > 0);
+    let file = folder.path().join(format!("{}.json", puzzle.name));
+    let task = task::load(&file.display().to_string()).unwrap();
+    assert_eq!((task.subgoals.len(), task.rules.start_noise), (0, 0.01));
+
+    let out = folder.path().join("bench");
+    let plan = BenchPlan {
+        search: SubgoalSearch { puzzles: folder.path().to_owned(), model: PriorSource::TruePhysics, subgoals: 2 },
+        methods: vec![Method::default()],
+        episodes: 30,
+        seeds: 2,
+        settings: vec![("ddpg.gamma".to_owned(), "0.9".to_owned())],
+    };
+    let interrupt = Stop::default();
+    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let wrong = BenchPlan { settings: vec![("prior".to_owned(), "true".to_owned())], ..plan.clone() };
+    assert!(matches!(wrong.sweep(&[]), Err(PuzzleError::SettingOfOption(key)) if key == "prior"));
+    let (file, text) = prepare(&plan, &index, &out, &batch, &mut |_| {}).unwrap();
+    let sweep = Sweep::load(&file).unwrap();
+    assert_eq!(Sweep::parse(text.as_bytes(), "").unwrap(), sweep);
+    assert_eq!(sweep.jobs.len(), 2);
+    let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();
+    assert_eq!(staged.subgoals.len(), puzzle.subgoals);
+}
+
+#[test]
+fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
+    let mut config = RunConfig::default_for(Arc::new(task::load("task1").unwrap()), Method::DdpgMgeAdaptive);
+    (config.hold_tolerance, config.observation, config.seed) = (None, Observation::Rays, 9);
+    config.ddpg.hidden = 8;
+    let plan = |config: RunConfig| TransferPlan {
+        search: SubgoalSearch { puzzles: folder.path().to_owned(), model: PriorSource::TruePhysics, subgoals: 2 },
+        agent: Training::new(config.clone(), None).unwrap().ddpg().clone(),
+        config: Arc::new(config),
+        episodes: 5,
+        evaluations: 4,
+        seed: 0,
+    };
+    let interrupt = Stop::default();
+    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let out = folder.path().join("transfer");
+    let play = |plan: &TransferPlan| transfer(plan, &index, &out, &batch, &mut |_| {});
+    let rows = play(&plan(config.clone())).unwrap();
+    let name = &index.puzzles[0].name;
+    assert_eq!(rows.iter().map(|row| &row.puzzle).collect::<Vec<_>>(), [name]);
+    let is_share = |value: f64| (0.0..=1.0).contains(&value) && (4.0 * value).fract() == 0.0;
+    assert!(is_share(rows[0].at_once) && is_share(rows[0].after) && is_share(rows[0].from_scratch), "{rows:?}");
+    assert_eq!(play(&plan(config.clone())).unwrap(), rows);
+
+    let staged = out.join("tasks").join(format!("{name}.json"));
+    let puzzle = Arc::new(task::load(&staged.display().to_string()).unwrap());
+    let known = plan(RunConfig { task: puzzle.clone(), ..config.clone() });
+    assert!(matches!(play(&known), Err(PuzzleError::TrainedOn { .. })));
+    let objects = RunConfig { observation: Observation::Objects, ..config.clone() };
+    assert!(matches!(play(&plan(objects)), Err(PuzzleError::NotByRays)));
+    let mut fewer = plan(config.clone());
+    fewer.search.subgoals = 1;
+    assert!(matches!(play(&fewer), Err(PuzzleError::OtherSearch { .. })));
+    let file = index.puzzles[0].path(folder.path());
+    let mut changed = task::load(&file.display().to_string()).unwrap();
+    changed.rules.start_noise = 0.02;
+    task::save(&changed, &file).unwrap();
+    assert!(matches!(play(&plan(config.clone())), Err(PuzzleError::OtherPuzzle { path }) if path == staged));
+    changed.rules.start_noise = 0.01;
+    task::save(&changed, &file).unwrap();
+    interrupt.request();
+    let outcome = play(&plan(config));
+    assert!(matches!(outcome, Err(PuzzleError::TransferInterrupted { done: 0, jobs: 1 })), "{outcome:?}");
+}
+
+#[test]
+fn a_transfer_reports_means_and_solved_puzzles_by_difficulty() {
+    let mut index = Index::new(0, Split::Test, 0.01);
+    for (number, actions_needed) in [(0, 3), (1, 9)] {
+        index.puzzles.push(puzzle(number, actions_needed));
+    }
+    let row = |number: u64, at_once, after, from_scratch| TransferRow {
+        puzzle: format!("test-0-000{number}"),
+        at_once,
+        after,
+        from_scratch,
+    };
+    let results = TransferResults {
+        command: "mge puzzles transfer".to_owned(),
+        mge_version: "1".to_owned(),
+        trained_on: 12,
+        trained_episodes: 3000,
+        episodes: 100,
+        evaluations: 50,
+        index,
+        rows: vec![row(0, 0.8, 1.0, 0.5), row(1, 0.0, 0.5, 0.1)],
+    };
+    let text = results.to_markdown();
+    assert!(text.contains("trained on 12 tasks for 3000 episodes"), "{text}");
+    for line in [
+        "| all | 2 | 0.40 | 0.50 | 0.75 | 0.50 | 0.30 | 0.00 |",
+        "| 1 to 3 | 1 | 0.80 | 1.00 | 1.00 | 1.00 | 0.50 | 0.00 |",
+        "| 7 to 9 | 1 | 0.00 | 0.00 | 0.50 | 0.00 | 0.10 | 0.00 |",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    assert!(!text.contains("4 to 6"), "there is no such puzzle: {text}");
+}
+
+/// A row of an index.
+fn puzzle(number: u64, actions_needed: u32) -> Puzzle {
+    Puzzle {
+        number,
+        name: format!("test-0-000{number}"),
+        tools: Vec::new(),
+        placeable: mge_physics::ToolKind::Box,
+        subgoals: 1,
+        actions_needed,
+        guided_episodes: 1000,
+        guided_goals: 50,
+        random_episodes: 1000,
+        random_goals: 0,
+    }
+}
+
+#[test]
+fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
+    let folder = tempfile::tempdir().unwrap();
+    let interrupt = Stop::default();
+    interrupt.request();
+    let index = Index::new(1, Split::Test, 0.0);
+    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let outcome = generate(&index, 3, &CRITERIA, folder.path(), &batch, &mut |_| {});
+    assert!(matches!(outcome, Err(PuzzleError::Interrupted { done: 0, jobs: 3 })));
+    assert_eq!(Index::load(folder.path()).unwrap(), Some(index));
+}
+
+#[test]
+fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
+    let mut index = Index::new(0, Split::Test, 0.01);
+    for (number, actions_needed) in [(0, 1), (1, 5)] {
+        index.puzzles.push(puzzle(number, actions_needed));
+    }
+    let row = |task: &str, episodes_to_80, held: f64| LearningRow {
+        task: task.to_owned(),
+        method: "ddpg".to_owned(),
+        epsilon: "0".to_owned(),
+        episodes: 400,
+        efficiency: Efficiency {
+            episodes_to_80,
+            auc: Some(0.5),
+            final_success: Some(if held > 0.8 { held } else { 0.25 }),
+            held_success: Some(held),
+            ..Efficiency::default()
+        },
+        ..LearningRow::default()
+    };
+    let rows = [row("test-0-0000", Some(150), 0.9), row("test-0-0001", Some(400), 0.7), row("task1", Some(1), 1.0)];
+    let results = BenchResults::new("mge puzzles bench", index, rows.into());
+    assert_eq!(results.runs.len(), 2, "other tasks are left out");
+    let text = results.to_markdown();
+    assert!(text.contains("| method | trainings | within 100 | within 200 | within 400 | held |"), "{text}");
+    assert!(text.contains("| DDPG | 2 | 0.00 | 0.50 | 1.00 | 0.50 | 0.50 |"), "{text}");
+    let curves = results.solved_curves(&Bootstrap::default()).unwrap();
+    let panels: Vec<&str> = curves.panels.iter().map(|panel| panel.task.as_str()).collect();
+    assert_eq!(panels, ["all (2 puzzles)", "1 to 3 actions (1 puzzle)", "4 to 6 actions (1 puzzle)"]);
+    let at = |panel: usize, episodes: f64| {
+        let curve = &curves.panels[panel].curves[0];
+        curve.y[curve.x.iter().position(|x| *x == episodes).unwrap()]
+    };
+    assert_eq!([at(0, 144.0), at(0, 152.0), at(0, 392.0), at(0, 400.0)], [0.0, 0.5, 0.5, 1.0]);
+    assert_eq!([at(1, 152.0), at(2, 392.0), at(2, 400.0)], [1.0, 0.0, 1.0]);
+    let profile = results.profile(&Bootstrap::default()).unwrap();
+    let above = |threshold: f64| profile.curves[0].y[profile.curves[0].x.iter().position(|x| *x == threshold).unwrap()];
+    assert_eq!([above(0.0), above(0.5), above(0.75), above(1.0)], [1.0, 0.5, 0.5, 0.0]);
+    let folder = tempfile::tempdir().unwrap();
+    results.write(folder.path(), "hash", 72).unwrap();
+    for file in ["solved.png", "solved.csv", "profile.svg", "profile.pdf"] {
+        assert!(folder.path().join("figures").join(file).exists(), "{file}");
+    }
+    let groups = "| 1 to 3, DDPG | 1 | 0.00 | 1.00 | 1.00 | 1.00 | 0.50 |\n\
+                  | 4 to 6, DDPG | 1 | 0.00 | 0.00 | 1.00 | 0.00 | 0.50 |\n";
+    assert!(text.contains(groups), "{text}");
+}

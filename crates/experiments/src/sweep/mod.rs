@@ -1,0 +1,46 @@
+//! Sweeps: a file of settings with lists of values is expanded to many runs or models, which are
+//! trained in parallel.
+//!
+//! A sweep file is JSON. Every entry is a setting with one value or a list of values. All
+//! combinations are trained, as agents or as dynamics models (`kind`):
+//!
+//! ```json
+//! {"task": ["task1", "task3"], "method": ["ddpg", "ddpg-mge"], "epsilon": [0.1, "linear:0.5:0:500"],
+//!  "ddpg.gamma": [0.95, 0.99], "seed": [0, 1, 2], "episodes": 1000}
+//! ```
+//!
+//! trains agents (`"kind": "train"`, the default): `task`, `method` (by default that of `mge train`), `epsilon` (also called
+//! `threshold`), `model`, and any other setting of a run by its JSON path;
+//!
+//! ```json
+//! {"kind": "dynamics", "tools": "box,bucket", "layers": [5, 17], "learning_rate": [1e-3, 1e-4]}
+//! ```
+//!
+//! trains dynamics models: `tools`, `literal`, any setting of
+//! [`ModelConfig`](mge_dynamics::ModelConfig) and [`TrainConfig`](mge_dynamics::TrainConfig)
+//! by its name, and those of their evaluation as `evaluation.launches` and so on. A list of such
+//! objects stands for all of their combinations, without duplicates. Settings written as lists are
+//! part of the names of the runs, so that a list can be extended without losing existing runs.
+//!
+//! A sweep's folder holds `runs/NAME/` for each combination (see [`mge_run`] for agents; that of
+//! a model has `config.json`, `model.safetensors` and `result.json`), and `results.csv` and
+//! `results.json` with one row per run. There is no other state: progress is derived from the runs.
+
+mod collect;
+mod error;
+mod expand;
+mod file;
+mod models;
+mod plan;
+mod results;
+#[cfg(test)]
+mod tests;
+mod training;
+mod work;
+
+pub use collect::collect;
+pub use error::SweepError;
+pub use expand::Sweep;
+pub use plan::{plan, slurm};
+pub use results::{check_results, write_results};
+pub use work::{check, run};

@@ -1,0 +1,416 @@
+//! Sweeps from the file to the table: expansion, training, results and collection.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use super::error::SweepError;
+use super::expand::{Job, Work};
+use super::results::read_results;
+use super::*;
+use mge_base::stop::Stop;
+use mge_dynamics::{ModelConfig, TrainConfig};
+use mge_run::{RunDirectory, RunState};
+use mge_trainer::batch::{Batch, BatchProgress, JobHandle};
+use mge_trainer::{Control, Phase, Trainer};
+
+/// Settings of agents that train quickly.
+fn small(more: &Value) -> Value {
+    let mut file = json!({
+        "task": ["task1"], "method": ["ddpg", "ddpg-mge"], "epsilon": [0.2, "linear:0.5:0:8"], "model": "true",
+        "seed": [0, 1], "episodes": 8, "ddpg.hidden": 8, "ddpg.warmup_steps": 30, "ddpg.replay_capacity": 60,
+        "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10, "checkpoints.last_every": 3
+    });
+    for (key, value) in more.as_object().unwrap() {
+        file[key] = value.clone();
+    }
+    file
+}
+
+fn sweep(file: &Value) -> Sweep {
+    Sweep::parse(file.to_string().as_bytes(), "sweep.json").unwrap()
+}
+
+fn names(sweep: &Sweep) -> Vec<&str> {
+    sweep.jobs.iter().map(|job| job.name.as_str()).collect()
+}
+
+fn finish(sweep: &Sweep, folder: &Path) -> Vec<(String, String)> {
+    run_sweep(sweep, folder, &mut |_| {}).unwrap()
+}
+
+fn run_sweep(
+    sweep: &Sweep,
+    folder: &Path,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Vec<(String, String)>, SweepError> {
+    let interrupt = Stop::default();
+    run(sweep, folder, &Batch { threads: 2, interrupt: &interrupt }, on_progress)
+}
+
+fn metrics(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join("runs").join(name).join("metrics.csv")).unwrap()
+}
+
+#[test]
+fn a_file_expands_to_all_combinations_with_the_baseline_once() {
+    let sweep = sweep(&small(&json!({"seed": [0]})));
+    let expected = ["task1-ddpg-seed0", "task1-ddpg-mge-0.2-seed0", "task1-ddpg-mge-linear_0.5_0_8-seed0"];
+    assert_eq!(names(&sweep), expected);
+    let Work::Train(config) = &sweep.jobs[1].work else { panic!("an agent") };
+    assert_eq!((config.epsilon.to_string().as_str(), config.ddpg.hidden), ("0.2", 8));
+    let two = json!([{"task": "task1", "ddpg.gamma": [0.7, 0.8]}, {"task": ["task1", "task2"]}]);
+    let usual = "task1-ddpg-mge-adaptive-ddpg.gamma";
+    let expected = [format!("{usual}_0.7-seed0"), format!("{usual}_0.8-seed0")];
+    assert_eq!(names(&self::sweep(&two))[..2], expected);
+    assert_eq!(self::sweep(&two).jobs.len(), 4);
+}
+
+#[test]
+fn models_are_swept_by_the_names_of_their_settings() {
+    let file = json!({"kind": "dynamics", "tools": "box,bucket", "learning_rate": [1e-3, 1e-4], "layers": [5, 17], "optimiser": "sgd"});
+    let sweep = sweep(&file);
+    assert_eq!(names(&sweep)[0], "bucket-box-learning_rate_0.001-layers_5-seed0");
+    let Work::Dynamics(job) = &sweep.jobs[3].work else { panic!("a model") };
+    assert_eq!((job.training.learning_rate, job.model.layers), (1e-4, 17));
+    assert_eq!(job.training.optimiser, mge_nn::OptimiserKind::Sgd);
+}
+
+#[test]
+fn a_job_alone_is_the_same_job() {
+    for file in [small(&json!({})), json!({"kind": "dynamics", "tools": ["box"], "layers": [5, 17]})] {
+        for job in sweep(&file).jobs {
+            assert_eq!(sweep(&job.alone).jobs, [job]);
+        }
+    }
+}
+
+#[test]
+fn tasks_of_a_slurm_array_run_several_jobs_if_there_are_too_many() {
+    for (count, tasks) in [(1000, 1000), (1001, 501)] {
+        let seeds: Vec<u64> = (0..count).collect();
+        let sweep = sweep(&small(&json!({"seed": seeds, "method": "ddpg", "epsilon": 0.2})));
+        let script = slurm(&sweep, Path::new("/mge"), Path::new("/out"), "s").unwrap();
+        assert!(script.contains(&format!("#SBATCH --array=0-{}\n", tasks - 1)));
+        let commands: Vec<&str> = script.lines().filter(|line| line.starts_with("/mge sweep --one ")).collect();
+        let alone = |line: &&str| Sweep::parse(shell_words::split(line).unwrap()[3].as_bytes(), "--one").unwrap().jobs;
+        assert_eq!(commands.len(), tasks);
+        assert_eq!(commands.iter().flat_map(alone).collect::<Vec<_>>(), sweep.jobs);
+    }
+}
+
+#[test]
+fn shipped_sweeps_are_valid() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sweeps");
+    let count = |name: &str| Sweep::load(&folder.join(name)).unwrap().jobs.len();
+    assert_eq!(count("table1.json"), 4 * 3 * 4 * 4 * 3);
+    assert_eq!(count("table1-one-at-a-time.json"), 4 + 2 + 3 + 3 + 2);
+    assert_eq!(count("small.json"), 2 * 3 * 3);
+    assert_eq!(count("choices.json"), 300);
+    assert_eq!(count("task6-refined.json"), 10);
+    assert_eq!(count("tuning.json"), 144);
+    for file in std::fs::read_dir(&folder).unwrap() {
+        let path = file.unwrap().path();
+        assert!(!Sweep::load(&path).unwrap().jobs.is_empty(), "{}", path.display());
+    }
+}
+
+#[test]
+fn mistakes_are_explained_before_any_work() {
+    for (text, expected) in [
+        (
+            r#"{"task": "task1", "ddpg.gama": [0.9]}"#,
+            "s.json:1: at ddpg.gama[0]: there is no setting `ddpg.gama`: did you mean `ddpg.gamma`?",
+        ),
+        (r#"{"task": "task1", "treshold": [0.9]}"#, "did you mean `threshold`?"),
+        ("{\"task\": [\"task1\",\n \"tsak2\"]}", "s.json:2: at task[1]: there is no task `tsak2`"),
+        ("[{\"task\": \"task1\"},\n{\"task\": \"tsk2\"}]", "s.json:2: at [1].task: there is no task `tsk2`"),
+        (r#"{"task": "task1", "method": ["ddgp"]}"#, "did you mean `ddpg`?"),
+        (r#"{"task": ["task1", "task11"]}"#, "s.json:1: at task[1]: there is no task `task11`"),
+        (r#"{"tasks": ["task1"]}"#, "at tasks: there is no setting `tasks`: did you mean `task`?"),
+        (r#"{"seed": [1]}"#, "at task: is missing"),
+        (r#"{"task": "task1", "ddpg.gamma": [0.9, 7]}"#, "at ddpg.gamma[1]: ddpg.gamma: is 7"),
+        (r#"{"task": "task1", "epsilon": 2}"#, "at epsilon: "),
+        (r#"{"task": "task1", "method": ["dqn"]}"#, "at method[0]: unknown method `dqn`"),
+        (r#"{"task": "task1", "model": "nowhere.safetensors"}"#, "at model: nowhere.safetensors"),
+        (r#"{"task": "task1", "seed": [1], "seed": [2]}"#, "s.json:1:"),
+        (r#"{"task": "task1", "seed": []}"#, "the list of `seed` is empty"),
+        (r#"{"task": "task1", "seed": [[1]]}"#, "values must be numbers"),
+        ("{\"task\": \"task1\",\n \"seed\": [1,}", "s.json:2:"),
+        (
+            r#"[{"task": "task1"}, {"task": "task1", "sed": [1]}]"#,
+            "at [1].sed[0]: there is no setting `sed`: did you mean `seed`?",
+        ),
+        (r#"{"task": "task1", "epsilon": 0.1, "threshold": [0.2]}"#, "at threshold: is another name of `epsilon`"),
+        ("[]", "is empty"),
+        ("3", "expected an object of settings"),
+        (r#"{"kind": "dynamic", "tools": "box"}"#, "at kind: must be `train` or `dynamics`: did you mean `dynamics`?"),
+        (r#"{"kind": "dynamics", "tools": ["box", "bukket"]}"#, "at tools[1]: unknown tool `bukket`"),
+        (
+            r#"{"kind": "dynamics", "tools": "box", "layer": [3]}"#,
+            "at layer[0]: there is no setting `layer` of a dynamics model: did you mean `layers`?",
+        ),
+        (
+            r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#,
+            "layers: is 0, but must be a whole number from 1 to 64",
+        ),
+        (r#"{"kind": "dynamics", "layers": [5]}"#, "at tools: is missing"),
+        (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
+        (
+            "[{\"task\": \"task1\", \"ddpg.gamma\": 0.9},\n {\"task\": \"task1\", \"ddpg.gamma\": 0.8}]",
+            "s.json:2: at [1]: two different runs would be called `task1-ddpg-mge-adaptive-seed0`",
+        ),
+    ] {
+        let error = Sweep::parse(text.as_bytes(), "s.json").unwrap_err().to_string();
+        assert!(error.contains(expected) && error.starts_with("s.json") && !error.contains('\n'), "{text}: {error}");
+    }
+    let grid = |seeds: u32| {
+        let (seeds, episodes): (Vec<u32>, Vec<u32>) = ((0..seeds).collect(), (1..200).collect());
+        json!({"task": "task1", "seed": seeds, "episodes": episodes})
+    };
+    for many in [grid(200), json!([grid(30), grid(30)])] {
+        let error = Sweep::parse(many.to_string().as_bytes(), "s.json").unwrap_err().to_string();
+        assert!(error.contains("more than 10000 combinations"), "{error}");
+    }
+}
+
+#[test]
+fn finished_runs_are_kept_interrupted_ones_continue_and_a_failure_stops_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, broken] = ["whole", "broken"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({})));
+    assert_eq!(finish(&sweep, &whole), []);
+
+    // One run is finished, one was stopped midway, one has a damaged checkpoint.
+    let [finished, stopped, damaged] = [0, 2, 3].map(|n| &sweep.jobs[n]);
+    let done = Sweep { jobs: vec![finished.clone()] };
+    assert_eq!(finish(&done, &broken), []);
+    let log = std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap();
+    stop_at(stopped, &broken, 4);
+    let Work::Train(config) = &damaged.work else { panic!("an agent") };
+    RunDirectory::create(damaged.folder(&broken), config).unwrap();
+    let checkpoint = damaged.folder(&broken).join("checkpoint");
+    std::fs::create_dir_all(checkpoint.join("last")).unwrap();
+    std::fs::write(checkpoint.join("last/manifest.json"), "damaged").unwrap();
+
+    let failures = finish(&sweep, &broken);
+    assert_eq!(failures.len(), 1, "{failures:?}");
+    assert_eq!(failures[0].0, damaged.name);
+    assert!(failures[0].1.contains("manifest.json"), "{failures:?}");
+    assert_eq!(std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap(), log);
+    std::fs::remove_dir_all(&checkpoint).unwrap();
+    assert_eq!(finish(&sweep, &broken), []);
+    for job in &sweep.jobs {
+        assert_eq!(metrics(&whole, &job.name), metrics(&broken, &job.name), "{}", job.name);
+    }
+    let results = read_results(&whole).unwrap();
+    assert_eq!(results.rows.len(), 6);
+    assert_eq!(results.to_csv(), read_results(&broken).unwrap().to_csv());
+    let row = &results.rows[0];
+    assert_eq!((&row["state"], &row["episodes"]), (&json!("finished"), &json!(8)));
+}
+
+#[test]
+fn a_run_that_another_process_works_on_is_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0, 1], "epsilon": 0})));
+    let directory = |job: &Job| {
+        let Work::Train(config) = &job.work else { panic!("an agent") };
+        RunDirectory::create(job.folder(folder.path()), config).unwrap()
+    };
+    let [held, free] = [0, 1].map(|n| directory(&sweep.jobs[n]));
+    let lock = held.lock().unwrap();
+    let ended = AtomicUsize::new(0);
+    let failures = std::thread::scope(|scope| {
+        let work =
+            scope.spawn(|| run_sweep(&sweep, folder.path(), &mut |now| ended.store(now.ended, Ordering::Release)));
+        while ended.load(Ordering::Acquire) < 1 {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert!(!work.is_finished());
+        drop(lock);
+        work.join().unwrap().unwrap()
+    });
+    assert_eq!(failures, []);
+    for directory in [held, free] {
+        assert_eq!(directory.status().unwrap().state, RunState::Finished);
+    }
+}
+
+#[test]
+fn literal_models_have_the_settings_of_the_literal_training() {
+    let literal = |value: bool| {
+        let sweep = sweep(&json!({"kind": "dynamics", "tools": "box", "literal": value, "seed": 3}));
+        let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
+        (job.model.clone(), job.training.clone())
+    };
+    let seed = |training: TrainConfig| TrainConfig { seed: 3, ..training };
+    assert_eq!(literal(true), (ModelConfig::literal(), seed(TrainConfig::literal())));
+    assert_eq!(literal(false), (ModelConfig::default(), seed(TrainConfig::default())));
+}
+
+#[test]
+fn settings_of_a_model_do_not_depend_on_their_order() {
+    let model = |text: &str| {
+        let sweep = Sweep::parse(text.as_bytes(), "test").unwrap();
+        let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
+        job.model.clone()
+    };
+    let last = model(r#"{"kind": "dynamics", "tools": "create", "properties": false}"#);
+    assert!(!last.properties);
+    assert_eq!(model(r#"{"kind": "dynamics", "properties": false, "tools": "create"}"#), last);
+}
+
+/// Trains a job's run up to an episode, and stops it there.
+fn stop_at(job: &Job, sweep: &Path, episode: u32) {
+    let Work::Train(config) = &job.work else { panic!("an agent") };
+    let directory = RunDirectory::create(job.folder(sweep), config).unwrap();
+    let trainer = Trainer::spawn(directory.clone(), [Control::PauseAt(episode.into())]).unwrap();
+    while trainer.watch().phase() != Phase::Paused {
+        assert!(trainer.is_active(), "the training ended before it paused");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    trainer.send(Control::Stop { reason: "a test".to_owned() });
+    trainer.join().unwrap();
+    assert!(matches!(directory.status().unwrap().state, RunState::Stopped(_)));
+}
+
+#[test]
+fn a_run_with_other_settings_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = json!({"method": ["ddpg"], "seed": [0], "epsilon": 0});
+    assert_eq!(finish(&sweep(&small(&one)), folder.path()), []);
+    let mut other = small(&one);
+    other["ddpg.gamma"] = json!(0.5);
+    let error = run_sweep(&sweep(&other), folder.path(), &mut |_| {}).unwrap_err().to_string();
+    assert!(error.contains("holds a run with other settings"), "{error}");
+}
+
+#[test]
+fn models_are_trained_evaluated_and_tabulated() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = json!({
+        "kind": "dynamics", "tools": "box", "layers": [2, 3], "learning_rate": 1e-3, "epochs": 3, "width": 8,
+        "observations": 10, "validation": 3, "evaluation.launches": 5, "evaluation.episodes": 1,
+        "evaluation.hit_rollouts": 10
+    });
+    let sweep = sweep(&file);
+    let mut reports = Vec::new();
+    let failures = run_sweep(&sweep, folder.path(), &mut |now| reports.push((now.done, now.total)));
+    assert_eq!(failures.unwrap(), []);
+    assert!(reports.iter().all(|(_, total)| *total == 2 * 3), "two models of three epochs each: {reports:?}");
+    assert_eq!(reports.last(), Some(&(2 * 3, 2 * 3)));
+    let results = read_results(folder.path()).unwrap();
+    for (row, layers) in results.rows.iter().zip([2, 3]) {
+        assert_eq!(
+            (&row["layers"], &row["state"], &row["epochs_done"]),
+            (&json!(layers), &json!("finished"), &json!(3))
+        );
+        for measure in ["train_loss", "validation_loss", "one_step_error", "action_error"] {
+            assert!(row[measure].as_f64().unwrap() > 0.0, "{measure}: {row:?}");
+        }
+    }
+    let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
+    let handle = JobHandle::default();
+    job.run(&folder.path().join("alone"), "test", &handle).unwrap();
+    assert_eq!(handle.done(), 3, "epochs are the unit of its progress");
+    // The model in the folder is the evaluated one.
+    let model = mge_dynamics::Model::load(&sweep.jobs[0].folder(folder.path()).join("model.safetensors")).unwrap();
+    assert_eq!(model.config().layers, 2);
+    let before = results.to_csv();
+    assert_eq!(finish(&sweep, folder.path()), []);
+    assert_eq!(read_results(folder.path()).unwrap().to_csv(), before);
+    write_results(&folder.path().into()).unwrap();
+    let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
+    assert!(csv.starts_with("run,state,tools,layers,seed,epochs_done,train_loss,"), "{csv}");
+}
+
+#[test]
+fn the_copy_with_more_progress_is_collected_without_its_lock() {
+    let folder = tempfile::tempdir().unwrap();
+    let [finished, killed] = ["finished", "killed"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
+    finish(&sweep, &finished);
+    finish(&sweep, &killed);
+    let job = &sweep.jobs[0];
+    // All episodes are done, but the process was killed before it could log the end.
+    let path = job.folder(&killed).join("events.jsonl");
+    let log = std::fs::read_to_string(&path).unwrap();
+    let whole_lines: Vec<&str> = log.lines().filter(|line| !line.contains("\"finished\"")).collect();
+    assert_eq!(whole_lines.len() + 1, log.lines().count(), "{log}");
+    std::fs::write(&path, whole_lines.join("\n") + "\n").unwrap();
+    assert!(job.folder(&finished).join("lock").exists());
+    for (n, folders) in [[&finished, &killed], [&killed, &finished]].into_iter().enumerate() {
+        let out = folder.path().join(format!("out{n}"));
+        assert_eq!(collect(&folders.map(Clone::clone), &out).unwrap(), 1);
+        let run = RunDirectory::open(job.folder(&out)).unwrap();
+        assert_eq!(run.status().unwrap().state, RunState::Finished);
+        assert!(!run.path().join("lock").exists(), "a lock belongs to the process that made it");
+    }
+}
+
+#[test]
+fn collected_runs_are_merged_and_conflicts_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
+    let all = sweep(&small(&json!({"epsilon": 0.2, "seed": [0, 1]})));
+    let half = |range: std::ops::Range<usize>| Sweep { jobs: all.jobs[range].to_vec() };
+    finish(&half(0..3), &a);
+    finish(&half(3..4), &b);
+    stop_at(&all.jobs[0], &b, 3);
+    assert_eq!(collect(&[b.clone(), a.clone()], &out).unwrap(), 4);
+    for job in &all.jobs {
+        let state = RunDirectory::open(job.folder(&out)).unwrap().status().unwrap().state;
+        assert_eq!(state, RunState::Finished, "{}", job.name);
+    }
+    assert_eq!(metrics(&out, &all.jobs[0].name), metrics(&a, &all.jobs[0].name));
+    assert_eq!(finish(&all, &out), [], "nothing is left to do");
+    assert_eq!(collect(&[a.clone(), b.clone()], &out).unwrap(), 4, "collecting again changes nothing");
+
+    let refused = |expected: &str| {
+        let fresh = folder.path().join("fresh");
+        let error = collect(&[a.clone(), b.clone()], &fresh).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+        assert!(!fresh.exists(), "something was copied");
+    };
+    let lock = RunDirectory::open(all.jobs[0].folder(&b)).unwrap().lock().unwrap();
+    refused("is being trained");
+    drop(lock);
+    let path = all.jobs[0].folder(&b).join("metrics.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace(",false", ",true")).unwrap();
+    refused("have the same settings and different results");
+    let path = all.jobs[0].folder(&b).join("config.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("\"episodes\": 8", "\"episodes\": 9")).unwrap();
+    refused("have the same name and different settings");
+    let error = collect(&[folder.path().join("nowhere")], &out).unwrap_err().to_string();
+    assert!(error.contains("is not the folder of a sweep"), "{error}");
+}
+
+#[test]
+fn an_unreadable_copy_is_not_taken_for_a_run_that_has_not_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
+    let job = &sweep.jobs[0];
+    let Work::Train(config) = &job.work else { panic!("an agent") };
+    for place in [&a, &b] {
+        RunDirectory::create(job.folder(place), config).unwrap();
+    }
+    std::fs::create_dir(job.folder(&a).join("metrics.csv")).unwrap();
+    let error = collect(&[a, b], &out).unwrap_err().to_string();
+    assert!(error.contains("metrics.csv") && !out.exists(), "{error}");
+}
+
+#[test]
+fn a_setting_that_is_also_a_measure_is_one_column_of_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0, "episodes": [2, 3]})));
+    assert_eq!(finish(&sweep, folder.path()), []);
+    let csv = String::from_utf8(read_results(folder.path()).unwrap().to_csv()).unwrap();
+    let heading = csv.lines().next().unwrap();
+    assert_eq!(heading.split(',').filter(|column| *column == "episodes").count(), 1, "{heading}");
+}

@@ -1,0 +1,215 @@
+//! The agents of a sweep: turns combinations of settings into configurations of runs.
+
+use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::file::{Axis, Combination, Grid};
+use mge_base::identity::FileId;
+use mge_base::json;
+use mge_base::paths::expanded;
+use mge_base::spelling::{did_you_mean, nearest};
+use mge_base::validation::ValidationError;
+use mge_guidance::EpsilonSchedule;
+use mge_task::{self as task, Task};
+use mge_trainer::{Method, ModelFile, PriorSource, RunConfig, SettingError, check_model, config_keys};
+
+/// Aliases of settings, as on the command line.
+const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
+
+/// The path of the setting with this name in a sweep file.
+pub(super) fn setting(key: &str) -> &str {
+    ALIASES.iter().find(|(alias, _)| *alias == key).map_or(key, |(_, setting)| setting)
+}
+
+/// Whether a setting is left out of the list in a run's name, because it is in the prefix or suffix or has no
+/// effect.
+pub(super) fn is_omitted_from_name(config: &RunConfig, key: &str) -> bool {
+    ["task", "method", "seed"].contains(&key) || !config.method.uses(setting(key))
+}
+
+/// The content of the files that a setting names by their path, which may change while the content stays.
+pub(super) fn file_behind(config: &RunConfig, key: &str, value: &str) -> Option<FileId> {
+    match (setting(key), &config.prior) {
+        ("prior", PriorSource::ModelFile(ModelFile { id, .. })) if value.contains('/') => id.clone(),
+        ("more_tasks", _) if value.contains('/') => Some(config.further_tasks_id()),
+        _ => None,
+    }
+}
+
+/// The grid with absolute paths of tasks and models, so that its commands work in any folder.
+pub(super) fn absolute_paths(grid: &Grid) -> Grid {
+    let mut grid = grid.clone();
+    for axis in &mut grid.axes {
+        let is_list = axis.key == "more_tasks";
+        if !is_list && !["task", "model", "prior"].contains(&axis.key.as_str()) {
+            continue;
+        }
+        for value in &mut axis.values {
+            let Some(text) = value.as_str() else { continue };
+            let places: Vec<&str> = if is_list { text.split(',').map(str::trim).collect() } else { vec![text] };
+            *value = Value::String(
+                places.into_iter().map(|place| absolute(place, is_list)).collect::<Vec<String>>().join(","),
+            );
+        }
+    }
+    grid
+}
+
+/// The absolute path of an existing file, or also folder; other names stay.
+fn absolute(name: &str, may_be_folder: bool) -> String {
+    let path = expanded(name);
+    let is_folder = || path.is_dir() && !task::shipped_names().any(|shipped| shipped == name);
+    let is_place = path.is_file() || (may_be_folder && is_folder());
+    let absolute = if is_place { std::path::absolute(path).ok() } else { None };
+    absolute.map_or_else(|| name.to_owned(), |path| path.display().to_string())
+}
+
+/// Refuses a setting given under two names.
+pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
+    for (alias, name) in ALIASES {
+        let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
+        if has(alias) && has(name) {
+            return Err(ValidationError::new(alias, format!("is another name of `{name}`: give only one of them")));
+        }
+    }
+    Ok(())
+}
+
+/// Makes configurations; loads every task and checks every model only once.
+#[derive(Default)]
+pub(super) struct Agents {
+    tasks: BTreeMap<String, Arc<Task>>,
+    sources: BTreeMap<String, PriorSource>,
+    /// What the models of configurations already checked depend on.
+    models: HashSet<String>,
+}
+
+impl Agents {
+    /// The configuration of a combination.
+    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<RunConfig, ValidationError> {
+        let mut config = RunConfig::usual_for(self.task(grid, combination)?);
+        let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
+        chosen.retain(|(axis, _)| axis.key != "task");
+        // The method comes first: it determines which other settings have an effect.
+        chosen.sort_by_key(|(axis, _)| axis.key != "method");
+        if chosen.first().is_none_or(|(axis, _)| axis.key != "method")
+            && let Some((tools, value)) = chosen.iter().find(|(axis, _)| axis.key == "tools")
+        {
+            // A wrong value is reported below.
+            config = config.with_method(Method::usual(json::text(&tools.values[*value]).parse().ok()));
+        }
+        let mut out_of_range = None;
+        for (axis, value) in chosen {
+            let text = json::text(&axis.values[value]);
+            let changed = match setting(&axis.key) {
+                // Read only once.
+                "prior" => RunConfig { prior: self.source(text), ..config.clone() },
+                key => {
+                    config.with_unchecked_setting(key, &text).map_err(|error| explain(axis, value, &config, &error))?
+                }
+            };
+            if out_of_range.is_none() {
+                out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
+            }
+            // Settings without effect are not applied, so that runs differing only in these are equal.
+            if changed.method.uses(setting(&axis.key)) {
+                config = changed;
+            }
+        }
+        if let Some((path, error)) = out_of_range {
+            // A setting may be in range only together with a later one.
+            config.validate().map_err(|_| ValidationError::new(path, error))?;
+        }
+        if !config.method.uses("epsilon") {
+            config.epsilon = EpsilonSchedule::Constant(0.0);
+        }
+        self.check_model(grid, &config)?;
+        Ok(config)
+    }
+
+    fn source(&mut self, text: String) -> PriorSource {
+        let read = |text: &String| PriorSource::from(text.clone()).identified();
+        self.sources.entry(text).or_insert_with_key(read).clone()
+    }
+
+    fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {
+        let place = grid.axes.iter().position(|axis| axis.key == "task");
+        let Some(place) = place else {
+            let alike = |axis: &&Axis| nearest(["task"], &axis.key).is_some();
+            if let Some(axis) = grid.axes.iter().find(alike) {
+                let message = format!("there is no setting `{}`: did you mean `task`?", axis.key);
+                return Err(ValidationError::new(&axis.key, message));
+            }
+            let shipped = task::shipped().iter().map(|task| task.name.clone()).collect::<Vec<_>>().join(", ");
+            return Err(ValidationError::new(
+                "task",
+                format!("is missing: name one or more of {shipped}, or task files"),
+            ));
+        };
+        let (axis, value) = (&grid.axes[place], combination[place]);
+        let name = json::text(&axis.values[value]);
+        if let Some(known) = self.tasks.get(&name) {
+            return Ok(known.clone());
+        }
+        let task = Arc::new(task::load(&name).map_err(|error| ValidationError::new(axis.path(value), error))?);
+        self.tasks.insert(name, task.clone());
+        Ok(task)
+    }
+
+    /// Checks that the model exists and covers the tools, before the run would fail.
+    fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
+        let RunConfig { task, more_tasks, method, prior, tools, .. } = config;
+        let key = format!("{:?}", (&task.name, more_tasks, method, prior, tools, config.is_guided()));
+        if self.models.contains(&key) {
+            return Ok(());
+        }
+        let path = grid.axes.iter().find(|axis| setting(&axis.key) == "prior").map_or("task", |axis| &axis.key);
+        check_model(config).map_err(|error| ValidationError::new(path, error))?;
+        self.models.insert(key);
+        Ok(())
+    }
+}
+
+/// A setting's error at its path; also suggests names that exist only in sweeps.
+fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> ValidationError {
+    let (path, key) = (axis.path(value), axis.key.as_str());
+    if key == "method" {
+        let known: Result<Method, String> = json::text(&axis.values[value]).parse();
+        return ValidationError::new(path, known.err().unwrap_or_else(|| error.to_string()));
+    }
+    let SettingError::Unknown { .. } = error else { return ValidationError::new(path, error) };
+    let keys = config_keys(config);
+    let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
+    let hint = did_you_mean(keys.iter().map(String::as_str).chain(others), key);
+    ValidationError::new(path, format!("there is no setting `{key}`{hint}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn names_of_files_become_absolute_and_other_names_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, inner) = (folder.path().join("a.json"), folder.path().join("inner"));
+        std::fs::write(&file, "{}").unwrap();
+        std::fs::create_dir(&inner).unwrap();
+        let [file, inner] = [file, inner].map(|path| path.display().to_string());
+        let list = format!("{file}, task2, {inner}");
+        let axis = |key: &str, value: Value| Axis { key: key.to_owned(), values: vec![value], is_list: false };
+        let axes = vec![axis("task", json!("task1")), axis("model", json!(inner)), axis("more_tasks", json!(list))];
+        let grid = absolute_paths(&Grid { kind: None, axes });
+        let values: Vec<&Value> = grid.axes.iter().map(|axis| &axis.values[0]).collect();
+        assert_eq!(values, [&json!("task1"), &json!(inner), &json!(format!("{file},task2,{inner}"))]);
+        // The package's folder `tasks` is a folder of tasks, but not the name of a task.
+        assert!(Path::new(&absolute("tasks", true)).is_absolute());
+        assert_eq!(absolute("tasks", false), "tasks");
+        assert_eq!(absolute("task1", true), "task1");
+    }
+}

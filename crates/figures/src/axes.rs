@@ -1,0 +1,390 @@
+//! A plot: frame, ticks, labels, and data drawn inside.
+
+use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, Ranged};
+use plotters::coord::types::RangedCoordf64;
+
+use super::canvas::{Canvas, Pen, TextFormat};
+use super::geometry::{Point, Rect, clip_polyline};
+use super::style::{
+    BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
+    TITLE_SIZE, WHITE, faded,
+};
+use mge_stats::Estimate;
+
+/// Width of a vertical label left of a plot.
+pub const Y_LABEL: f64 = 1.5 * LABEL_SIZE;
+/// Height of a label below a plot.
+pub const X_LABEL: f64 = 1.4 * LABEL_SIZE;
+
+/// One axis: what it measures, its range and its ticks.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    label: String,
+    low: f64,
+    high: f64,
+    ticks: Vec<(f64, String)>,
+    logarithmic: bool,
+}
+
+impl Axis {
+    /// An axis from `low` to `high` with about `count` round ticks.
+    pub fn linear(label: &str, low: f64, high: f64, count: usize) -> Self {
+        let places = round_ticks(low, high, count);
+        let step = places.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let largest = places.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        let power = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
+        let decimals = |step: f64| {
+            if step.is_finite() && step > 0.0 { (-(step.log10() + 1e-9).floor()).max(0.0) as usize } else { 2 }
+        };
+        let text = |value: f64| match power {
+            -4..=5 => number(value, decimals(step)),
+            _ if value == 0.0 => "0".to_owned(),
+            _ => {
+                let unit = 10f64.powi(power);
+                format!("{}·{}", number(value / unit, decimals(step / unit)), power_of_ten(power))
+            }
+        };
+        let ticks = places.iter().map(|value| (*value, text(*value))).collect();
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
+    }
+
+    /// An axis with the given ticks.
+    pub fn with_ticks(label: &str, low: f64, high: f64, ticks: Vec<(f64, String)>) -> Self {
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
+    }
+
+    /// A linear axis over the finite `values` with a small margin; [0, 1] if there are none.
+    pub fn around(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
+        let (low, high) = extent(values).unwrap_or((0.0, 1.0));
+        let margin = if high > low { 0.06 * (high - low) } else { 0.5 * high.abs().max(1.0) };
+        Self::linear(label, low - margin, high + margin, count)
+    }
+
+    /// A linear axis from 0 to beyond the largest finite value; [0, 1] if there are none.
+    pub fn from_zero(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
+        let high = extent(values).map_or(1.0, |(_, high)| if high > 0.0 { 1.12 * high } else { 1.0 });
+        Self::linear(label, 0.0, high, count)
+    }
+
+    /// A logarithmic axis over the positive `values`, with ticks at powers of ten.
+    pub fn logarithmic(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = extent(values.into_iter().filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
+        let (low, high) = (low.log10().floor() as i32, (high.log10() + 1e-9).ceil() as i32);
+        let high = high.max(low + 1);
+        let every = ((high - low) / 5 + 1) as usize;
+        let ticks = (low..=high).step_by(every).map(|power| (10f64.powi(power), power_of_ten(power))).collect();
+        let (low, high) = (10f64.powi(low), 10f64.powi(high));
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
+    }
+
+    /// A logarithmic axis between two positive values, with ticks at powers of ten and, over a short range, at two
+    /// and five times these.
+    pub fn decades(label: &str, low: f64, high: f64) -> Self {
+        let low = if low.is_finite() && low > 0.0 { low } else { 1.0 };
+        let high = if high.is_finite() && high > low { high } else { 10.0 * low };
+        let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
+        let factors: &[f64] = if (high / low).log10() > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let every = ((high / low).log10() / 6.0) as usize + 1;
+        let places =
+            powers.step_by(every).flat_map(|power| factors.iter().map(move |factor| factor * 10f64.powi(power)));
+        let text = |value: f64| match value {
+            0.01..1e5 => number(value, (-(value.log10() + 1e-9).floor()).max(0.0) as usize),
+            _ => power_of_ten(value.log10().round() as i32),
+        };
+        let ticks = places.filter(|value| (low..=high).contains(value)).map(|value| (value, text(value))).collect();
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
+    }
+
+    /// The same axis, without its label unless `is_labelled` (for inner panels of a grid).
+    pub fn labelled(self, is_labelled: bool) -> Self {
+        if is_labelled { self } else { Self { label: String::new(), ..self } }
+    }
+
+    /// Relative position of `value` between the ends, 0 to 1.
+    fn fraction(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            (value.log10() - self.low.log10()) / (self.high.log10() - self.low.log10())
+        } else {
+            (value - self.low) / (self.high - self.low)
+        }
+    }
+}
+
+/// Largest absolute value on an axis, so that the width of any range is finite.
+const MAX_MAGNITUDE: f64 = 1e300;
+
+/// Smallest and largest finite value.
+fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    values.into_iter().filter(|value| value.abs() <= MAX_MAGNITUDE).fold(None, |extent, value| {
+        let (low, high) = extent.unwrap_or((value, value));
+        Some((low.min(value), high.max(value)))
+    })
+}
+
+/// At most `most` equally spaced round values in a range.
+pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
+    RangedCoordf64::from(low..high).key_points(RoundTicks(most))
+}
+
+/// Asks plotters for at most this many round ticks.
+struct RoundTicks(usize);
+
+impl KeyPointHint for RoundTicks {
+    fn max_num_points(&self) -> usize {
+        self.0
+    }
+
+    fn weight(&self) -> KeyPointWeight {
+        KeyPointWeight::Bold
+    }
+}
+
+/// A number with a true minus sign and thin spaces between thousands.
+pub fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{:.*}", decimals, value.abs());
+    let (whole, rest) = text.find('.').map_or((text.as_str(), ""), |dot| text.split_at(dot));
+    let mut grouped = String::new();
+    for (n, digit) in whole.chars().enumerate() {
+        if whole.len() > 4 && n > 0 && (whole.len() - n) % 3 == 0 {
+            grouped.push('\u{2009}');
+        }
+        grouped.push(digit);
+    }
+    let negative = value < 0.0 && text.chars().any(|digit| ('1'..='9').contains(&digit));
+    format!("{}{grouped}{rest}", if negative { "\u{2212}" } else { "" })
+}
+
+fn power_of_ten(power: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digits =
+        power.unsigned_abs().to_string().bytes().map(|digit| DIGITS[usize::from(digit - b'0')]).collect::<String>();
+    format!("10{}{digits}", if power < 0 { "⁻" } else { "" })
+}
+
+/// A framed plot that maps data to the page.
+pub struct Plot<'c, 'p> {
+    canvas: &'c Canvas<'p>,
+    /// The inside of the frame.
+    pub rect: Rect,
+    x: Axis,
+    y: Axis,
+}
+
+/// Options of a plot's frame.
+pub struct Frame<'t> {
+    /// Bold text above the plot, at its left edge.
+    pub title: &'t str,
+    /// Whether horizontal grid lines are drawn at the ticks.
+    pub grid: bool,
+    /// Whether the inside is a square (scenes, where both axes have one scale).
+    pub square: bool,
+}
+
+impl<'c, 'p> Plot<'c, 'p> {
+    /// Draws frame, ticks and labels into `outer`.
+    pub fn new(canvas: &'c Canvas<'p>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Self {
+        let widest = y
+            .ticks
+            .iter()
+            .map(|(_, text)| TextFormat::SMALL.width(text))
+            .fold(TextFormat::SMALL.width("0.00"), f64::max);
+        let left = TICK_LENGTH + 2.0 + widest + if y.label.is_empty() { 0.0 } else { Y_LABEL };
+        let below = TICK_LENGTH + 1.4 * SMALL_SIZE + if x.label.is_empty() { 0.0 } else { X_LABEL };
+        let above = if frame.title.is_empty() { 0.4 * SMALL_SIZE } else { 1.6 * TITLE_SIZE };
+        let mut rect = outer.cut(left, above, 0.4 * SMALL_SIZE, below);
+        if frame.square {
+            rect = rect.square();
+        }
+        let plot = Self { canvas, rect, x, y };
+        plot.ticks(frame.grid);
+        canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH));
+        let baseline = rect.top - 0.8 * TITLE_SIZE;
+        canvas.text([rect.left, baseline], frame.title, TextFormat::TITLE);
+        // Centred, or further left if a long label would leave the page.
+        let middle = rect.center()[0].min(outer.right - 0.5 * TextFormat::LABEL.width(&plot.x.label));
+        canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, TextFormat::LABEL.centered());
+        canvas.text(
+            [rect.left - left + 0.6 * LABEL_SIZE, rect.center()[1]],
+            &plot.y.label,
+            TextFormat::LABEL.centered().rotated(),
+        );
+        plot
+    }
+
+    fn ticks(&self, grid: bool) {
+        let (canvas, rect, pen) = (self.canvas, self.rect, Pen::new(INK, FRAME_WIDTH));
+        for (value, text) in &self.x.ticks {
+            let x = self.at(*value, self.y.low)[0];
+            canvas.line(&[[x, rect.bottom], [x, rect.bottom + TICK_LENGTH]], pen);
+            canvas.text([x, rect.bottom + TICK_LENGTH + 0.8 * SMALL_SIZE], text, TextFormat::SMALL.centered());
+        }
+        for (value, text) in &self.y.ticks {
+            let y = self.at(self.x.low, *value)[1];
+            if grid {
+                canvas.line(&[[rect.left, y], [rect.right, y]], Pen::new(GRID, FRAME_WIDTH));
+            }
+            canvas.line(&[[rect.left - TICK_LENGTH, y], [rect.left, y]], pen);
+            canvas.text([rect.left - TICK_LENGTH - 2.0, y], text, TextFormat::SMALL.right());
+        }
+    }
+
+    /// The point of a value pair on the page; not finite if a value is not.
+    pub fn at(&self, x: f64, y: f64) -> Point {
+        [
+            self.rect.left + self.x.fraction(x) * self.rect.width(),
+            self.rect.bottom - self.y.fraction(y) * self.rect.height(),
+        ]
+    }
+
+    /// A line through the points; non-finite values leave gaps, an isolated value is a dot.
+    pub fn line(&self, xs: &[f64], ys: &[f64], pen: Pen) {
+        for run in finite_runs(xs, &[ys]) {
+            let points: Vec<Point> = run.map(|n| self.at(xs[n], ys[n])).collect();
+            match points[..] {
+                [lone] if self.rect.contains(lone) => self.canvas.dot(lone, pen.width, pen.color),
+                _ => {
+                    for part in clip_polyline(&points, &self.rect) {
+                        self.canvas.line(&part, pen);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Like [`Self::line`], for rolling means: the first `partial`, over incomplete windows, are faint.
+    pub fn rolling(&self, xs: &[f64], ys: &[f64], partial: usize, pen: Pen) {
+        let partial = partial.min(xs.len()).min(ys.len());
+        let faint = Pen { color: faded(pen.color, 0.35), width: 0.5 * pen.width, dash: &[] };
+        let joined = (partial + 1).min(xs.len()).min(ys.len());
+        if partial > 0 {
+            self.line(&xs[..joined], &ys[..joined], faint);
+        }
+        self.line(&xs[partial..], &ys[partial..], pen);
+    }
+
+    /// The band around a line, with gaps where the line or either bound is not finite.
+    pub fn band(&self, xs: &[f64], [ys, low, high]: [&[f64]; 3], color: Color) {
+        for run in finite_runs(xs, &[ys, low, high]) {
+            // One polygon per run: adjacent translucent slices would show seams.
+            let (mut upper, mut lower) = (Vec::new(), Vec::new());
+            for n in run {
+                let clamp = |p: Point| {
+                    [p[0].clamp(self.rect.left, self.rect.right), p[1].clamp(self.rect.top, self.rect.bottom)]
+                };
+                upper.push(clamp(self.at(xs[n], high[n])));
+                lower.push(clamp(self.at(xs[n], low[n])));
+            }
+            upper.extend(lower.into_iter().rev());
+            self.canvas.fill(&upper, faded(color, BAND_OPACITY));
+        }
+    }
+
+    /// A bar of `width` (data units) from zero, with its interval as an error bar.
+    pub fn bar(&self, x: f64, width: f64, estimate: Estimate, series: &Series) {
+        if !estimate.value.is_finite() {
+            return;
+        }
+        let ([left, zero], [right, end]) = (self.at(x - width / 2.0, 0.0), self.at(x + width / 2.0, estimate.value));
+        let y = |value: f64| value.clamp(self.rect.top, self.rect.bottom);
+        let bar = Rect::new(left.max(self.rect.left), y(zero.min(end)), right.min(self.rect.right), y(zero.max(end)));
+        series.bar(self.canvas, &bar);
+        self.error_bar(x, estimate);
+    }
+
+    /// Numbers at the right ends of curves, moved apart where they would overlap.
+    pub fn end_numbers(&self, ends: impl IntoIterator<Item = (Point, Series)>) {
+        const APART: f64 = TINY_SIZE * 0.95;
+        let inside = |(place, _): &(Point, Series)| self.rect.contains(*place);
+        let mut ends: Vec<(Point, Series)> = ends.into_iter().filter(inside).collect();
+        ends.sort_by(|(a, _), (b, _)| a[1].total_cmp(&b[1]));
+        let mut lowest = self.rect.top - APART;
+        for n in 0..ends.len() {
+            // At its curve's end, unless the numbers below would then leave the frame.
+            let below = (ends.len() - 1 - n) as f64 * APART;
+            let y = ends[n].0[1].max(lowest + APART).min((self.rect.bottom - below).max(lowest + APART));
+            lowest = y;
+            let ([x, _], series) = ends[n];
+            // Not on top of the frame.
+            let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
+            let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
+            self.canvas.text([x + 1.5, y], &series.number(), look);
+        }
+    }
+
+    /// Numbers slightly above their curves, each on a pale background.
+    pub fn numbers(&self, places: impl IntoIterator<Item = (Point, Series)>) {
+        for ([x, y], series) in places {
+            let y = (y - 0.8 * TINY_SIZE).max(self.rect.top + 0.7 * TINY_SIZE);
+            let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
+            let half = look.width(&series.number()) / 2.0;
+            let patch = Rect::new(x - half - 0.8, y - 0.5 * TINY_SIZE, x + half + 0.8, y + 0.5 * TINY_SIZE);
+            self.canvas.fill(&patch.corners(), faded(WHITE, 0.7));
+            self.canvas.text([x, y], &series.number(), look.centered());
+        }
+    }
+
+    /// A vertical interval with caps.
+    pub fn error_bar(&self, x: f64, estimate: Estimate) {
+        if !estimate.has_interval() {
+            return;
+        }
+        let pen = Pen::new(INK, THIN_WIDTH);
+        let (low, high) = (self.at(x, estimate.lower), self.at(x, estimate.upper));
+        self.canvas.line(&[low, high], pen);
+        for [x, y] in [low, high] {
+            self.canvas.line(&[[x - 1.5, y], [x + 1.5, y]], pen);
+        }
+    }
+}
+
+/// Maximal ranges of indices in which all columns are finite.
+fn finite_runs(xs: &[f64], columns: &[&[f64]]) -> Vec<std::ops::Range<usize>> {
+    let count = columns.iter().map(|column| column.len()).fold(xs.len(), usize::min);
+    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+    for n in (0..count).filter(|&n| xs[n].is_finite() && columns.iter().all(|column| column[n].is_finite())) {
+        match runs.last_mut() {
+            Some(run) if run.end == n => run.end = n + 1,
+            _ => runs.push(n..n + 1),
+        }
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_split_runs() {
+        let xs = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(finite_runs(&xs, &[&[1.0, f64::NAN, 2.0, 3.0, f64::INFINITY]]), [0..1, 2..4]);
+    }
+
+    #[test]
+    fn numbers_are_formatted_for_reading() {
+        assert_eq!(number(-0.25, 2), "\u{2212}0.25");
+        assert_eq!(number(-0.001, 1), "0.0");
+        assert_eq!(number(12_500.0, 0), "12\u{2009}500");
+        assert_eq!(power_of_ten(-12), "10⁻¹²");
+    }
+
+    #[test]
+    fn tick_labels_stay_short() {
+        let labels =
+            |low, high| Axis::linear("", low, high, 4).ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert!(labels(0.0, 3e30).contains(&"2·10³⁰".to_owned()), "{:?}", labels(0.0, 3e30));
+        assert!(labels(-2e-9, 0.0).contains(&"\u{2212}1·10⁻⁹".to_owned()), "{:?}", labels(-2e-9, 0.0));
+        for high in [1e-200, 1e-12, 1e-4, 1.0, 1e5, 1e6, 1e200] {
+            assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 9), "{:?}", labels(0.0, high));
+        }
+        let axis = Axis::around("", [-1e308, 1e308, 2.0, 3.0], 4);
+        assert!(axis.low > 1.0 && axis.high < 4.0, "values beyond MAX_MAGNITUDE are ignored");
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let axis = Axis::linear("", 0.0, 103.0, 6);
+        assert!(axis.ticks.iter().all(|(value, _)| (0.0..=103.0).contains(value) && value % 20.0 == 0.0), "{axis:?}");
+        assert!(axis.ticks.len() >= 4);
+    }
+}

@@ -1,0 +1,96 @@
+//! Grouped bars with intervals.
+
+use super::axes::{Axis, Frame, Plot, number};
+use super::canvas::{Canvas, TextFormat};
+use super::geometry::Rect;
+use super::style::{LABEL_SIZE, SMALL_SIZE, Series, TICK_LENGTH};
+use mge_stats::Estimate;
+
+/// A cluster of bars: one group per member, one bar per series.
+pub struct BarCluster {
+    /// Name below the members.
+    pub label: String,
+    /// Name of each member (may be empty), and its bars in the order of the series.
+    pub members: Vec<(String, Vec<Estimate>)>,
+}
+
+/// Gap between clusters and between members, in widths of a bar.
+const CLUSTER_GAP: f64 = 1.2;
+const MEMBER_GAP: f64 = 0.5;
+
+/// A member of a cluster with the x position of its left edge, in bar widths.
+struct Placed<'b> {
+    name: &'b str,
+    bars: &'b [Estimate],
+    left: f64,
+}
+
+/// Options of [`grouped_bars`].
+#[derive(Default)]
+pub struct BarLook<'t> {
+    /// Bold text above.
+    pub title: &'t str,
+    /// Label of the y axis.
+    pub label: &'t str,
+    /// Whether values are written above the bars.
+    pub counts: bool,
+    /// Whether space for member names is reserved even if there are none, so that adjacent plots align.
+    pub room_for_names: bool,
+}
+
+/// Draws clusters of bars side by side, those of each member in the order of `series`.
+pub fn grouped_bars(canvas: &Canvas<'_>, rect: Rect, look: &BarLook<'_>, clusters: &[BarCluster], series: &[Series]) {
+    let mut x = CLUSTER_GAP / 2.0;
+    let (mut placed, mut names) = (Vec::new(), Vec::new());
+    for cluster in clusters {
+        let start = x;
+        for (n, (name, bars)) in cluster.members.iter().enumerate() {
+            x += if n > 0 { MEMBER_GAP } else { 0.0 };
+            placed.push(Placed { name, bars, left: x });
+            x += bars.len() as f64;
+        }
+        names.push(((start + x) / 2.0, cluster.label.as_str()));
+        x += CLUSTER_GAP;
+    }
+    let end = (x - CLUSTER_GAP / 2.0).max(1.0);
+    let values = placed.iter().flat_map(|member| member.bars).flat_map(Estimate::values);
+    let named = placed.iter().any(|member| !member.name.is_empty());
+    let below = if named || look.room_for_names { 2.6 } else { 1.5 } * SMALL_SIZE + TICK_LENGTH;
+    let (rect, _) = rect.split_bottom(below - 1.4 * SMALL_SIZE);
+    let frame = Frame { title: look.title, grid: true, square: false };
+    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(look.label, values, 6)];
+    let [horizontal, vertical] = axes;
+    let plot = Plot::new(canvas, rect, &frame, horizontal, vertical);
+    let mut taken = Vec::new();
+    for member in &placed {
+        for ((n, bar), series) in member.bars.iter().enumerate().zip(series) {
+            let x = member.left + n as f64 + 0.5;
+            plot.bar(x, 0.92, *bar, series);
+            if look.counts {
+                write_count(canvas, &plot, x, *bar, &mut taken);
+            }
+        }
+        let [x, y] =
+            [plot.at(member.left + member.bars.len() as f64 / 2.0, 0.0)[0], plot.rect.bottom + 0.9 * SMALL_SIZE];
+        canvas.text([x, y], member.name, TextFormat::SMALL.centered());
+    }
+    let line = plot.rect.bottom + if named { 0.9 * SMALL_SIZE + 1.3 * LABEL_SIZE } else { LABEL_SIZE };
+    names.into_iter().for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, TextFormat::SMALL.centered()))
+}
+
+/// Writes the count above its bar, unless it would overlap one written before.
+fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, x: f64, bar: Estimate, taken: &mut Vec<Rect>) {
+    if !bar.value.is_finite() {
+        return;
+    }
+    let look = TextFormat { size: 0.85 * SMALL_SIZE, ..TextFormat::SMALL.centered() };
+    let text = number(bar.value, 0);
+    let [x, y] = plot.at(x, if bar.has_interval() { bar.upper } else { bar.value });
+    let (half, y) = (look.width(&text) / 2.0, y - 0.7 * SMALL_SIZE);
+    let place = Rect::new(x - half, y - 0.4 * look.size, x + half, y + 0.4 * look.size);
+    if taken.iter().any(|other| other.overlaps(&place)) {
+        return;
+    }
+    taken.push(place);
+    canvas.text([x, y], &text, look)
+}

@@ -1,0 +1,68 @@
+//! Publication figures: pure functions from data to pixels, SVG and CSV.
+//!
+//! Every figure is a plain data struct that implements [`Figure`]; equal data gives equal bytes. The structs hold
+//! only numbers (positions normalised, as everywhere outside physics), so that any code with the numbers can draw the
+//! figure. Non-finite values are missing: they leave gaps and never break an axis. Figures without data are drawn as
+//! empty panels with a message.
+//!
+//! A figure draws in points on a [`Canvas`], which plotters writes as SVG. PNG, PDF and GIF frames are rendered from
+//! that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system library or
+//! font is needed.
+
+#![deny(unsafe_code)]
+
+mod ablation;
+mod actions;
+mod animation;
+mod axes;
+mod bars;
+mod canvas;
+mod curves;
+mod dashboard;
+mod data;
+mod error;
+mod font;
+mod geometry;
+mod hits;
+mod launches;
+mod layout;
+mod methods;
+mod model_error;
+mod output;
+mod pdf;
+mod plot_style;
+mod provenance;
+mod relative;
+mod render;
+mod scene;
+mod style;
+mod table;
+mod tasks;
+#[cfg(test)]
+mod tests;
+mod xml;
+
+pub use ablation::{Ablation, Variant};
+pub use actions::{ActionSamples, TaskActions};
+pub use animation::{Animation, Moment};
+pub use axes::round_ticks;
+pub use canvas::{Canvas, Pen, TextFormat, svg};
+pub use curves::{Against, CurvePanel, LearningCurves, PerformanceProfile, SuccessMeasure};
+pub use dashboard::Dashboard;
+pub use data::{Curve, Statistics};
+pub use error::FigureError;
+pub use font::Family;
+pub use geometry::{Rect, tool_outline};
+pub use hits::{HitBars, PolicyHits, TaskHits};
+pub use launches::{Launches, ToolLaunches};
+pub use methods::{MethodScore, MethodScores, ScorePanel};
+pub use model_error::{ModelError, Predictor};
+pub use output::{EXTENSIONS, Figure, PICTURE, check_all, encode};
+pub use plot_style::PlotStyle;
+pub use provenance::Provenance;
+pub use relative::{Edge, Instant, RelativeFrames};
+pub use render::rgb;
+pub use scene::Mover;
+pub use style::series;
+pub use style::{Color, DEFAULT_DPI};
+pub use tasks::TaskGrid;

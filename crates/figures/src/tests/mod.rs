@@ -1,0 +1,437 @@
+//! Every figure, with invented but realistic data: bytes, files, numbers, empty states. If `MGE_FIGURE_DIR` is set,
+//! the figures are kept there for inspection.
+
+mod invented;
+mod shipped;
+
+use std::path::Path;
+
+use super::*;
+use mge_base::atomic::Target;
+use mge_stats::Estimate;
+
+fn provenance() -> Provenance {
+    Provenance::new("mge figures --note \"a < b & c\"", &[0, 1, 2], "0f3a")
+}
+
+fn decode(path: &Path) -> (u32, u32, Vec<u8>) {
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    (info.width, info.height, pixels)
+}
+
+/// Rows of the CSV beside `path`, by column name.
+fn rows(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
+    csv::Reader::from_path(path.with_extension("csv")).unwrap().deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+/// Figures without data.
+fn empty() -> Vec<Box<dyn Figure>> {
+    let task = || mge_task::shipped().swap_remove(0);
+    vec![
+        Box::new(Launches::default()),
+        Box::new(RelativeFrames { task: task(), cutoff: 12.0, instants: vec![] }),
+        Box::new(TaskGrid::default()),
+        Box::new(ActionSamples::default()),
+        Box::new(HitBars::default()),
+        Box::new(LearningCurves::default()),
+        Box::new(MethodScores::default()),
+        Box::new(MethodScores { panels: vec![ScorePanel::default()], ..MethodScores::default() }),
+        Box::new(LearningCurves { panels: vec![CurvePanel::default()], ..LearningCurves::default() }),
+        Box::new(PerformanceProfile::default()),
+        Box::new(ModelError::default()),
+        Box::new(ModelError { tools: vec!["box".to_owned()], ..ModelError::default() }),
+        Box::new(Ablation::default()),
+        Box::new(Dashboard::default()),
+        Box::new(Dashboard { episode: vec![1.0, 2.0], ..Dashboard::default() }),
+        Box::new(Animation { task: task(), moments: vec![], frame_ms: 100, trail: 5 }),
+    ]
+}
+
+#[test]
+fn every_figure_is_written_with_its_numbers() {
+    let temporary = tempfile::tempdir().unwrap();
+    let kept = std::env::var_os("MGE_FIGURE_DIR").map(std::path::PathBuf::from);
+    let folder = kept.as_deref().unwrap_or(temporary.path());
+    let dpi = if kept.is_some() { DEFAULT_DPI } else { 72 };
+    for (name, figure) in invented::all() {
+        let path = folder.join(name).with_extension("png");
+        figure.write(&Target::from(&path), &provenance(), dpi).unwrap();
+        let (width, height, pixels) = decode(&path);
+        let expected = figure.size().map(|points| (points / 72.0 * f64::from(dpi)).round() as u32);
+        assert_eq!([width, height], expected, "{name}");
+        assert!(pixels.iter().any(|byte| *byte < 100), "{name} is blank");
+        assert_eq!(Provenance::read(&path).unwrap(), provenance());
+        assert_eq!(rows(&path).len(), figure.table().rows().len());
+        assert!(!rows(&path).is_empty(), "{name} has no numbers");
+        figure.write(&Target::from(&folder.join(name).with_extension("svg")), &provenance(), dpi).unwrap();
+    }
+    invented::animation().write_gif(&Target::from(&folder.join("episode.gif")), &provenance(), 72).unwrap();
+}
+
+#[test]
+fn nothing_is_drawn_outside_the_page() {
+    for (name, figure) in invented::all() {
+        let [width, height] = figure.size().map(|points| points.round() as u32);
+        let pixels = figure.to_rgb(width, height).unwrap();
+        let row = 3 * width as usize;
+        let edges = pixels[..row].iter().chain(&pixels[pixels.len() - row..]);
+        let sides = pixels.chunks(row).flat_map(|line| line[..3].iter().chain(&line[row - 3..]));
+        assert!(edges.chain(sides).all(|byte| *byte == 255), "{name} reaches the edge of its page");
+    }
+}
+
+#[test]
+fn equal_data_gives_equal_bytes() {
+    let png = |figure: &dyn Figure| super::render::png(&figure.to_svg(&provenance()), &provenance(), 100).unwrap();
+    for ((name, a), (_, b)) in invented::all().into_iter().zip(invented::all()) {
+        assert_eq!(png(&*a), png(&*b), "{name}");
+        assert_eq!(a.to_svg(&provenance()), b.to_svg(&provenance()), "{name}");
+        assert_eq!(a.table(), b.table());
+    }
+    let gif = || invented::animation().to_gif(&provenance(), 40).unwrap();
+    assert_eq!(gif(), gif());
+}
+
+#[test]
+fn different_data_gives_different_pixels() {
+    let mut changed = invented::hits();
+    changed.tasks[0].policies[0].goal.value += 100.0;
+    let [before, after] = [invented::hits(), changed].map(|hits| hits.to_rgb(600, 240).unwrap());
+    assert_ne!(before, after);
+}
+
+#[test]
+fn tables_hold_the_data_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let (hits, curves) = (invented::hits(), invented::curves());
+    let path = folder.path().join("hits.png");
+    hits.write(&Target::from(&path), &provenance(), 72).unwrap();
+    let number = |text: &String| if text.is_empty() { f64::NAN } else { text.parse().unwrap() };
+    for task in &hits.tasks {
+        for policy in &task.policies {
+            let mine = |row: &&std::collections::HashMap<String, String>| {
+                row["task"] == task.task && row["policy"] == policy.policy
+            };
+            let found: Vec<f64> = rows(&path).iter().filter(mine).map(|row| number(&row["hits"])).collect();
+            let expected: Vec<f64> = policy.subgoals.iter().chain([&policy.goal]).map(|e| e.value).collect();
+            assert_eq!(found, expected);
+        }
+    }
+    let path = folder.path().join("curves.png");
+    curves.write(&Target::from(&path), &provenance(), 72).unwrap();
+    let expected = curves.panels.iter().flat_map(|panel| &panel.curves).flat_map(|curve| &curve.y);
+    let found: Vec<f64> = rows(&path).iter().map(|row| number(&row["success"])).collect();
+    assert!(found.iter().zip(expected.clone()).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())));
+    assert_eq!(found.len(), expected.count());
+}
+
+#[test]
+fn empty_figures_say_so() {
+    for (n, figure) in empty().into_iter().enumerate() {
+        let pixels = figure.to_rgb(500, 300).unwrap();
+        assert!(pixels.iter().any(|byte| *byte < 200), "{n} is blank");
+        let svg = figure.to_svg(&provenance());
+        assert!(svg.contains("no ") || svg.contains("nothing "), "{n} says nothing: {svg}");
+    }
+    assert!(invented::animation().to_gif(&provenance(), 30).is_ok());
+}
+
+#[test]
+fn many_series_look_different_and_their_legend_does_not_shrink_the_plots() {
+    let seeds: Vec<String> = (0..21).map(|seed| format!("DDPG, seed {seed}")).collect();
+    let pens = super::style::series(&seeds.iter().map(String::as_str).collect::<Vec<_>>());
+    let look = |n: usize| (pens[n].color, pens[n].dash);
+    assert!((0..21).all(|n| (0..n).all(|other| look(other) != look(n))));
+    let curves = |count: usize| LearningCurves {
+        panels: vec![CurvePanel {
+            task: "task1".to_owned(),
+            curves: (0..count)
+                .map(|n| Curve {
+                    label: format!("DDPG-MGE, epsilon 0.1, seed {n}"),
+                    x: vec![0.0, 1000.0],
+                    y: vec![0.0, (n + 1) as f64 / count as f64],
+                    ..Curve::default()
+                })
+                .collect(),
+        }],
+        ..LearningCurves::default()
+    };
+    let height = |count| curves(count).size()[1];
+    assert!(height(16) > height(3) + 30.0, "{} and {}", height(16), height(3));
+    let folder = std::env::var_os("MGE_FIGURE_DIR").map(std::path::PathBuf::from);
+    if let Some(folder) = folder {
+        curves(16).write(&Target::from(&folder.join("many.png")), &provenance(), DEFAULT_DPI).unwrap();
+    }
+}
+
+#[test]
+fn missing_values_leave_gaps() {
+    let panel = |y: Vec<f64>| LearningCurves {
+        panels: vec![CurvePanel {
+            task: "task1".to_owned(),
+            curves: vec![Curve { label: "DDPG".to_owned(), x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y, ..Curve::default() }],
+        }],
+        ..LearningCurves::default()
+    };
+    let count = |figure: &LearningCurves| figure.to_svg(&provenance()).matches("<polyline").count();
+    let whole = count(&panel(vec![0.5; 5]));
+    assert_eq!(count(&panel(vec![0.5, 0.5, f64::NAN, 0.5, 0.5])), whole + 1);
+    assert_eq!(count(&panel(vec![0.5, 0.5, f64::INFINITY, f64::NEG_INFINITY, f64::NAN])), whole);
+    assert_eq!(count(&panel(vec![f64::NAN; 5])), whole - 1);
+}
+
+#[test]
+fn non_finite_numbers_do_not_break_figures() {
+    let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.0];
+    let curve = Curve {
+        label: "x".to_owned(),
+        x: wild.to_vec(),
+        y: wild.to_vec(),
+        low: wild.to_vec(),
+        high: vec![1.0],
+        partial: 9,
+    };
+    let estimate = Estimate { value: f64::INFINITY, lower: f64::NAN, upper: -1e300 };
+    let series = wild.to_vec();
+    let figures: Vec<Box<dyn Figure>> = vec![
+        Box::new(LearningCurves {
+            panels: vec![CurvePanel { task: String::new(), curves: vec![curve.clone()] }],
+            ..LearningCurves::default()
+        }),
+        Box::new(PerformanceProfile { curves: vec![curve], ..PerformanceProfile::default() }),
+        Box::new(Ablation {
+            variants: vec![
+                Variant { label: String::new(), estimate },
+                Variant { label: String::new(), estimate: Estimate::exact(-3.0) },
+            ],
+            ..Ablation::default()
+        }),
+        Box::new(Dashboard {
+            episode: series.clone(),
+            metrics: Dashboard::metrics().map(|metric| (metric, series.clone())).collect(),
+            ..Dashboard::default()
+        }),
+    ];
+    for figure in figures {
+        figure.to_rgb(400, 300).unwrap();
+    }
+}
+
+#[test]
+fn svg_is_well_formed_and_carries_its_provenance() {
+    for figure in invented::all().into_iter().map(|(_, figure)| figure).chain(empty()) {
+        let svg = figure.to_svg(&provenance());
+        assert!(svg.contains("Command: mge figures --note \"a &lt; b &amp; c\""));
+        assert_eq!(open_tags(&svg), Vec::<&str>::new(), "{svg}");
+    }
+}
+
+/// Names of the elements left open; checks that every closing tag matches the last opened element.
+fn open_tags(svg: &str) -> Vec<&str> {
+    let mut open = Vec::new();
+    for tag in svg.split('<').skip(1).map(|rest| rest.split_once('>').expect("a tag ends").0) {
+        assert_eq!(tag.matches('"').count() % 2, 0, "unbalanced quotes in <{tag}>");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') && !tag.starts_with(['?', '!']) {
+            open.push(tag.split_whitespace().next().expect("a name"));
+        }
+    }
+    open
+}
+
+#[test]
+fn provenance_survives_any_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tasks.png");
+    let ours = Provenance::new("mge figures läufe/ε-0.5 日本", &[], "");
+    invented::tasks().write(&Target::from(&path), &ours, 50).unwrap();
+    assert_eq!(Provenance::read(&path).unwrap(), ours);
+    std::fs::write(&path, b"not a png").unwrap();
+    assert!(matches!(Provenance::read(&path), Err(FigureError::Unreadable { .. })));
+}
+
+#[test]
+fn impossible_requests_are_refused_and_leave_files_intact() {
+    let folder = tempfile::tempdir().unwrap();
+    let figure = invented::tasks();
+    let path = folder.path().join("tasks.jpeg");
+    assert!(
+        figure
+            .write(&Target::from(&path), &provenance(), 72)
+            .unwrap_err()
+            .to_string()
+            .ends_with("use one of these extensions")
+    );
+    assert!(matches!(figure.to_rgb(0, 10), Err(FigureError::Size { .. })));
+    assert!(matches!(
+        figure.write(&Target::from(&folder.path().join("tasks.png")), &provenance(), 1_000_000),
+        Err(FigureError::Size { .. })
+    ));
+    assert!(matches!(invented::animation().to_gif(&provenance(), 0), Err(FigureError::Size { .. })));
+    assert!(matches!(
+        figure.write(&Target::from(&folder.path().join("absent/tasks.png")), &provenance(), 72),
+        Err(FigureError::Io { .. })
+    ));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_gif_has_every_moment_and_its_provenance() {
+    let animation = invented::animation();
+    let bytes = animation.to_gif(&provenance(), 40).unwrap();
+    assert!(bytes.windows(9).any(|part| part == b"Seed: 0 1"));
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(&bytes[..]).unwrap();
+    let (mut frames, mut delays) = (Vec::new(), Vec::new());
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        delays.push(frame.delay);
+        frames.push(frame.buffer.to_vec());
+    }
+    assert_eq!(delays.pop(), Some(150), "the end is held");
+    assert!(delays.iter().all(|delay| *delay == 10));
+    assert_eq!(frames.len(), animation.moments.len());
+    assert_ne!(frames[0], frames[30]);
+    let yellow = |frame: &[u8]| frame.chunks(4).any(|pixel| pixel[..3] == [0xF0, 0xE4, 0x42]);
+    assert!(!yellow(&frames[0]) && yellow(&frames[30]), "the placed tool keeps its exact colour");
+}
+
+/// The figure's width and pixels, at four pixels per point.
+fn points(figure: &dyn Figure) -> (usize, Vec<[u8; 3]>) {
+    let [width, height] = figure.size().map(|side| side.round() as u32);
+    let pixels = figure.to_rgb(4 * width, 4 * height).unwrap();
+    (4 * width as usize, pixels.as_chunks::<3>().0.to_vec())
+}
+
+fn one_panel(curves: Vec<Curve>) -> LearningCurves {
+    LearningCurves {
+        window: 3,
+        panels: vec![CurvePanel { task: "task1".to_owned(), curves }],
+        ..LearningCurves::default()
+    }
+}
+
+fn steady(label: &str, y: f64) -> Curve {
+    Curve { label: label.to_owned(), x: vec![0.0, 1.0, 2.0, 3.0], y: vec![y; 4], ..Curve::default() }
+}
+
+const BLUE: [u8; 3] = [0x00, 0x72, 0xB2];
+const VERMILLION: [u8; 3] = [0xD5, 0x5E, 0x00];
+
+#[test]
+fn a_method_keeps_its_colour_beside_any_other() {
+    let has = |curves: Vec<Curve>, color: [u8; 3]| points(&one_panel(curves)).1.contains(&color);
+    let (plain, guided) = (|| steady("DDPG, seed 3", 0.5), || steady("DDPG-MGE, epsilon 0.5 to 0", 0.2));
+    assert!(has(vec![plain()], BLUE) && has(vec![guided()], VERMILLION));
+    assert!(!has(vec![guided()], BLUE) && !has(vec![plain()], VERMILLION));
+    assert!(has(vec![guided(), plain()], BLUE) && has(vec![guided(), plain()], VERMILLION));
+}
+
+#[test]
+fn legends_keep_the_order_of_the_data_and_share_numbers_with_the_curves() {
+    let svg = one_panel(vec![steady("zebra", 0.9), steady("ant", 0.2), steady("moth", 0.5)]).to_svg(&provenance());
+    let at = |text: &str| svg.find(&format!("\n{text}\n")).unwrap_or_else(|| panic!("{text} is missing"));
+    assert!(at("1 zebra") < at("2 ant") && at("2 ant") < at("3 moth"));
+    // The numbers at the ends of the curves, from top to bottom.
+    let place = |number: &str| {
+        let text = svg[..svg.rfind(&format!("\n{number}\n")).unwrap()].rsplit_once(" y=\"").unwrap().1;
+        text.split('"').next().unwrap().parse::<i64>().unwrap()
+    };
+    assert!(place("1") < place("3") && place("3") < place("2"));
+}
+
+#[test]
+fn missing_values_are_not_drawn_as_zero() {
+    let mut scores = invented::methods();
+    let all = points(&scores).1.iter().filter(|pixel| **pixel == BLUE).count();
+    scores.panels.iter_mut().for_each(|panel| {
+        let missing = &mut panel.methods[0];
+        (missing.estimate, missing.runs) = (Estimate::exact(f64::NAN), vec![f64::NAN; 3]);
+    });
+    let (width, pixels) = points(&scores);
+    let legend = |n: usize| n / width < 120;
+    let left = pixels.iter().enumerate().filter(|(n, pixel)| **pixel == BLUE && !legend(*n)).count();
+    assert!(all > 100 && left == 0, "{left} of {all} pixels of the missing method are drawn");
+    let hits = |value: f64| {
+        let mut hits = invented::hits();
+        hits.tasks.iter_mut().for_each(|task| task.policies[0].goal = Estimate::exact(value));
+        hits.to_svg(&provenance()).matches("\n0\n").count()
+    };
+    assert!(hits(f64::NAN) < hits(0.0), "there is no count above a missing bar");
+    let counts = |hits: &HitBars| hits.to_svg(&provenance()).matches("\n0\n").count();
+    let (whole, mut fewer) = (invented::hits(), invented::hits());
+    fewer.tasks[0].policies.remove(1);
+    assert_eq!(counts(&fewer), counts(&whole), "a policy that was not run has no count");
+}
+
+#[test]
+fn curves_stay_inside_their_frame() {
+    let wild = Curve { y: vec![0.5, 9.0, -9.0, 0.5], ..steady("DDPG", 0.5) };
+    let calm = steady("DDPG", 0.5);
+    let reach = |curve: Curve| {
+        let (width, pixels) = points(&one_panel(vec![curve]));
+        let rows: Vec<usize> =
+            pixels.iter().enumerate().filter(|(_, pixel)| **pixel == BLUE).map(|(n, _)| n / width).collect();
+        // The legend's line is the first.
+        (rows[0], *rows.last().unwrap())
+    };
+    let (legend, _) = reach(calm);
+    let (first, last) = reach(wild);
+    assert_eq!(first, legend, "nothing is drawn above the legend");
+    let height = 4.0 * one_panel(vec![]).size()[1];
+    assert!((last as f64) < height - 4.0 * 30.0, "nothing is drawn below the frame");
+}
+
+#[test]
+fn a_window_that_is_not_full_is_faint() {
+    let curve = |partial: usize| Curve { y: vec![1.0, 0.0, 0.0, 0.0], partial, ..steady("DDPG", 0.0) };
+    let strong = |partial: usize| points(&one_panel(vec![curve(partial)])).1.iter().filter(|p| **p == BLUE).count();
+    assert!(strong(2) < strong(0) / 2, "the spike is drawn faintly");
+    let text = |partial: usize| one_panel(vec![curve(partial)]).to_svg(&provenance());
+    assert!(text(2).contains("Faint") && !text(0).contains("Faint"));
+}
+
+#[test]
+fn names_with_control_characters_make_xml() {
+    let figure = one_panel(vec![steady("a\u{1b}[31m<b>&\u{0}\u{FFFE}", 0.5)]);
+    let odd = Provenance::new("mge figures \u{1b}]0;title\u{7}", &[1], "");
+    let svg = figure.to_svg(&odd);
+    assert!(svg.chars().all(|c| !c.is_control() || c == '\n') && !svg.contains('\u{FFFE}'));
+    assert!(svg.contains("&lt;b&gt;&amp;"));
+    super::render::tree(&svg).unwrap();
+}
+
+#[test]
+fn a_note_does_not_end_in_a_single_word() {
+    let text = "Interquartile mean of 10 seeds; lines: 95 % bootstrap interval over seeds, stratified by task.";
+    for cut in 0..60 {
+        let svg = super::canvas::svg([120.0 + 3.0 * f64::from(cut), 200.0], 1.0, "", |canvas| {
+            super::layout::note(canvas, canvas.page(), text);
+        });
+        let lines: Vec<&str> = svg.lines().filter(|line| !line.starts_with('<')).collect();
+        assert_eq!(lines.join(" ").replace('\u{a0}', " "), text);
+        assert!(lines.len() == 1 || lines.last().unwrap().contains(' '), "{lines:?}");
+    }
+}
+
+#[test]
+fn the_pdf_holds_the_page_and_its_provenance() {
+    let folder = tempfile::tempdir().unwrap();
+    let (figure, path) = (invented::tasks(), folder.path().join("tasks.pdf"));
+    figure.write(&Target::from(&path), &provenance(), 72).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"));
+    assert!(text.contains("mge figures --note") && text.contains("Confighash"), "{text}");
+    let [width, height] = figure.size();
+    let bounds = text.split_once("/MediaBox [").unwrap().1.split_once(']').unwrap().0;
+    let bounds: Vec<f64> = bounds.split(' ').map(|number| number.parse().unwrap()).collect();
+    assert!((bounds[2] - width).abs() < 0.1 && (bounds[3] - height).abs() < 0.1, "{bounds:?}");
+    let empty = super::pdf::pdf(&super::canvas::svg(figure.size(), 1.0, "", |_| {}), &provenance()).unwrap();
+    assert!(bytes.len() > 10 * empty.len(), "it contains the shapes");
+    assert!(path.with_extension("csv").exists());
+}

@@ -1,0 +1,174 @@
+//! Builds the action prior from subgoal to subgoal (paper, section 4.2, steps 1 to 4).
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::clusters::{Cluster, cluster};
+use super::config::{GuidanceConfig, StartStates};
+use super::prior::{ActionPrior, StagePrior};
+use super::rollout::RolloutModel;
+use mge_base::stop::run_abandonable;
+use mge_base::streams::Stream;
+use mge_dynamics::{DynamicsError, Result, Rollout};
+use mge_env::{Action, Environment, Snapshot, uniform_action};
+use mge_task::Task;
+
+/// Builds the prior of a task stage by stage. `progress` is called before each stage with its index.
+///
+/// Each stage has its own random stream, so the work of one stage does not affect the draws of another.
+///
+/// # Errors
+/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
+pub fn build(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    config: &GuidanceConfig,
+    seed: u64,
+    progress: impl FnMut(usize),
+) -> Result<ActionPrior> {
+    Ok(build_stages(task, model, config, seed, progress)?.0)
+}
+
+/// Like [`build`]. Also returns the start states of the last stage.
+pub(super) fn build_stages(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    config: &GuidanceConfig,
+    seed: u64,
+    mut progress: impl FnMut(usize),
+) -> Result<(ActionPrior, Vec<Snapshot>)> {
+    let stages = task.stage_count();
+    let mut env = Environment::new(task.clone());
+    env.reset(&mut Stream::PriorStart.of(seed));
+    let mut starts = vec![env.snapshot().clone()];
+    let uniform = ActionPrior::uniform(task, config, seed);
+    let mut prior = ActionPrior { stages: Vec::new(), ..uniform }.of_model(model);
+    let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
+    for stage in 0..stages {
+        progress(stage);
+        let mut rng = Stream::PriorStage(stage).of(seed);
+        let mut built = imagine(task, model, config, &starts, &mut rng)?;
+        if stage + 1 < stages {
+            built.environment_rollouts = environment_rollouts;
+            let horizon = built.longer_horizon.unwrap_or(config.horizon);
+            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, model, &mut rng);
+            built.environment_hits = reached.len();
+            let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
+            if !wanted.is_empty() {
+                starts = wanted;
+            }
+        }
+        if model.is_stopped() {
+            return Err(DynamicsError::Stopped);
+        }
+        prior.stages.push(built);
+    }
+    Ok((prior, starts))
+}
+
+/// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
+/// while too few reach the stage, and longer ones if none does.
+fn imagine(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    config: &GuidanceConfig,
+    starts: &[Snapshot],
+    rng: &mut ChaCha8Rng,
+) -> Result<StagePrior> {
+    let mut stage = StagePrior::default();
+    let (mut config, longest) = (config.clone(), config.longest_horizon.min(task.rules.max_actions as usize));
+    let mut most = config.most_model_rollouts;
+    loop {
+        let rollouts = random_rollouts(model, &config, starts, rng)?;
+        stage.actions.extend(rollouts.iter().flat_map(|rollout| config.rewarding.actions_of(rollout)));
+        stage.model_rollouts += rollouts.len();
+        stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
+        if stage.model_hits >= config.least_hits {
+            break;
+        }
+        if stage.model_rollouts >= most {
+            if stage.model_hits > 0 || config.horizon >= longest {
+                break;
+            }
+            config.horizon = (2 * config.horizon).min(longest);
+            stage.longer_horizon = Some(config.horizon);
+            most += config.most_model_rollouts;
+        }
+    }
+    stage.clusters = cluster_unless_stopped(model, &stage.actions, &config, rng)?;
+    Ok(stage)
+}
+
+/// Rollouts of random actions, each from one of `starts`.
+pub(super) fn random_rollouts(
+    model: &dyn RolloutModel,
+    config: &GuidanceConfig,
+    starts: &[Snapshot],
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Rollout>> {
+    let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
+    model.rollouts(&chosen, &random_sequences(config, rng))
+}
+
+/// Random actions for one batch of rollouts.
+pub(super) fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
+    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
+}
+
+/// Number of actions below which clustering takes only a moment.
+const MAX_UNINTERRUPTED_ACTIONS: usize = 5000;
+
+/// Clusters actions. Clustering very many takes long and cannot be interrupted, so it then runs on a
+/// thread that is abandoned once the model is stopped.
+fn cluster_unless_stopped(
+    model: &dyn RolloutModel,
+    actions: &[Action],
+    config: &GuidanceConfig,
+    rng: &ChaCha8Rng,
+) -> Result<Vec<Cluster>> {
+    let (count, std_floor) = (config.clusters, config.std_floor);
+    let clusters = if actions.len() < MAX_UNINTERRUPTED_ACTIONS {
+        cluster(actions, count, std_floor, rng)
+    } else {
+        let (actions, rng) = (actions.to_vec(), rng.clone());
+        let work = move || cluster(&actions, count, std_floor, &rng);
+        run_abandonable(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
+    };
+    Ok(clusters?.into_iter().map(|(cluster, _)| cluster).collect())
+}
+
+/// Step 3: plays actions from the clusters in the real environment. Returns the states in which the stage was reached
+/// and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once `model` is stopped.
+fn explore(
+    env: &mut Environment,
+    prior: &StagePrior,
+    stage: usize,
+    horizon: usize,
+    starts: &[Snapshot],
+    model: &dyn RolloutModel,
+    rng: &mut ChaCha8Rng,
+) -> (Vec<Snapshot>, Vec<Snapshot>) {
+    let (mut reached, mut last) = (Vec::new(), Vec::new());
+    for _ in 0..prior.environment_rollouts {
+        if model.is_stopped() {
+            break;
+        }
+        env.restore(&starts[rng.gen_range(0..starts.len())]);
+        for _ in 0..horizon {
+            if env.step(prior.sample(rng)).is_err() || env.snapshot().stage() > stage {
+                break;
+            }
+        }
+        let end = env.snapshot();
+        if end.end().is_none() {
+            last.push(end.clone());
+        }
+        if end.stage() > stage && end.end().is_none() {
+            reached.push(end.clone());
+        }
+    }
+    (reached, last)
+}

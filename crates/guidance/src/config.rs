@@ -1,0 +1,120 @@
+//! Settings of guidance, and errors in them or in a saved prior.
+
+use serde::{Deserialize, Serialize};
+
+use super::clusters::ClusterCount;
+use super::rewarding::Rewarding;
+use mge_base::json::SyntaxError;
+use mge_base::validation::{Setting, ValidationError, check_settings};
+
+/// How the prior is built.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GuidanceConfig {
+    /// Model rollouts for each stage, in one batch.
+    pub model_rollouts: usize,
+    /// More batches follow while fewer rollouts than this are predicted to reach the stage.
+    pub least_hits: usize,
+    /// No more batches follow once a stage has this many rollouts.
+    pub most_model_rollouts: usize,
+    /// Actions in a rollout.
+    pub horizon: usize,
+    /// While no rollout reaches a stage even so, they become twice as long, up to this many actions and the task's
+    /// maximum.
+    pub longest_horizon: usize,
+    /// Rollouts in the real environment, over all stages (paper: 200 for each task).
+    pub environment_rollouts: usize,
+    /// Which actions of a successful rollout are stored.
+    pub rewarding: Rewarding,
+    /// Number of clusters for each stage.
+    pub clusters: ClusterCount,
+    /// Least standard deviation of a cluster, normalised.
+    pub std_floor: f32,
+    /// Start states of the next stage.
+    pub start_states: StartStates,
+}
+
+/// The states of the real rollouts from which the next stage's rollouts start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartStates {
+    /// The states in which the subgoal was reached; all last states if none was.
+    #[default]
+    Reached,
+    /// The last state of every rollout: the paper's literal reading.
+    Last,
+}
+
+impl Default for GuidanceConfig {
+    fn default() -> Self {
+        Self {
+            model_rollouts: 600,
+            least_hits: 4,
+            most_model_rollouts: 20_000,
+            horizon: 8,
+            longest_horizon: 8,
+            environment_rollouts: 200,
+            rewarding: Rewarding::default(),
+            clusters: ClusterCount::Fixed(3),
+            std_floor: 0.02,
+            start_states: StartStates::default(),
+        }
+    }
+}
+
+/// Why a prior cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum GuidanceError {
+    /// The text is not an action prior.
+    #[error("not an action prior: {0}")]
+    Syntax(#[from] SyntaxError),
+    /// The prior was built for another task.
+    #[error(
+        "{origin}: the action prior is for {found} with {found_stages} stages, not for {wanted} with {wanted_stages}: build it again"
+    )]
+    OtherTask { origin: String, found: String, found_stages: usize, wanted: String, wanted_stages: usize },
+    /// The prior has another format version.
+    #[error(
+        "{origin}: the action prior has format version {found}, this program reads version {wanted}: build it again"
+    )]
+    Version { origin: String, found: u32, wanted: u32 },
+    /// Clusters or actions have impossible values.
+    #[error("{origin}: the clusters or actions of stage {stage} are out of range: build it again")]
+    Numbers { origin: String, stage: usize },
+    /// A setting stored in the prior is out of range.
+    #[error("{origin}: config.{error}")]
+    Config { origin: String, error: ValidationError },
+}
+
+/// The numeric settings of [`GuidanceConfig`].
+pub const SETTINGS: [Setting; 9] = [
+    Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
+    Setting::count("least_hits", 0, 100_000, "rollouts that must reach a stage, otherwise another batch is made"),
+    Setting::count(
+        "most_model_rollouts",
+        1,
+        100_000,
+        "model rollouts for each stage after which no further batch is made",
+    ),
+    Setting::count("horizon", 1, 100, "actions in a rollout"),
+    Setting::count(
+        "longest_horizon",
+        1,
+        100,
+        "actions up to which rollouts become longer while none of them reaches a stage",
+    ),
+    Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),
+    Setting::count("clusters.fixed", 1, 100, "clusters for each stage"),
+    Setting::count("clusters.silhouette", 2, 100, "clusters for each stage at most, the best number by silhouette"),
+    Setting::number("std_floor", 0.0, 1.0, "least standard deviation of a cluster, normalised"),
+];
+
+impl GuidanceConfig {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<(), ValidationError> {
+        check_settings(self, &SETTINGS)
+    }
+}

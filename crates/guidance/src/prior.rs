@@ -1,0 +1,200 @@
+//! The action prior of a task: clusters of rewarding actions for every stage.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::clusters::{Cluster, ToolCluster, cluster};
+use super::config::{GuidanceConfig, GuidanceError};
+use super::rollout::RolloutModel;
+use mge_base::atomic::Format;
+use mge_base::json;
+use mge_dynamics::Result;
+use mge_env::{Action, uniform_action};
+use mge_task::Task;
+
+/// The clusters of one stage and the data they were made from.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StagePrior {
+    /// Clusters of rewarding actions, the largest first; empty if the model predicted none.
+    pub clusters: Vec<Cluster>,
+    /// The tools of each cluster; empty unless the agent chooses among tools.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<ToolCluster>,
+    /// The stored rewarding actions.
+    pub actions: Vec<Action>,
+    /// Number of model rollouts.
+    pub model_rollouts: usize,
+    /// Number of model rollouts predicted to reach the stage.
+    pub model_hits: usize,
+    /// Actions in a rollout, if longer ones than [`GuidanceConfig::horizon`] were necessary.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longer_horizon: Option<usize>,
+    /// Number of rollouts in the real environment (0 for the last stage).
+    pub environment_rollouts: usize,
+    /// Number of real rollouts that reached the stage and can continue from there.
+    pub environment_hits: usize,
+}
+
+/// All clusters of a task, by stage: the distributions from which exploration samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ActionPrior {
+    /// Format version.
+    pub version: u32,
+    /// The task's name.
+    pub task: String,
+    /// Name of the model that predicted the rollouts.
+    pub model: String,
+    /// SHA-256 of the model's file, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_sha256: Option<String>,
+    /// The seed of the build.
+    pub seed: u64,
+    /// The settings of the build.
+    pub config: GuidanceConfig,
+    /// Subgoals in order, then the goal.
+    pub stages: Vec<StagePrior>,
+}
+
+impl ActionPrior {
+    /// The format version that this program reads and writes.
+    pub const VERSION: u32 = 1;
+
+    /// Actions in a rollout towards a stage.
+    pub fn horizon(&self, stage: usize) -> usize {
+        self.stages.get(stage).and_then(|stage| stage.longer_horizon).unwrap_or(self.config.horizon)
+    }
+
+    /// A prior without clusters: every stage samples uniformly.
+    pub fn uniform(task: &Task, config: &GuidanceConfig, seed: u64) -> Self {
+        Self {
+            version: Self::VERSION,
+            task: task.name.clone(),
+            model: "uniform".to_owned(),
+            model_sha256: None,
+            seed,
+            config: config.clone(),
+            stages: vec![StagePrior::default(); task.stage_count()],
+        }
+    }
+
+    /// The prior with the name and hash of the model that predicts its rollouts.
+    pub(super) fn of_model(self, model: &(impl RolloutModel + ?Sized)) -> Self {
+        Self { model: model.name(), model_sha256: model.sha256(), ..self }
+    }
+
+    /// A random action for a stage: a cluster is drawn by weight, then an action from its normal
+    /// distribution. Uniform over [-1, 1]^2 if the stage has no cluster.
+    pub fn sample(&self, stage: usize, rng: &mut impl Rng) -> Action {
+        match self.stages.get(stage) {
+            Some(stage) => stage.sample(rng),
+            None => uniform_action(rng),
+        }
+    }
+
+    /// Reads a prior that [`to_json`](Self::to_json) wrote and checks that it belongs to the task.
+    ///
+    /// # Errors
+    /// When the text is not a prior, has another format version or belongs to another task, or
+    /// contains values that are impossible for actions.
+    pub fn parse(text: &str, origin: &str, task: &Task) -> Result<Self, GuidanceError> {
+        // Other versions may have other fields, so the version is read first.
+        let Header { version } = json::parse(text.as_bytes(), origin)?;
+        if version != Self::VERSION {
+            return Err(GuidanceError::Version { origin: origin.to_owned(), found: version, wanted: Self::VERSION });
+        }
+        let prior: Self = json::parse(text.as_bytes(), origin)?;
+        let wanted_stages = task.stage_count();
+        if prior.task != task.name || prior.stages.len() != wanted_stages {
+            return Err(GuidanceError::OtherTask {
+                origin: origin.to_owned(),
+                found: prior.task,
+                found_stages: prior.stages.len(),
+                wanted: task.name.clone(),
+                wanted_stages,
+            });
+        }
+        prior.config.validate().map_err(|error| GuidanceError::Config { origin: origin.to_owned(), error })?;
+        match prior.stages.iter().position(|stage| !stage.is_possible()) {
+            Some(stage) => Err(GuidanceError::Numbers { origin: origin.to_owned(), stage: stage + 1 }),
+            None => Ok(prior),
+        }
+    }
+
+    /// The prior with the clusters of one stage rebuilt from other actions, such as those that
+    /// turned out to be rewarding in real play: positions, or positions and
+    /// [embeddings](mge_env::tool_embedding) of tools.
+    ///
+    /// # Errors
+    /// When an action is not finite.
+    pub fn with_actions<P: AsRef<[f32]>>(&self, stage: usize, actions: &[P], rng: &ChaCha8Rng) -> Result<Self> {
+        let mut refined = self.clone();
+        if let Some(stage) = refined.stages.get_mut(stage) {
+            stage.cluster(actions, &self.config, rng)?;
+        }
+        Ok(refined)
+    }
+
+    /// The format of files of clusters.
+    pub const FORMAT: Format<'static> = Format {
+        name: "a file of action clusters",
+        suffix: "json",
+        is: &|found| serde_json::from_slice::<ActionPrior>(found).is_ok(),
+    };
+
+    /// The JSON text of the prior, as it is saved.
+    pub fn to_json(&self) -> String {
+        mge_base::json::pretty(self)
+    }
+}
+
+/// The fields common to all format versions.
+#[derive(Deserialize)]
+struct Header {
+    version: u32,
+}
+
+impl StagePrior {
+    /// Builds the clusters from rewarding actions: positions, or positions and embeddings of tools.
+    pub(super) fn cluster<P: AsRef<[f32]>>(
+        &mut self,
+        actions: &[P],
+        config: &GuidanceConfig,
+        rng: &ChaCha8Rng,
+    ) -> Result<()> {
+        let clusters = cluster(actions, config.clusters, config.std_floor, rng)?;
+        let tools: Vec<_>;
+        (self.clusters, tools) = clusters.into_iter().unzip();
+        self.tools = tools.into_iter().flatten().collect();
+        self.actions = actions.iter().map(|action| [action.as_ref()[0], action.as_ref()[1]]).collect();
+        Ok(())
+    }
+
+    /// Whether all values are possible for actions.
+    fn is_possible(&self) -> bool {
+        let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
+        self.clusters.iter().all(|c| within(-1.0, &c.mean) && within(0.0, &c.std) && within(0.0, &[c.weight]))
+            && self.actions.iter().all(|action| within(-1.0, action))
+            && [0, self.clusters.len()].contains(&self.tools.len())
+            && self.tools.iter().all(ToolCluster::is_possible)
+    }
+
+    /// A random action for this stage, as in [`ActionPrior::sample`].
+    pub fn sample(&self, rng: &mut impl Rng) -> Action {
+        match self.draw(rng) {
+            Some(cluster) => self.clusters[cluster].sample(rng),
+            None => uniform_action(rng),
+        }
+    }
+
+    /// The index of a cluster drawn by weight; none if there are no clusters.
+    pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<usize> {
+        let mut share: f32 = rng.r#gen();
+        let drawn = self.clusters.iter().position(|cluster| {
+            share -= cluster.weight;
+            share < 0.0
+        });
+        // If rounding leaves a remainder, take the last.
+        drawn.or(self.clusters.len().checked_sub(1))
+    }
+}

@@ -1,0 +1,147 @@
+//! Predictors of rollouts: learned models, rapier's own solver and the true physics.
+
+use rayon::prelude::*;
+
+use super::rewarding::Played;
+use mge_base::stop::Stop;
+use mge_dynamics::{DynamicsError, Model, Rapier, Result, Rollout, rollouts};
+use mge_env::{Action, Environment, Snapshot};
+use mge_physics::to_normalised;
+
+/// Predicts the outcome of a sequence of actions.
+pub trait RolloutModel: std::fmt::Debug + Send + Sync {
+    /// The name that a prior records.
+    fn name(&self) -> String {
+        "unnamed".to_owned()
+    }
+
+    /// SHA-256 of its file, which a prior records too; None without a file.
+    fn sha256(&self) -> Option<String> {
+        None
+    }
+
+    /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
+    /// is reached, the episode is over, or the sequence ends. All starts are of one task, which random shifts may
+    /// have changed.
+    ///
+    /// # Errors
+    /// When the model cannot predict the task's scenes.
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
+
+    /// Whether callers should stop their work: see [`InterruptibleModel`].
+    fn is_stopped(&self) -> bool {
+        false
+    }
+}
+
+/// Number of actions between two checks for a stop request: at most a tenth of a second, even of the slowest model.
+const ACTIONS_PER_STOP_CHECK: usize = 500;
+
+/// A model whose rollouts, however many, end with [`DynamicsError::Stopped`] soon after a stop
+/// request. Its predictions are those of the wrapped model.
+#[derive(Debug)]
+pub struct InterruptibleModel<'a> {
+    model: &'a dyn RolloutModel,
+    stop: &'a Stop,
+}
+
+impl<'a> InterruptibleModel<'a> {
+    /// Wraps `model` so that it ends soon after `stop` is requested.
+    pub fn new(model: &'a dyn RolloutModel, stop: &'a Stop) -> Self {
+        Self { model, stop }
+    }
+}
+
+impl RolloutModel for InterruptibleModel<'_> {
+    fn name(&self) -> String {
+        self.model.name()
+    }
+
+    fn sha256(&self) -> Option<String> {
+        self.model.sha256()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
+        let piece = (ACTIONS_PER_STOP_CHECK / horizon.max(1)).max(1);
+        let mut found = Vec::with_capacity(starts.len());
+        for (starts, sequences) in starts.chunks(piece).zip(sequences.chunks(piece)) {
+            if self.is_stopped() {
+                return Err(DynamicsError::Stopped);
+            }
+            found.extend(self.model.rollouts(starts, sequences)?);
+        }
+        Ok(found)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.is_requested() || self.model.is_stopped()
+    }
+}
+
+impl RolloutModel for Model {
+    fn name(&self) -> String {
+        self.id().name
+    }
+
+    fn sha256(&self) -> Option<String> {
+        Some(self.id().sha256)
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let Some(first) = starts.first() else { return Ok(Vec::new()) };
+        rollouts(&*self.for_task(first.task())?, starts, sequences)
+    }
+}
+
+/// rapier's own solver as a model: see [`Rapier`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RapierPhysics;
+
+impl RolloutModel for RapierPhysics {
+    fn name(&self) -> String {
+        "rapier".to_owned()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let Some(first) = starts.first() else { return Ok(Vec::new()) };
+        rollouts(&Rapier::new(first.task()), starts, sequences)
+    }
+}
+
+/// The environment itself as a model: perfect predictions.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TruePhysics;
+
+impl RolloutModel for TruePhysics {
+    fn name(&self) -> String {
+        "true physics".to_owned()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        let pairs = starts.par_iter().zip(sequences);
+        Ok(pairs.map(|(start, sequence)| true_rollout(start, sequence)).collect())
+    }
+}
+
+fn true_rollout(start: &Snapshot, sequence: &[Action]) -> Rollout {
+    let mut env = Environment::new(start.task().clone());
+    env.restore(start);
+    let mut rollout = Rollout { path: vec![to_normalised(start.ball().position)], ..Rollout::default() };
+    let mut played = Played::after(start.placed().len());
+    let stage = start.stage();
+    for &action in sequence {
+        let path = &mut rollout.path;
+        let Ok(step) = env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))) else {
+            break;
+        };
+        played.note(&action, &step);
+        rollout.balls.push(env.snapshot().ball());
+        rollout.hit = step.subgoals.contains(&stage) || (stage == start.task().subgoals.len() && step.goal);
+        if rollout.hit || step.end.is_some() {
+            break;
+        }
+    }
+    rollout.actions = played.actions;
+    rollout
+}

@@ -1,0 +1,328 @@
+//! Bodies: balls, boxes, their motion, and the ground.
+
+use rapier2d::prelude::*;
+
+use super::direction::direction;
+use super::outline::{Bounds, Frame, Outline};
+use super::units::DT;
+use mge_base::validation::{ValidationError, in_range};
+
+/// Index of the body of everything that does not move.
+pub(super) const GROUND: usize = 0;
+
+/// Size and material of a ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Radius in units.
+    pub radius: f32,
+    /// Mass; the moment of inertia is that of a disc.
+    pub mass: f32,
+    /// Elasticity, multiplied with that of what it touches.
+    pub elasticity: f32,
+    /// Friction coefficient, multiplied with that of what it touches.
+    pub friction: f32,
+}
+
+impl Default for Ball {
+    fn default() -> Self {
+        Self { radius: 4.0, mass: 10.0, elasticity: 1.0, friction: 1.0 }
+    }
+}
+
+impl Ball {
+    /// Checks that the ball can be added to a world.
+    ///
+    /// # Errors
+    /// The first field, by name, whose number is not finite or out of range.
+    pub fn check(&self) -> Result<(), ValidationError> {
+        in_range(self.radius, "radius", 0.1, 42.0)?;
+        check_material(self.mass, self.elasticity, self.friction)
+    }
+}
+
+fn check_material(mass: f32, elasticity: f32, friction: f32) -> Result<(), ValidationError> {
+    in_range(mass, "mass", 1e-3, 1e6)?;
+    in_range(elasticity, "elasticity", 0.0, 1.0)?;
+    in_range(friction, "friction", 0.0, 100.0)
+}
+
+/// Size and material of a moving box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingBox {
+    /// Side in units.
+    pub size: f32,
+    /// Mass; the moment of inertia is that of a square.
+    pub mass: f32,
+    /// Elasticity, multiplied with that of what it touches.
+    pub elasticity: f32,
+    /// Friction coefficient, multiplied with that of what it touches.
+    pub friction: f32,
+}
+
+impl MovingBox {
+    /// Checks that the box can be added to a world.
+    ///
+    /// # Errors
+    /// The first field, by name, whose number is not finite or out of range.
+    pub fn check(&self) -> Result<(), ValidationError> {
+        in_range(self.size, "size", 0.1, 84.0)?;
+        check_material(self.mass, self.elasticity, self.friction)
+    }
+}
+
+/// Motion of a body: units, units/s, radians (not wrapped), radians/s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Centre.
+    pub position: [f64; 2],
+    /// Velocity of the centre.
+    pub velocity: [f64; 2],
+    /// Angle, not wrapped.
+    pub angle: f64,
+    /// Angular velocity.
+    pub angular_velocity: f64,
+}
+
+/// A [`Motion`] in single precision, for networks and screens.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BallState {
+    /// Centre.
+    pub position: [f32; 2],
+    /// Velocity of the centre.
+    pub velocity: [f32; 2],
+    /// Angle, not wrapped.
+    pub angle: f32,
+    /// Angular velocity.
+    pub angular_velocity: f32,
+}
+
+impl BallState {
+    /// A ball at rest.
+    pub fn at_rest(position: [f32; 2]) -> Self {
+        Self { position, ..Self::default() }
+    }
+
+    /// Speed of the centre in units/s.
+    pub fn speed(&self) -> f32 {
+        self.velocity[0].hypot(self.velocity[1])
+    }
+}
+
+impl Motion {
+    /// A body at rest.
+    pub fn at_rest(position: [f64; 2]) -> Self {
+        Self { position, ..Self::default() }
+    }
+}
+
+impl From<BallState> for Motion {
+    fn from(state: BallState) -> Self {
+        Self {
+            position: state.position.map(f64::from),
+            velocity: state.velocity.map(f64::from),
+            angle: state.angle.into(),
+            angular_velocity: state.angular_velocity.into(),
+        }
+    }
+}
+
+impl From<Motion> for BallState {
+    fn from(motion: Motion) -> Self {
+        Self {
+            position: motion.position.map(|p| p as f32),
+            velocity: motion.velocity.map(|v| v as f32),
+            angle: motion.angle as f32,
+            angular_velocity: motion.angular_velocity as f32,
+        }
+    }
+}
+
+/// A body: its motion, the forces on it and its bookkeeping.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Body {
+    pub position: Vector,
+    pub velocity: Vector,
+    /// Not wrapped.
+    pub angle: f64,
+    pub spin: f64,
+    /// Cosine and sine of the angle; not updated for balls, whose shape does not depend on it.
+    rotation: Vector,
+    /// Velocity that removes overlap in the next step; never added to `velocity`.
+    pub bias_velocity: Vector,
+    pub bias_spin: f64,
+    /// Force that acts in this step only.
+    pub force: Vector,
+    pub mass: f64,
+    pub moment: f64,
+    pub inverse_mass: f64,
+    pub inverse_moment: f64,
+    /// How long its energy has been small, in seconds.
+    pub idle: f64,
+    /// Its shape in its own frame, if it has one, and that shape's index.
+    pub outline: Option<Outline>,
+    pub shape: u32,
+    /// Whether it is round, as a ball: rolling friction applies to it, and its rotation is computed only when something
+    /// asks for it.
+    pub is_round: bool,
+    /// Whether a bucket has captured it.
+    pub captured: bool,
+    /// The first body of its group and the next body in the group. Awake bodies have these only while a step forms
+    /// groups.
+    pub root: Option<u32>,
+    pub next: Option<u32>,
+}
+
+impl Body {
+    /// The body of everything that does not move.
+    pub fn ground() -> Self {
+        let mut ground = Self::new(1.0, 1.0, Motion::default());
+        (ground.inverse_mass, ground.inverse_moment) = (0.0, 0.0);
+        ground
+    }
+
+    pub fn new(mass: f64, moment: f64, motion: Motion) -> Self {
+        Self {
+            position: motion.position.into(),
+            velocity: motion.velocity.into(),
+            angle: motion.angle,
+            spin: motion.angular_velocity,
+            rotation: direction(motion.angle),
+            bias_velocity: Vector::ZERO,
+            bias_spin: 0.0,
+            force: Vector::ZERO,
+            mass,
+            moment,
+            inverse_mass: 1.0 / mass,
+            inverse_moment: 1.0 / moment,
+            idle: 0.0,
+            outline: None,
+            shape: u32::MAX,
+            is_round: false,
+            captured: false,
+            root: None,
+            next: None,
+        }
+    }
+
+    pub fn motion(&self) -> Motion {
+        Motion {
+            position: self.position.into(),
+            velocity: self.velocity.into(),
+            angle: self.angle,
+            angular_velocity: self.spin,
+        }
+    }
+
+    /// Sets its motion, and resets forces, idle time and capture.
+    pub fn set_motion(&mut self, motion: Motion) {
+        self.position = motion.position.into();
+        self.velocity = motion.velocity.into();
+        self.spin = motion.angular_velocity;
+        self.turn_to(motion.angle);
+        self.bias_velocity = Vector::ZERO;
+        self.bias_spin = 0.0;
+        self.force = Vector::ZERO;
+        self.idle = 0.0;
+        self.captured = false;
+    }
+
+    pub fn turn_to(&mut self, angle: f64) {
+        if angle != self.angle {
+            self.angle = angle;
+            if !self.is_round {
+                self.rotation = direction(angle);
+            }
+        }
+    }
+
+    /// Moves an outline, whose form in the body's frame is `local`, with the body.
+    pub fn place(&self, local: &Outline, outline: &mut Outline) {
+        match (&mut *outline, local) {
+            // Fast path for most moving shapes: a centred disc does not depend on the rotation.
+            (Outline::Disc { centre, .. }, Outline::Disc { centre: local, .. }) if *local == Vector::ZERO => {
+                *centre = self.position;
+            }
+            _ => outline.move_to(local, &self.frame()),
+        }
+    }
+
+    pub fn frame(&self) -> Frame {
+        let rotation = if self.is_round { direction(self.angle) } else { self.rotation };
+        Frame { position: self.position, rotation }
+    }
+
+    pub fn is_asleep(&self) -> bool {
+        self.root.is_some()
+    }
+
+    /// Integrates the position with the velocities of the previous step.
+    pub fn advance(&mut self) {
+        self.position += (self.velocity + self.bias_velocity) * DT;
+        self.turn_to(self.angle + (self.spin + self.bias_spin) * DT);
+        self.bias_velocity = Vector::ZERO;
+        self.bias_spin = 0.0;
+    }
+
+    /// Applies gravity and the force of this step.
+    pub fn accelerate(&mut self, gravity: Vector) {
+        self.velocity += (gravity + self.force * self.inverse_mass) * DT;
+        self.force = Vector::ZERO;
+    }
+
+    /// Adds this step to the idle time, or resets it. A body is idle while its energy is at most what one step of
+    /// gravity gives it.
+    pub fn count_idle(&mut self, squared_gain: f64) {
+        let energy = self.velocity.length_squared() * self.mass + self.spin * self.spin * self.moment;
+        self.idle = if energy > self.mass * squared_gain { 0.0 } else { self.idle + DT };
+    }
+
+    /// Moves it to `position`, at rest and at angle 0.
+    pub fn put_to_rest(&mut self, position: Vector) {
+        self.position = position;
+        self.velocity = Vector::ZERO;
+        self.spin = 0.0;
+        self.force = Vector::ZERO;
+        self.turn_to(0.0);
+        self.idle = 0.0;
+    }
+
+    /// Velocity at the end of an arm from the centre.
+    pub fn velocity_at(&self, arm: Vector) -> Vector {
+        self.velocity + arm.perp() * self.spin
+    }
+
+    /// Applies an impulse at the end of an arm.
+    pub fn push(&mut self, impulse: Vector, arm: Vector) {
+        self.velocity += impulse * self.inverse_mass;
+        self.spin += self.inverse_moment * arm.perp_dot(impulse);
+    }
+
+    /// Applies a bias impulse at the end of an arm.
+    pub fn push_bias(&mut self, impulse: Vector, arm: Vector) {
+        self.bias_velocity += impulse * self.inverse_mass;
+        self.bias_spin += self.inverse_moment * arm.perp_dot(impulse);
+    }
+}
+
+/// The one of two bodies that is not `body`.
+pub(super) fn other_body(bodies: [u32; 2], body: u32) -> u32 {
+    if bodies[0] == body { bodies[1] } else { bodies[0] }
+}
+
+/// A shape in the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
+    /// The engine's number of the shape; counts up as shapes are added.
+    pub number: u64,
+    pub outline: Outline,
+    pub bounds: Bounds,
+    /// Index of its body.
+    pub body: u32,
+    /// Position of the body of a shape that does not move.
+    pub origin: Vector,
+    pub elasticity: f64,
+    pub friction: f64,
+    pub is_sensor: bool,
+    /// The object of the world that it belongs to.
+    pub owner: super::touch::ObjectId,
+}

@@ -1,0 +1,183 @@
+//! Options of a figure of learning curves: the runs, the curves with their names and order, and the style.
+//! They are the options of the command `figure` and of `mge figures --set`.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use super::comparison::without_duplicates;
+use super::error::EvidenceError;
+use super::estimates::CurveEstimates;
+use super::figures::{Success, learning_curves, step_curves};
+use super::found::{FoundRun, RunReader, find_runs};
+use super::groups::Groups;
+use super::row::TrainedRun;
+use mge_base::paths::expanded;
+use mge_base::spelling::did_you_mean;
+use mge_base::sync::lock;
+use mge_figures::{Against, LearningCurves, PlotStyle};
+use mge_run::{RunState, config_hash};
+
+/// The content and style of a figure of learning curves. By default all curves, as in reports.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Composition {
+    /// Folders of runs: each a run, or one that holds runs.
+    pub runs: Vec<PathBuf>,
+    /// Labels of the curves to show, in the order of the legend, with optional other names; empty for all.
+    pub curves: Vec<(String, Option<String>)>,
+    /// Label of the reference curve.
+    pub reference: Option<String>,
+    /// Which success is shown.
+    pub success: Success,
+    /// The quantity on the x axis.
+    pub against: Against,
+    /// Width, font size and x axis.
+    pub style: PlotStyle,
+}
+
+/// A composed figure with its provenance.
+#[derive(Debug)]
+pub struct Composed {
+    /// The figure.
+    pub figure: LearningCurves,
+    /// Seeds of the runs shown.
+    pub seeds: Vec<u64>,
+    /// Hash of their configurations.
+    pub config_hash: String,
+}
+
+/// The names of the options and their values.
+pub const OPTIONS: [(&str, &str); 9] = [
+    ("runs", "a run's folder, or one that holds runs; may be given again"),
+    ("curve", "the label of a curve to show, in the order of the legend; may be given again"),
+    ("name", "another name for the preceding curve"),
+    ("reference", "the label of the curve that the others are compared with"),
+    ("success", "training or greedy"),
+    ("against", "episodes or steps"),
+    ("width", "single or double: the columns of the page"),
+    ("font", "size of the labels in points, from 4 to 16"),
+    ("axis", "linear or log"),
+];
+
+/// Options with two values, the default first.
+const SUCCESS: [(&str, Success); 2] = [("training", Success::Training), ("greedy", Success::Greedy)];
+const AGAINST: [(&str, Against); 2] = [("episodes", Against::Episodes), ("steps", Against::Steps)];
+const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
+const AXIS: [(&str, bool); 2] = [("linear", false), ("log", true)];
+
+fn read<T: Copy>(values: &[(&'static str, T); 2], key: &str, word: &str) -> Result<T, String> {
+    let [(first, _), (second, _)] = values;
+    let known = values.iter().find(|(name, _)| *name == word);
+    known.map(|(_, value)| *value).ok_or_else(|| format!("{key} is `{first}` or `{second}`, not `{word}`"))
+}
+
+/// The name of a value, unless it is the default.
+fn unless_default<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> Option<String> {
+    (values[0].1 != *value).then(|| values[1].0.to_owned())
+}
+
+impl Composition {
+    /// Sets an option.
+    ///
+    /// # Errors
+    /// Why the name or the value is invalid.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "runs" => self.runs.push(expanded(value)),
+            "curve" if self.curves.iter().any(|(label, _)| label == value) => {
+                return Err(format!("the curve `{value}` is named twice"));
+            }
+            "curve" => self.curves.push((value.to_owned(), None)),
+            "name" => match self.curves.last_mut() {
+                Some((_, name)) => *name = Some(value.to_owned()),
+                None => return Err("name= must follow the curve= that it renames".to_owned()),
+            },
+            "reference" => self.reference = Some(value.to_owned()),
+            "success" => self.success = read(&SUCCESS, key, value)?,
+            "against" => self.against = read(&AGAINST, key, value)?,
+            "width" => self.style.single = read(&WIDTH, key, value)?,
+            "font" => {
+                self.style = self.style.with_font(value.parse().map_err(|_| format!("`{value}` is not a size"))?)?
+            }
+            "axis" => self.style.logarithmic = read(&AXIS, key, value)?,
+            _ => {
+                let names = OPTIONS.map(|(name, _)| name);
+                return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
+            }
+        }
+        if self.success == Success::Greedy && self.against == Against::Steps {
+            return Err("greedy evaluations are drawn against episodes".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The options that differ from the defaults, as [`Self::set`] takes them.
+    pub fn options(&self) -> Vec<(&'static str, String)> {
+        let runs = self.runs.iter().map(|path| ("runs", path.display().to_string()));
+        let curves = self.curves.iter().flat_map(|(label, name)| {
+            std::iter::once(("curve", label.clone())).chain(name.clone().map(|name| ("name", name)))
+        });
+        let others = [
+            ("reference", self.reference.clone()),
+            ("success", unless_default(&SUCCESS, &self.success)),
+            ("against", unless_default(&AGAINST, &self.against)),
+            ("width", unless_default(&WIDTH, &self.style.single)),
+            ("font", Some(self.style.font()).filter(|size| *size != PlotStyle::FONT).map(|size| size.to_string())),
+            ("axis", unless_default(&AXIS, &self.style.logarithmic)),
+        ];
+        let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
+        runs.chain(curves).chain(others).collect()
+    }
+
+    /// Reads the runs through `reader`, which reads only what has changed, and composes their curves. Each group
+    /// shows its finished runs or, if it has none, its started ones up to the end of the shortest. `estimates`
+    /// computes the intervals of the curves. `on_progress` is called with the numbers of runs read and of all runs.
+    ///
+    /// # Errors
+    /// When there is nothing to show, a curve does not exist, or a run cannot be read.
+    pub fn figure(
+        &self,
+        reader: &Mutex<RunReader>,
+        estimates: &impl CurveEstimates,
+        on_progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<Composed, EvidenceError> {
+        let paths = find_runs(&self.runs)?;
+        // The lock is held while runs are read, but not while the figure is composed.
+        let mut kept = lock(reader);
+        let found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
+        drop(kept);
+        let runs = self.chosen(without_duplicates(shown(found)).0)?;
+        let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
+        configs.sort_by_key(|config| config.seed);
+        let config_hash = config_hash(&configs)?;
+        let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
+        seeds.dedup();
+        let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
+        let curves = match self.against {
+            Against::Episodes => learning_curves(&runs, estimates, self.success)?,
+            Against::Steps => step_curves(&runs, estimates)?,
+        };
+        let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
+        let (legend, reference, style) = (legend.collect(), self.reference.clone(), self.style);
+        Ok(Composed { figure: LearningCurves { legend, reference, style, ..curves }, seeds, config_hash })
+    }
+
+    /// The runs of the chosen curves.
+    fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, EvidenceError> {
+        let groups = Groups::new(runs.iter().map(|run| &run.trained.row));
+        let asked = || self.curves.iter().map(|(label, _)| label).chain(&self.reference);
+        asked().try_for_each(|label| groups.check_label(label))?;
+        if !self.curves.is_empty() {
+            runs.retain(|run| asked().any(|asked| *asked == run.trained.row.label()));
+        }
+        if runs.is_empty() { Err(EvidenceError::NothingStarted) } else { Ok(runs) }
+    }
+}
+
+/// The finished runs of every group or, if it has none, its runs with at least one point.
+fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
+    let group = |run: &FoundRun| (run.trained.row.task.clone(), run.trained.row.label());
+    let is_finished = |run: &FoundRun| run.state == RunState::Finished;
+    let finished: std::collections::BTreeSet<_> = found.iter().filter(|run| is_finished(run)).map(group).collect();
+    let has_points = |run: &FoundRun| !run.trained.training.is_empty();
+    found.into_iter().filter(|run| has_points(run) && (is_finished(run) || !finished.contains(&group(run)))).collect()
+}

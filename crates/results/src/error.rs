@@ -1,0 +1,38 @@
+//! Errors of comparisons and reports, each shown as one line.
+
+use mge_figures::FigureError;
+use mge_run::RunError;
+use mge_stats::StatsError;
+
+/// Why runs cannot be compared or reported.
+#[derive(Debug, thiserror::Error)]
+pub enum EvidenceError {
+    /// No run is finished yet.
+    #[error("none of the {runs} runs is finished: continue them, such as with `mge resume`")]
+    NothingFinished {
+        /// Number of runs found.
+        runs: usize,
+    },
+    /// No run has a point of a curve yet.
+    #[error("none of the runs has finished enough episodes for a curve")]
+    NothingStarted,
+    /// A chosen label does not exist.
+    #[error("no runs are labelled `{label}`{hint}: there are {known}")]
+    NoLabel {
+        /// The label given.
+        label: String,
+        /// The existing labels.
+        known: String,
+        /// A suggestion of the nearest label.
+        hint: String,
+    },
+    /// A file of a run or of the report cannot be read or written.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A statistic cannot be computed.
+    #[error(transparent)]
+    Stats(#[from] StatsError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}

@@ -1,0 +1,253 @@
+//! Figures from runs: learning curves, scores of methods, performance profiles.
+
+use std::collections::HashMap;
+
+use super::estimates::{CurveEstimates, points};
+use super::groups::{AREA, Groups, scores};
+use super::row::{EVALUATIONS, LearningRow, TrainedRun};
+use mge_base::text::counted;
+use mge_figures::{
+    Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, PerformanceProfile, ScorePanel, Statistics,
+    SuccessMeasure,
+};
+use mge_stats::aggregate::iqm;
+use mge_stats::profile::profile_intervals;
+use mge_stats::rolling::WINDOW;
+use mge_stats::{Bootstrap, StatsError, TaskScores};
+
+/// Number of threshold steps of a performance profile.
+const PROFILE_POINTS: usize = 100;
+
+/// The description of an interval over seeds in captions.
+pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
+
+/// Whether the success of training or of greedy evaluations is shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Success {
+    /// Of training.
+    #[default]
+    Training,
+    /// Of the greedy evaluations.
+    Greedy,
+}
+
+/// Interquartile mean of the rolling success over seeds, of training or of the greedy evaluations.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn learning_curves(
+    runs: &[TrainedRun],
+    estimates: &impl CurveEstimates,
+    success: Success,
+) -> Result<LearningCurves, StatsError> {
+    type Points = fn(&TrainedRun) -> &[[f64; 2]];
+    let (window, measure, points): (_, _, Points) = match success {
+        Success::Training => (WINDOW, SuccessMeasure::Training, |run| &run.training),
+        Success::Greedy => (EVALUATIONS, SuccessMeasure::Greedy, |run| &run.greedy),
+    };
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    let groups = Groups::new(runs.iter().map(|run| &run.row));
+    for task in groups.tasks() {
+        let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
+        for label in groups.labels() {
+            let indices = groups.indices(task, label).iter();
+            let curves: Vec<&[[f64; 2]]> = indices.map(|&index| points(&runs[index])).collect();
+            if curves.iter().any(|curve| !curve.is_empty()) {
+                seeds.push(curves.len());
+                let mut curve = summary_curve(label, &curves, estimates)?;
+                curve.partial = match success {
+                    Success::Greedy => window.get() - 1,
+                    Success::Training => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
+                };
+                panel.curves.push(curve);
+            }
+        }
+        panels.push(panel);
+    }
+    let statistics = interquartile_means(INTERVAL, &seeds);
+    Ok(LearningCurves { measure, window: window.get(), statistics, panels, ..LearningCurves::default() })
+}
+
+/// Interquartile mean of the rolling success over seeds, against all actions in the real environment,
+/// including charged ones. The success of a run is 0 before its first action in training.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Result<LearningCurves, StatsError> {
+    let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
+    let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
+    // The seeds of a group need common points, so curves end with the shortest run.
+    let mut ends: HashMap<(String, String), f64> = HashMap::new();
+    for (run, label) in runs.iter().zip(&labels) {
+        let end = run.steps.last().map_or(0.0, |[steps, _]| steps + run.row.charged as f64);
+        ends.entry(group(run, label)).and_modify(|least| *least = least.min(end)).or_insert(end);
+    }
+    let resampled = runs.iter().zip(&labels).map(|(run, label)| {
+        let end = ends[&group(run, label)];
+        let x = |point: usize| end * point as f64 / STEP_POINTS as f64;
+        let y = |x: f64| height(&run.steps, x - run.row.charged as f64);
+        let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
+        TrainedRun { training, ..run.clone() }
+    });
+    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, Success::Training)?;
+    // The number of points with a partial window is unknown.
+    curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
+    Ok(LearningCurves { against: Against::Steps, ..curves })
+}
+
+/// Number of points of a curve against steps.
+const STEP_POINTS: usize = 100;
+
+/// The value of a curve at `x`, interpolated linearly; 0 before the first point, constant after the last.
+fn height(curve: &[[f64; 2]], x: f64) -> f64 {
+    let after = curve.partition_point(|point| point[0] <= x);
+    match (after.checked_sub(1).map(|before| curve[before]), curve.get(after)) {
+        (None, _) => 0.0,
+        (Some([_, y]), None) => y,
+        (Some([x0, y0]), Some([x1, y1])) => y0 + (y1 - y0) * (x - x0) / (x1 - x0),
+    }
+}
+
+/// Area under the curve of every method on every task and, if all methods were trained on all of
+/// several tasks, over all tasks. The reference is the method with that label, or else the usual baseline.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn method_scores(
+    rows: &[LearningRow],
+    bootstrap: &Bootstrap,
+    reference: Option<&str>,
+) -> Result<MethodScores, StatsError> {
+    let groups = Groups::new(rows);
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    for task in groups.tasks() {
+        let mut panel = ScorePanel { task: task.clone(), methods: Vec::new() };
+        for label in groups.labels() {
+            let runs = groups.of(task, label);
+            if runs.is_empty() {
+                continue;
+            }
+            seeds.push(runs.len());
+            let scores = scores(runs, AREA)?;
+            let estimate = bootstrap.stratified(&scores, iqm)?;
+            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: scores.all().collect() });
+        }
+        panels.push(panel);
+    }
+    let tasks = groups.common_tasks();
+    if tasks.len() > 1 && tasks.len() == panels.len() {
+        let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
+        for label in groups.labels() {
+            let estimate = bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?;
+            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });
+        }
+        panels.push(panel);
+    }
+    Ok(MethodScores {
+        measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
+        statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
+        reference: reference.or(groups.baseline()).map(str::to_owned),
+        panels,
+    })
+}
+
+/// The statistics of interquartile means over these numbers of seeds.
+fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
+    Statistics {
+        centre: "Interquartile mean".to_owned(),
+        interval: interval.to_owned(),
+        seeds: seeds.iter().copied().max().unwrap_or(0),
+        fewest_seeds: seeds.iter().copied().min(),
+    }
+}
+
+/// Fraction of the runs of each method whose final success is above each threshold.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn performance_profile(
+    methods: &[(String, TaskScores)],
+    bootstrap: &Bootstrap,
+) -> Result<PerformanceProfile, StatsError> {
+    let thresholds: Vec<f64> = (0..=PROFILE_POINTS).map(|n| n as f64 / PROFILE_POINTS as f64).collect();
+    let mut curves = Vec::new();
+    for (label, scores) in methods {
+        let band = profile_intervals(scores, &thresholds, bootstrap)?;
+        curves.push(Curve::new(label, thresholds.clone(), &band));
+    }
+    let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
+    let seeds = || methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len);
+    Ok(PerformanceProfile {
+        measure: format!("final success rate (last {WINDOW} episodes)"),
+        statistics: Statistics {
+            centre: format!("Runs on {}, each", counted(tasks, "task")),
+            interval: "95 % stratified bootstrap interval".to_owned(),
+            seeds: seeds().max().unwrap_or(0),
+            fewest_seeds: seeds().min(),
+        },
+        curves,
+    })
+}
+
+fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], estimates: &impl CurveEstimates) -> Result<Curve, StatsError> {
+    let x = (0..points(seeds)).map(|point| seeds[0][point][0]).collect();
+    Ok(Curve::new(label, x, &estimates.of(seeds)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use mge_run::RunHistory;
+    use mge_stats::efficiency::efficiency;
+    use mge_trainer::{Method, RunConfig};
+
+    #[test]
+    fn method_scores_have_the_baseline_of_reports_as_reference() {
+        let task = Arc::new(mge_task::load("task1").unwrap());
+        let row = |method| {
+            let config = RunConfig::default_for(task.clone(), method);
+            let efficiency = efficiency(&[true, false, true], WINDOW);
+            LearningRow { episodes: 3, efficiency, ..LearningRow::new(&config, &RunHistory::default()) }
+        };
+        let rows = [Method::DdpgMgeAdaptive, Method::Ddpg].map(row);
+        let scores = method_scores(&rows, &Bootstrap::default(), None).unwrap();
+        assert_eq!((scores.panels[0].methods[0].label.as_str(), scores.reference.as_deref()), {
+            ("adaptive DDPG-MGE, epsilon by need", Some("DDPG"))
+        });
+    }
+
+    #[test]
+    fn success_against_steps_counts_what_is_charged() {
+        let run = |method: &str, seed: u64, steps: &[[f64; 2]], charged: u64| TrainedRun {
+            row: LearningRow {
+                task: "task1".to_owned(),
+                method: method.to_owned(),
+                epsilon: "0".to_owned(),
+                seed,
+                episodes: 2,
+                charged,
+                ..LearningRow::default()
+            },
+            training: Vec::new(),
+            greedy: Vec::new(),
+            steps: steps.to_vec(),
+        };
+        let runs = [
+            run("ddpg", 0, &[[100.0, 0.0], [200.0, 1.0]], 0),
+            run("ddpg", 1, &[[100.0, 0.0], [400.0, 1.0]], 0),
+            run("ddpg-uniform", 0, &[[100.0, 0.5], [200.0, 1.0]], 1000),
+        ];
+        let figure = step_curves(&runs, &Bootstrap { resamples: 10, ..Bootstrap::default() }).unwrap();
+        let [plain, charged] = &figure.panels[0].curves[..] else { panic!("two curves: {figure:?}") };
+        // As far as the shorter run: both have begun to learn.
+        let at = |curve: &Curve, x: f64| curve.y[curve.x.iter().position(|at| (at - x).abs() < 1e-9).unwrap()];
+        assert_eq!(plain.x.last(), Some(&200.0));
+        assert_eq!(at(plain, 100.0), 0.0);
+        assert!((at(plain, 200.0) - (1.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
+        assert_eq!((charged.x.last(), at(charged, 1200.0)), (Some(&1200.0), 1.0));
+        assert_eq!(at(charged, 996.0), 0.0, "nothing is reached before training begins");
+        assert_eq!(figure.against, Against::Steps);
+    }
+}

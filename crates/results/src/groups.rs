@@ -1,0 +1,229 @@
+//! Groups rows of runs by task and label.
+
+use std::collections::HashMap;
+
+use super::error::EvidenceError;
+use super::row::LearningRow;
+use mge_base::spelling::did_you_mean;
+use mge_stats::aggregate::{iqm, mean};
+use mge_stats::comparison::improvement_interval;
+use mge_stats::{Bootstrap, Estimate, StatsError, TaskScores};
+use mge_trainer::Method;
+
+/// A score of a run; None if the run has none.
+pub type Score = fn(&LearningRow) -> Option<f64>;
+
+/// Area under the curve of the rolling success, 0 to 1.
+pub const AREA: Score = |row| row.efficiency.auc;
+/// Rolling success at the end, 0 to 1.
+pub const FINAL: Score = |row| row.efficiency.final_success;
+/// Minimum rolling success over the last quarter of the episodes, 0 to 1.
+pub const HELD: Score = |row| row.efficiency.held_success;
+
+/// Rows of runs in groups. A group is the runs on one task with one label, which differ only in the
+/// seed.
+#[derive(Debug, Clone)]
+pub struct Groups<'a> {
+    labels: Vec<String>,
+    tasks: Vec<String>,
+    /// The groups, keyed by the indices of their task and label.
+    by_key: HashMap<(usize, usize), Group<'a>>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Group<'a> {
+    rows: Vec<&'a LearningRow>,
+    /// Their indices among all rows.
+    indices: Vec<usize>,
+}
+
+/// A score of one group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupSummary {
+    /// Interquartile mean of the score, with its interval.
+    pub iqm: Estimate,
+    /// Mean of the score, with its interval.
+    pub mean: Estimate,
+    /// Probability that a run of the group has a higher score than a run of the baseline on the
+    /// same task. None for the baseline itself, or if the baseline has no runs there.
+    pub improvement: Option<Estimate>,
+}
+
+impl<'a> Groups<'a> {
+    /// Groups rows.
+    pub fn new(rows: impl IntoIterator<Item = &'a LearningRow>) -> Self {
+        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), by_key: HashMap::new() };
+        for (index, row) in rows.into_iter().enumerate() {
+            let key = (index_or_push(&mut groups.tasks, &row.task), index_or_push(&mut groups.labels, &row.label()));
+            let group = groups.by_key.entry(key).or_default();
+            group.rows.push(row);
+            group.indices.push(index);
+        }
+        groups
+    }
+
+    /// Labels in order of appearance.
+    pub fn labels(&self) -> &[String] {
+        &self.labels
+    }
+
+    /// Names of the tasks in order of appearance.
+    pub fn tasks(&self) -> &[String] {
+        &self.tasks
+    }
+
+    /// The rows of one group; empty if there is no such group.
+    pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
+        self.group(task, label).map_or(&[], |group| group.rows.as_slice())
+    }
+
+    /// The indices of one group's rows among all rows.
+    pub fn indices(&self, task: &str, label: &str) -> &[usize] {
+        self.group(task, label).map_or(&[], |group| group.indices.as_slice())
+    }
+
+    fn group(&self, task: &str, label: &str) -> Option<&Group<'a>> {
+        self.by_key.get(&(index_of(&self.tasks, task)?, index_of(&self.labels, label)?))
+    }
+
+    /// Tasks on which every label has runs.
+    pub fn common_tasks(&self) -> Vec<String> {
+        let common = |task: &&String| self.labels.iter().all(|label| !self.of(task, label).is_empty());
+        self.tasks.iter().filter(common).cloned().collect()
+    }
+
+    /// Scores of a label on these tasks.
+    ///
+    /// # Errors
+    /// When the label has no run on one of them.
+    pub fn scores(&self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
+        let of_task = |task: &String| Ok(scores(self.of(task, label), score)?.all().collect::<Vec<f64>>());
+        TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
+    }
+
+    /// Scores of each label on the common tasks.
+    ///
+    /// # Errors
+    /// When there is no common task.
+    pub fn common_scores(&self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
+        let tasks = self.common_tasks();
+        self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
+    }
+
+    /// The label that others are compared with: the first of plain DDPG, with its default settings if there is one, or
+    /// else the first label.
+    pub fn baseline(&self) -> Option<&str> {
+        let runs = |label: &&String| self.tasks.iter().find_map(|task| self.of(task, label).first());
+        let is_plain = |label: &&String| runs(label).is_some_and(|row| row.method == Method::Ddpg.name());
+        let is_usual = |label: &&String| runs(label).is_some_and(|row| row.is_usual);
+        let plain = || self.labels.iter().filter(is_plain);
+        plain().find(is_usual).or(plain().next()).or(self.labels.first()).map(String::as_str)
+    }
+
+    /// Checks that there are runs with this label.
+    ///
+    /// # Errors
+    /// [`EvidenceError::NoLabel`].
+    pub(super) fn check_label(&self, label: &str) -> Result<(), EvidenceError> {
+        if self.labels.iter().any(|known| known == label) {
+            return Ok(());
+        }
+        let mut known = self.labels.clone();
+        known.sort();
+        let hint = did_you_mean(known.iter().map(String::as_str), label);
+        Err(EvidenceError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
+    }
+
+    /// A score of one group, compared with the group of the label `baseline` on the same task. None if
+    /// the group has no runs.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn summary(
+        &self,
+        task: &str,
+        label: &str,
+        baseline: &str,
+        score: Score,
+        bootstrap: &Bootstrap,
+    ) -> Result<Option<GroupSummary>, StatsError> {
+        let (runs, base) = (self.of(task, label), self.of(task, baseline));
+        if runs.is_empty() {
+            return Ok(None);
+        }
+        let of_runs = scores(runs, score)?;
+        let improvement = match label != baseline && !base.is_empty() {
+            true => Some(improvement_interval(&of_runs, &scores(base, score)?, bootstrap)?),
+            false => None,
+        };
+        Ok(Some(GroupSummary {
+            iqm: bootstrap.stratified(&of_runs, iqm)?,
+            mean: bootstrap.stratified(&of_runs, mean)?,
+            improvement,
+        }))
+    }
+}
+
+fn index_of(names: &[String], name: &str) -> Option<usize> {
+    names.iter().position(|known| known == name)
+}
+
+fn index_or_push(names: &mut Vec<String>, name: &str) -> usize {
+    index_of(names, name).unwrap_or_else(|| {
+        names.push(name.to_owned());
+        names.len() - 1
+    })
+}
+
+/// Scores of runs on one task; a run without a score counts as 0.
+///
+/// # Errors
+/// When there are no runs.
+pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, StatsError> {
+    TaskScores::of_one_task(&rows.iter().map(|row| score(row).unwrap_or(0.0)).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_stats::efficiency::Efficiency;
+
+    fn row(task: &str, method: &str, seed: u64, auc: Option<f64>) -> LearningRow {
+        LearningRow {
+            task: task.to_owned(),
+            method: method.to_owned(),
+            epsilon: "0".to_owned(),
+            seed,
+            episodes: 10,
+            efficiency: Efficiency { auc, final_success: auc, ..Efficiency::default() },
+            ..LearningRow::default()
+        }
+    }
+
+    #[test]
+    fn runs_that_differ_only_in_the_seed_are_one_group_with_its_statistics() {
+        let rows = [
+            row("task1", "ddpg-uniform", 0, Some(0.75)),
+            row("task1", "ddpg", 0, Some(0.25)),
+            row("task1", "ddpg-uniform", 1, Some(0.25)),
+            row("task1", "ddpg", 1, None),
+            row("task2", "ddpg", 0, Some(1.0)),
+        ];
+        let groups = Groups::new(&rows);
+        let (bootstrap, baseline) = (Bootstrap::default(), groups.baseline().unwrap());
+        assert_eq!((baseline, groups.tasks()), ("DDPG", ["task1", "task2"].map(str::to_owned).as_slice()));
+        assert_eq!(groups.common_tasks(), ["task1"]);
+        let summary = |task: &str, label: &str| groups.summary(task, label, baseline, AREA, &bootstrap).unwrap();
+        let label = &groups.labels()[0];
+        let better = summary("task1", label).unwrap();
+        assert_eq!((better.mean.value, better.iqm.value), (0.5, 0.5));
+        // 0.75 beats 0.25 and nothing; 0.25 beats nothing and ties with 0.25.
+        assert_eq!(better.improvement.map(|estimate| estimate.value), Some(0.875));
+        let base = summary("task1", "DDPG").unwrap();
+        assert_eq!(base.improvement, None);
+        assert_eq!(base.mean.value, 0.125, "a run without a score counts as 0");
+        assert_eq!(summary("task2", label), None);
+        let all = groups.common_scores(AREA).unwrap();
+        assert_eq!(all[1].1.tasks(), [[0.25, 0.0]]);
+    }
+}

@@ -1,0 +1,35 @@
+//! Evidence about runs: finds them on disk, groups them by their settings, compares and reports them.
+//!
+//! - [`find_runs`], [`read_runs`]: runs in folders, with their training results;
+//! - [`LearningRow`]: the results of one run; [`distinguish`] gives each row the settings in which its
+//!   run differs from the others, so that runs with the same label differ only in the seed;
+//! - [`Groups`]: rows by task and label, with the scores, intervals and probability of improvement of
+//!   each group, also for runs that are still being trained;
+//! - [`Comparison`]: every group on every task, and over the tasks they have in common;
+//! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
+
+#![deny(unsafe_code)]
+
+mod charges;
+mod comparison;
+mod composition;
+mod error;
+mod estimates;
+pub mod figures;
+mod found;
+mod groups;
+mod report;
+mod row;
+mod settings;
+mod table;
+
+pub use comparison::Comparison;
+pub use composition::{Composed, Composition, OPTIONS};
+pub use error::EvidenceError;
+pub use estimates::{CurveEstimates, KnownEstimates};
+pub use found::{FoundRun, RunReader, find_runs, is_listed_run, read_runs};
+pub use groups::{FINAL, Groups};
+pub use report::report;
+pub use row::{LearningRow, TrainedRun};
+pub use settings::{Settings, differences, distinguish};
+pub use settings::{complete, leaf_settings};

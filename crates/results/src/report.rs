@@ -1,0 +1,201 @@
+//! The report of a set of runs: Markdown, JSON and figures in a folder.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
+use super::error::EvidenceError;
+use super::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
+use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
+use super::groups::{FINAL, Groups};
+use super::row::{LearningRow, TrainedRun};
+use super::table::{format_share, holding_80, reached};
+use mge_base::atomic::Target;
+use mge_base::json;
+use mge_base::markdown;
+use mge_base::sync::hold_folder;
+use mge_figures::{Figure, Provenance, check_all};
+use mge_run::{RunError, RunState, config_hash};
+use mge_stats::{Bootstrap, StatsError};
+
+/// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
+const MAX_PAIRED: usize = 6;
+
+/// The figures, with their captions.
+const FIGURES: [(&str, &str); 5] = [
+    ("methods", "Area under the curve by method and task"),
+    ("learning", "Rolling success during training"),
+    ("learning-steps", "Rolling success against all actions in the real environment"),
+    ("learning-greedy", "Success of the greedy policy"),
+    ("performance-profile", "Performance profile of the final success"),
+];
+
+/// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
+/// `out`, in place of an earlier report. Methods are compared with that labelled `reference`, or else with the usual
+/// baseline. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all runs.
+///
+/// # Errors
+/// When no run is finished or has the label, or a file cannot be written or is of another origin.
+pub fn report(
+    folders: &[PathBuf],
+    out: impl Into<Target>,
+    bootstrap: &Bootstrap,
+    reference: Option<&str>,
+    command: &str,
+    dpi: u32,
+    on_progress: &mut dyn FnMut(usize, usize),
+) -> Result<Comparison, EvidenceError> {
+    let out = out.into();
+    let (figures, [markdown, json]) = (out.join("figures"), ["report.md", "report.json"].map(|name| out.join(name)));
+    // Found before the runs are read.
+    markdown.check(&markdown::REPORT).map_err(RunError::io("write", &markdown.path))?;
+    json.check(&json::RESULTS).map_err(RunError::io("write", &json.path))?;
+    check_all(&figures, &FIGURES.map(|(name, _)| name))?;
+    let paths = find_runs(folders)?;
+    let found = RunReader::default().read(&paths, &mut |read| on_progress(read, paths.len()));
+    let ReadRuns { runs: found, unreadable } = found;
+    let (finished, others): (Vec<FoundRun>, Vec<FoundRun>) =
+        found.into_iter().partition(|run| run.state == RunState::Finished);
+    if finished.is_empty() {
+        return Err(match unreadable.into_iter().next() {
+            Some((_, error)) => error.into(),
+            None => EvidenceError::NothingFinished { runs: others.len() },
+        });
+    }
+    let (finished, copies) = without_duplicates(finished);
+    let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
+    let hash = config_hash(&configs)?;
+    let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
+    let damaged = |(run, error): (PathBuf, RunError)| ExcludedRun { run, reason: error.to_string() };
+    let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
+    let rows = runs.iter().map(|run| run.row.clone()).collect();
+    let report = Comparison::new(rows, left_out, bootstrap, command, reference)?;
+    std::fs::create_dir_all(&figures.path).map_err(RunError::io("create", &figures.path))?;
+    // Reports that are written at the same time into one folder do not mix.
+    let _alone = hold_folder(&out.path, || true).map_err(RunError::io("write into", &out.path))?;
+    let provenance = Provenance::new(command, &report.seeds(), hash);
+    let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
+    draw("methods", &method_scores(&report.learning, bootstrap, Some(&report.reference))?)?;
+    draw("learning", &learning_curves(&runs, bootstrap, Success::Training)?)?;
+    draw("learning-steps", &step_curves(&runs, bootstrap)?)?;
+    if runs.iter().any(|run| !run.greedy.is_empty()) {
+        draw("learning-greedy", &learning_curves(&runs, bootstrap, Success::Greedy)?)?;
+    }
+    if !report.common_tasks.is_empty() {
+        draw(
+            "performance-profile",
+            &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
+        )?;
+    }
+    json::write(&json, &report).map_err(RunError::io("write", &json.path))?;
+    let text = report.to_markdown()?;
+    markdown.write(text.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &markdown.path))?;
+    Ok(report)
+}
+
+impl Comparison {
+    /// The report as Markdown.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn to_markdown(&self) -> Result<String, StatsError> {
+        let Bootstrap { resamples, confidence, seed } = self.bootstrap;
+        let seeds = self.seeds().iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+        let mut text = String::from("# Runs compared\n\n");
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "{}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
+            markdown::made_by(&self.command, &self.mge_version),
+            self.learning.len(),
+            100.0 * confidence,
+        );
+        self.write_left_out(&mut text);
+        text.push_str("## Sample efficiency\n\n");
+        self.write_tables(&mut text)?;
+        self.write_figures(&mut text);
+        Ok(text)
+    }
+
+    /// Writes the tables of the methods on every task, over the common tasks, and against each other.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn write_tables(&self, text: &mut String) -> Result<(), StatsError> {
+        Groups::new(&self.learning).write_table(text, &self.reference, &self.bootstrap)?;
+        self.write_aggregates(text);
+        self.write_improvements(text);
+        Ok(())
+    }
+
+    fn write_left_out(&self, text: &mut String) {
+        if self.left_out.is_empty() {
+            return;
+        }
+        let _ = writeln!(text, "Left out (unfinished runs, duplicates, damaged runs):\n");
+        for ExcludedRun { run, reason } in &self.left_out {
+            let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
+        }
+        text.push('\n');
+    }
+
+    fn write_aggregates(&self, text: &mut String) {
+        if self.common_tasks.is_empty() {
+            text.push_str("### Over all tasks\n\nNo task has runs of every method: nothing can be aggregated.\n\n");
+            return;
+        }
+        let _ = writeln!(
+            text,
+            "### Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n",
+            markdown::text(&self.common_tasks.join(", "))
+        );
+        *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
+        for row in &self.aggregates {
+            let measure = MEASURES.iter().find(|measure| measure.key == row.measure);
+            let label = measure.map_or(row.measure.as_str(), |measure| measure.label).to_owned();
+            let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(format_share);
+            *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
+        }
+        text.push('\n');
+        *text += &markdown::header(["method", "to 80 %", "hold 80 %"]);
+        let groups = Groups::new(self.learning.iter().filter(|row| self.common_tasks.contains(&row.task)));
+        for label in groups.labels() {
+            let runs: Vec<&LearningRow> =
+                groups.tasks().iter().flat_map(|task| groups.of(task, label)).copied().collect();
+            let to_80 = reached(runs.iter().map(|row| row.efficiency.episodes_to_80));
+            *text += &markdown::row([label, &to_80, &holding_80(&runs)]);
+        }
+        text.push('\n');
+    }
+
+    fn write_improvements(&self, text: &mut String) {
+        if self.improvements.is_empty() {
+            return;
+        }
+        text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
+        let methods = Groups::new(&self.learning).labels().len();
+        let baseline = Some(&self.reference).filter(|_| methods > MAX_PAIRED);
+        if let Some(baseline) = baseline {
+            let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));
+        }
+        *text += "\n\n";
+        *text += &markdown::header(["method", "over", "probability"]);
+        for row in self.improvements.iter().filter(|row| baseline.is_none_or(|baseline| row.over == *baseline)) {
+            *text += &markdown::row([&row.method, &row.over, &format_share(row.probability)]);
+        }
+        text.push('\n');
+    }
+
+    fn write_figures(&self, text: &mut String) {
+        let greedy = self.learning.iter().any(|row| row.greedy_success.is_some());
+        let is_drawn = |name: &str| match name {
+            "learning-greedy" => greedy,
+            "performance-profile" => !self.common_tasks.is_empty(),
+            _ => true,
+        };
+        text.push_str("## Figures\n\n");
+        for (file, caption) in FIGURES.iter().filter(|(name, _)| is_drawn(name)) {
+            let _ = writeln!(text, "![{caption}](figures/{file}.png)\n\n*{caption}*\n");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Training results, one row per run.
+
+use std::num::NonZeroUsize;
+
+use serde::{Deserialize, Serialize};
+
+use super::settings::Settings;
+use mge_run::RunHistory;
+use mge_stats::efficiency::{Efficiency, efficiency};
+use mge_stats::rolling::{WINDOW, rolling_mean};
+use mge_trainer::RunConfig;
+
+/// The results of one training.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct LearningRow {
+    /// Name of the task.
+    pub task: String,
+    /// Name of the method, such as `ddpg-mge`.
+    pub method: String,
+    /// The epsilon schedule; 0 for a method without one.
+    pub epsilon: String,
+    /// Other settings in which the runs it is compared with differ, by JSON path, with its effective values.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub settings: Settings,
+    /// Those in which they differ only because each method has its own default; labels leave them out.
+    #[serde(default, skip_serializing_if = "Settings::is_empty")]
+    pub implied: Settings,
+    /// Whether all of these have the default values of its method.
+    #[serde(skip)]
+    pub is_usual: bool,
+    /// Master seed.
+    pub seed: u64,
+    /// Number of episodes trained.
+    pub episodes: u64,
+    /// Episodes to thresholds, area under the curve, final success.
+    #[serde(flatten)]
+    pub efficiency: Efficiency,
+    /// Number of actions, in its episodes and in practice, until 80 % of the last window reached the goal.
+    #[serde(default)]
+    pub actions_to_80: Option<u64>,
+    /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model.
+    #[serde(default)]
+    pub charged: u64,
+    /// Mean success of the greedy evaluations in the last tenth of the run.
+    pub greedy_success: Option<f64>,
+}
+
+/// The data of a training for figures: its results and curves, without its long history.
+#[derive(Debug, Clone)]
+pub struct TrainedRun {
+    /// Its results.
+    pub row: LearningRow,
+    /// Numbers of episodes and the rolling success after them.
+    pub training: Vec<[f64; 2]>,
+    /// Numbers of episodes and the mean success of the latest greedy evaluations.
+    pub greedy: Vec<[f64; 2]>,
+    /// Numbers of training actions and the rolling success after them.
+    pub steps: Vec<[f64; 2]>,
+}
+
+/// Maximum number of points of a learning curve.
+const CURVE_POINTS: usize = 100;
+/// Maximum number of points of the curve of greedy evaluations.
+const GREEDY_POINTS: usize = 1000;
+/// Number of greedy evaluations averaged in a point, as a single one is often 0 or 1.
+pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
+
+impl TrainedRun {
+    /// The run with this configuration and history, without charged actions.
+    pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
+        // Runs of a group have points at the same episodes, including unfinished ones.
+        let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
+        let records = || history.records.iter().skip(every - 1).step_by(every);
+        let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
+        let planned = config.episodes.checked_div(config.evaluation.every).unwrap_or(0) as usize;
+        let greedy_every = successes.len().max(planned).div_ceil(GREEDY_POINTS).max(1);
+        let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
+        let greedy = greedy.skip(greedy_every - 1).step_by(greedy_every);
+        Self {
+            row: LearningRow::new(config, history),
+            training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
+            greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
+            steps: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
+        }
+    }
+}
+
+impl LearningRow {
+    /// The row of a run with this configuration and history, before
+    /// [`distinguish`](super::settings::distinguish) adds settings.
+    pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
+        let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
+        let last_tenth = u64::from(config.episodes) * 9 / 10;
+        let last = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
+        let greedy: Vec<f64> = last.map(|evaluation| evaluation.success).collect();
+        let efficiency = efficiency(&successes, WINDOW);
+        let at_80 = efficiency.episodes_to_80.map(|episodes| &history.records[episodes as usize - 1]);
+        Self {
+            task: config.task.name.clone(),
+            method: config.method.name().to_owned(),
+            epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
+            settings: Settings::new(),
+            implied: Settings::new(),
+            is_usual: true,
+            seed: config.seed,
+            episodes: successes.len() as u64,
+            efficiency,
+            actions_to_80: at_80.map(|record| record.environment_steps),
+            charged: 0,
+            greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
+        }
+    }
+
+    /// The row of a run that is still being trained, from its number of episodes and latest rolling
+    /// success.
+    pub fn so_far(config: &RunConfig, episodes: u64, success: Option<f64>) -> Self {
+        Self::new(config, &RunHistory::default()).with_progress(episodes, success)
+    }
+
+    /// The same row with another number of episodes and latest rolling success.
+    #[must_use]
+    pub fn with_progress(self, episodes: u64, success: Option<f64>) -> Self {
+        Self { episodes, efficiency: Efficiency { final_success: success, ..Efficiency::default() }, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use mge_run::EvaluationRecord;
+
+    #[test]
+    fn the_curve_of_many_evaluations_is_thinned_evenly() {
+        let mut config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        config.evaluation.every = 1;
+        for (evaluations, [first, last, points]) in [(1000, [1.0, 1000.0, 1000.0]), (2500, [3.0, 2499.0, 833.0])] {
+            config.episodes = evaluations;
+            let mut history = RunHistory::default();
+            for episode in 1..=u64::from(evaluations) {
+                history.evaluations.push(EvaluationRecord { episode, success: 1.0, mean_return: 0.0 });
+            }
+            let greedy = TrainedRun::new(&config, &history).greedy;
+            assert_eq!([greedy[0][0], greedy[greedy.len() - 1][0], greedy.len() as f64], [first, last, points]);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The sample-efficiency table.
+
+use std::fmt::Write as _;
+
+use super::groups::{AREA, FINAL, Groups, HELD, scores};
+use super::row::LearningRow;
+use mge_base::markdown;
+use mge_stats::aggregate::{iqm, mean};
+use mge_stats::rolling::WINDOW;
+use mge_stats::{Bootstrap, Estimate, StatsError};
+
+impl Groups<'_> {
+    /// Writes the sample-efficiency table in Markdown, one row per group, after an explanation. Groups are compared
+    /// with those labelled `baseline`.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn write_table(&self, text: &mut String, baseline: &str, bootstrap: &Bootstrap) -> Result<(), StatsError> {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; actions to 80 % are all in the real environment, those in practice, for the clusters and for launches that the dynamics model learned from included, and in parentheses those of episodes and practice alone. Probability of improvement over {} in the area under the curve, with its interval.\n",
+            markdown::text(baseline)
+        );
+        let better = format!("P(better than {baseline})");
+        *text += &markdown::header([
+            "task",
+            "method",
+            "seeds",
+            "area",
+            "mean area",
+            "final",
+            "held",
+            "hold 80 %",
+            "to 50 %",
+            "to 80 %",
+            "actions to 80 %",
+            "greedy at the end",
+            &better,
+        ]);
+        for task in self.tasks() {
+            for label in self.labels() {
+                let Some(area) = self.summary(task, label, baseline, AREA, bootstrap)? else { continue };
+                let runs = self.of(task, label);
+                let interquartile =
+                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(runs, score)?, iqm)?));
+                *text += &markdown::row([
+                    task.clone(),
+                    label.clone(),
+                    runs.len().to_string(),
+                    format_share(area.iqm),
+                    format_share(area.mean),
+                    interquartile(FINAL)?,
+                    interquartile(HELD)?,
+                    holding_80(runs),
+                    reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
+                    reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
+                    actions_to_80(runs),
+                    greedy_mean(runs)?,
+                    area.improvement.map_or_else(String::new, format_share),
+                ]);
+            }
+        }
+        text.push('\n');
+        Ok(())
+    }
+}
+
+/// Mean success of the last greedy evaluations; empty if there are none.
+fn greedy_mean(rows: &[&LearningRow]) -> Result<String, StatsError> {
+    if rows.iter().all(|row| row.greedy_success.is_none()) {
+        return Ok(String::new());
+    }
+    Ok(format!("{:.2}", mean(&scores(rows, |row| row.greedy_success)?)))
+}
+
+/// A fraction with its interval, to two decimals.
+pub(super) fn format_share(estimate: Estimate) -> String {
+    format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
+}
+
+/// How many of the runs held 80 % over the last quarter of their episodes.
+pub(super) fn holding_80(rows: &[&LearningRow]) -> String {
+    let holding = rows.iter().filter(|row| HELD(row).is_some_and(|held| held >= 0.8)).count();
+    format!("{holding}/{}", rows.len())
+}
+
+/// Median over the runs that reached the threshold, and how many of all runs did.
+pub(super) fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
+    let all: Vec<Option<u64>> = episodes.collect();
+    let there: Vec<u64> = all.iter().flatten().copied().collect();
+    let median = rounded_median(&there).map_or_else(|| "never".to_owned(), |median| median.to_string());
+    format!("{median} ({}/{})", there.len(), all.len())
+}
+
+/// Median actions of the runs that reached 80 %, with and without charged actions.
+fn actions_to_80(rows: &[&LearningRow]) -> String {
+    let own: Vec<u64> = rows.iter().filter_map(|row| row.actions_to_80).collect();
+    let all: Vec<u64> = rows.iter().filter_map(|row| Some(row.actions_to_80? + row.charged)).collect();
+    match (rounded_median(&all), rounded_median(&own)) {
+        (Some(all), Some(own)) => format!("{all} ({own})"),
+        _ => "never".to_owned(),
+    }
+}
+
+/// The median, rounded up; None without values.
+fn rounded_median(values: &[u64]) -> Option<u64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable();
+    let upper = *sorted.get(sorted.len() / 2)?;
+    let lower = sorted[(sorted.len() - 1) / 2];
+    Some((lower + upper).div_ceil(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_stats::efficiency::Efficiency;
+
+    #[test]
+    fn episodes_to_a_threshold_are_the_median_of_the_runs_that_reached_it() {
+        let check = |episodes: &[Option<u64>], expected: &str| assert_eq!(reached(episodes.iter().copied()), expected);
+        check(&[Some(900), Some(100), Some(200)], "200 (3/3)");
+        check(&[Some(900), None, Some(100), Some(200)], "200 (3/4)");
+        check(&[Some(900), Some(100), Some(301), Some(200)], "251 (4/4)");
+        check(&[None, None], "never (0/2)");
+    }
+
+    #[test]
+    fn runs_that_fall_below_80_percent_do_not_hold_it() {
+        let row = |held_success| {
+            let efficiency = Efficiency { final_success: Some(1.0), held_success, ..Efficiency::default() };
+            LearningRow { efficiency, ..LearningRow::default() }
+        };
+        assert_eq!(holding_80(&[Some(0.8), Some(0.79), None].map(row).each_ref()), "1/3");
+    }
+
+    #[test]
+    fn actions_to_a_threshold_are_given_with_and_without_charged_ones() {
+        let row = |actions_to_80, charged| LearningRow { actions_to_80, charged, ..LearningRow::default() };
+        let rows = [row(Some(300), 1000), row(None, 1000), row(Some(100), 2000)];
+        assert_eq!(actions_to_80(&rows.each_ref()), "1700 (200)");
+        assert_eq!(actions_to_80(&rows[1..2].iter().collect::<Vec<_>>()), "never");
+    }
+}

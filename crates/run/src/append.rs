@@ -1,0 +1,160 @@
+//! Append-only files, written in complete pieces.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::sums::{Sum, Summing};
+use super::{Result, RunError, file, folder};
+use mge_base::atomic::{self, parent_of};
+
+/// An append-only file. Each piece is passed to the operating system at once, so that other processes
+/// see it; a partially written piece is removed again.
+#[derive(Debug)]
+pub(super) struct AppendFile {
+    path: PathBuf,
+    file: File,
+    /// Of what was kept by [`AppendFile::cut`], and appended since.
+    summing: Summing,
+}
+
+impl AppendFile {
+    /// Opens the file for appending; creates it if there is none. A file that is also in another folder, such as after
+    /// `cp -al`, is first replaced by a copy, so that the other one does not change.
+    pub fn open(path: &Path) -> Result<Self> {
+        let is_new = !path.exists();
+        let open = || file::open_append(path).map_err(RunError::io("write", path));
+        let mut file = open()?;
+        if file.metadata().map_err(RunError::io("read", path))?.nlink() > 1 {
+            atomic::write(path, &file::read(path)?).map_err(RunError::io("write", path))?;
+            file = open()?;
+        }
+        if is_new {
+            // Later syncs of the content are useless unless the name is durable as well.
+            folder::sync(parent_of(path))?;
+        }
+        Ok(Self { path: path.to_path_buf(), file, summing: Summing::default() })
+    }
+
+    fn length(&self) -> Result<u64> {
+        Ok(self.file.metadata().map_err(RunError::io("read", &self.path))?.len())
+    }
+
+    /// Appends `bytes` as one piece.
+    pub fn append(&mut self, bytes: &[u8]) -> Result<()> {
+        // Not a length remembered from earlier: other processes may have appended in the meantime.
+        let length = self.length()?;
+        self.file.write_all(bytes).map_err(|source| {
+            // Best effort: half a line would make the next line unreadable as well.
+            let _ = self.file.set_len(length);
+            RunError::Io { action: "write", path: self.path.clone(), source }
+        })?;
+        self.summing.add(bytes);
+        Ok(())
+    }
+
+    /// Appends a value as a line of JSON.
+    pub fn append_json(&mut self, value: &impl Serialize) -> Result<()> {
+        self.append(&file::json_line(value)?)
+    }
+
+    /// Ends the last line if another process left it incomplete.
+    pub fn end_line(&mut self) -> Result<()> {
+        let last_byte = || -> std::io::Result<[u8; 1]> {
+            let mut last = [b'\n'];
+            let mut file = file::open(&self.path)?;
+            if file.metadata()?.len() > 0 {
+                file.seek(SeekFrom::End(-1))?;
+                file.read_exact(&mut last)?;
+            }
+            Ok(last)
+        };
+        match last_byte().map_err(RunError::io("read", &self.path))? {
+            [b'\n'] => Ok(()),
+            _ => self.append(b"\n"),
+        }
+    }
+
+    /// Removes everything after `kept`, the beginning of the file.
+    pub fn cut(&mut self, kept: &[u8]) -> Result<()> {
+        self.summing = Summing::of(kept);
+        self.file.set_len(kept.len() as u64).map_err(RunError::io("truncate", &self.path))
+    }
+
+    /// The sum of the file, which was cut when it was opened.
+    pub fn sum(&self) -> Sum {
+        self.summing.sum()
+    }
+
+    /// Whether the file is empty.
+    pub fn is_empty(&self) -> Result<bool> {
+        Ok(self.length()? == 0)
+    }
+
+    /// Waits until everything is on disk.
+    pub fn sync(&self) -> Result<()> {
+        self.file.sync_data().map_err(RunError::io("write", &self.path))
+    }
+
+    /// A file on a device that is always full.
+    #[cfg(test)]
+    #[cfg(target_os = "linux")]
+    pub fn on_a_full_disk() -> Self {
+        let path = PathBuf::from("/dev/full");
+        Self { file: File::options().append(true).open(&path).unwrap(), path, summing: Summing::default() }
+    }
+
+    /// The path of the file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn appends_across_openings_and_cuts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let mut file = AppendFile::open(&path).unwrap();
+        assert!(file.is_empty().unwrap());
+        file.append(b"one\n").unwrap();
+        drop(file);
+        let mut file = AppendFile::open(&path).unwrap();
+        file.append(b"two\n").unwrap();
+        file.cut(b"one\n").unwrap();
+        file.append(b"three\n").unwrap();
+        assert_eq!(file.sum(), Summing::of(b"one\nthree\n").sum());
+        file.sync().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"one\nthree\n");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_failed_append_keeps_what_another_process_appended() {
+        use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+
+        let mut theirs = File::from(memfd_create("log", MemfdFlags::ALLOW_SEALING).unwrap());
+        let mut ours =
+            AppendFile { path: "log".into(), file: theirs.try_clone().unwrap(), summing: Summing::default() };
+        theirs.write_all(b"theirs\n").unwrap();
+        // As on a full disk, nothing can be appended any more.
+        fcntl_add_seals(&theirs, SealFlags::GROW).unwrap();
+        ours.append(b"ours\n").unwrap_err();
+        assert_eq!(theirs.metadata().unwrap().len(), 7);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error_with_the_path_and_the_remedy() {
+        let mut file = AppendFile::on_a_full_disk();
+        let text = file.append(b"one\n").unwrap_err().to_string();
+        assert!(text.starts_with("cannot write /dev/full: "), "{text}");
+        assert!(text.contains("free some space"), "{text}");
+    }
+}

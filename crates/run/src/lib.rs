@@ -1,0 +1,100 @@
+//! Runs on disk: a run is one training with one configuration and one seed.
+//!
+//! A run is a folder with one writer ([`RunWriter`], which holds the lock) and any number of
+//! readers ([`RunDirectory`]). Everything that shows a run, live or finished, in the writer's
+//! process or in another, reads these files:
+//!
+//! ```text
+//! config.json                 {"format": 1, "mge_version": "..", "config": {..}}, including all defaults
+//! events.jsonl                the event log: one JSON object per line, written as events happen
+//! metrics.csv                 one row per episode, the fields of `EpisodeRecord`; no times: one seed gives one file
+//! episodes.jsonl              the actions of each episode, for replays
+//! model.safetensors           a copy of the dynamics model, if the run uses one that is in a file
+//! prior.json                  the action clusters in use, if any
+//! control.jsonl               requests of other processes to the trainer, one per line
+//! notes.json                  tags and a note, written by users
+//! log.txt                     the events except single episodes, as readable text
+//! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
+//! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it
+//! figures/                    figures of the run
+//! lock                        locked while a process writes the run; contains that process's id
+//! ```
+//!
+//! # Formats and versions
+//!
+//! `config.json` contains one format number, [`FORMAT`], for the whole folder: a change in the
+//! meaning of any of its files increases it. Checkpoints can be copied separately, so they have
+//! their own format number, [`checkpoint::FORMAT`]. Newer formats are rejected with an error that
+//! names the format; older formats remain readable. Non-finite numbers (a diverged loss) are written
+//! as `NaN`, `inf` and `-inf`, both in the log and in the table.
+//!
+//! # After an interruption
+//!
+//! Logs are synced to disk before a checkpoint is written, so they always reach at least as far as
+//! the checkpoint. [`RunWriter::open`] truncates them to the checkpoint's episode and continues from
+//! there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted one.
+//! Readers ignore a half-written last line.
+//!
+//! # Changed files
+//!
+//! Each checkpoint holds checksums of the logs up to its episode. [`RunDirectory::check_logs`] compares them, and
+//! [`RunDirectory::status`] the ends and sizes of the files.
+//!
+//! # Deletion
+//!
+//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`.
+
+#![deny(unsafe_code)]
+
+mod append;
+mod branch;
+mod check;
+pub mod checkpoint;
+mod directory;
+mod episodes;
+mod error;
+mod event;
+mod file;
+mod folder;
+mod history;
+mod log;
+mod metric;
+mod metrics;
+mod notes;
+mod number;
+mod request;
+mod retention;
+mod scalars;
+mod series;
+mod stamp;
+mod status;
+mod store;
+mod sums;
+mod tensorboard;
+mod trash;
+mod writer;
+
+pub use branch::Branch;
+pub use checkpoint::Checkpoint;
+pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
+pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};
+pub use error::RunError;
+pub use event::{EpisodeRecord, Event, LoggedEvent, Practised};
+pub use file::{copy, read_optional};
+pub use history::{EvaluationRecord, RunHistory};
+pub use log::{EventReader, Poll, read_events};
+pub use metric::{Direction, Metric, MetricInfo};
+pub use metrics::read_metrics;
+pub use notes::Notes;
+pub use request::{Request, RequestReader};
+pub use retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
+pub use series::Series;
+pub use stamp::Stamp;
+pub use status::{RunState, RunStatus};
+pub use store::CheckpointStore;
+pub use sums::{LogSums, SUMS_SECTION};
+pub use trash::restore;
+pub use writer::RunWriter;
+
+/// Result of operations on a run on disk.
+pub type Result<T, E = RunError> = std::result::Result<T, E>;

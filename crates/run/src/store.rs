@@ -1,0 +1,272 @@
+//! The checkpoints of one run: the folder `checkpoint/`.
+
+use std::cmp::Reverse;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+
+use super::checkpoint::{self, Checkpoint, Manifest};
+use super::retention::{CheckpointAction, CheckpointName};
+use super::{Result, RunError, folder};
+use mge_base::atomic;
+
+/// The folder that holds a run's checkpoints by name.
+#[derive(Clone, Debug)]
+pub struct CheckpointStore {
+    folder: PathBuf,
+}
+
+impl CheckpointStore {
+    /// The checkpoints in `folder`, which need not exist yet.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The path of the checkpoint with this name, whether or not it exists.
+    pub fn path(&self, name: CheckpointName) -> PathBuf {
+        self.folder.join(name.to_string())
+    }
+
+    /// The existing checkpoints.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if the folder cannot be read.
+    pub fn names(&self) -> Result<Vec<CheckpointName>> {
+        let known = |name: &str| name.parse().ok().filter(|known: &CheckpointName| known.to_string() == name);
+        let mut names: Vec<_> = self.entries()?.iter().filter_map(|name| known(finished_name(name))).collect();
+        names.sort_unstable();
+        names.dedup();
+        Ok(names)
+    }
+
+    /// Score of the checkpoint `best`; `None` if there is none.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::load`], if its manifest cannot be read.
+    pub fn best_score(&self) -> Result<Option<f64>> {
+        match Manifest::read(&self.path(CheckpointName::Best)) {
+            Ok(manifest) => Ok(manifest.score),
+            Err(RunError::NoCheckpoint(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Episode of a checkpoint; `None` if there is none with this name and a readable manifest.
+    pub(super) fn episode_of(&self, name: CheckpointName) -> Option<u64> {
+        Manifest::read(&self.path(name)).ok().map(|manifest| manifest.episode)
+    }
+
+    /// The name of a checkpoint that is chosen by a name, or by its episode whatever its name.
+    ///
+    /// # Errors
+    /// [`RunError::NoSuchCheckpoint`] with those that there are; [`RunError::NoCheckpoint`] if there are none.
+    pub fn chosen(&self, choice: CheckpointName) -> Result<CheckpointName> {
+        let all = self.episodes()?;
+        let is_it = |(episode, name): &&(u64, CheckpointName)| {
+            *name == choice || matches!(choice, CheckpointName::Episode(wanted) if wanted == *episode)
+        };
+        match all.iter().find(is_it) {
+            Some((_, name)) => Ok(*name),
+            // Reading it reports what is wrong with it.
+            None if all.is_empty() => Ok(choice),
+            None => {
+                let present = all.iter().map(|(episode, name)| format!("{name} (episode {episode})"));
+                let present = present.collect::<Vec<_>>().join(", ");
+                Err(RunError::NoSuchCheckpoint { path: self.folder.clone(), choice, present })
+            }
+        }
+    }
+
+    /// Reads and verifies one checkpoint.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::load`].
+    pub fn load(&self, name: CheckpointName) -> Result<Checkpoint> {
+        folder::check(&self.folder)?;
+        Checkpoint::load(&self.path(name))
+    }
+
+    /// Reads and verifies some sections of a checkpoint.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::load`].
+    pub fn load_sections(&self, name: CheckpointName, sections: &[&str]) -> Result<Checkpoint> {
+        folder::check(&self.folder)?;
+        Checkpoint::load_filtered(&self.path(name), |section| sections.contains(&section))
+    }
+
+    /// The checkpoints with a readable manifest and their episodes, sorted by episode.
+    ///
+    /// # Errors
+    /// As [`CheckpointStore::names`].
+    pub fn episodes(&self) -> Result<Vec<(u64, CheckpointName)>> {
+        let episode = |name| self.episode_of(name).map(|episode| (episode, name));
+        let mut episodes: Vec<(u64, CheckpointName)> = self.names()?.into_iter().filter_map(episode).collect();
+        episodes.sort_unstable();
+        Ok(episodes)
+    }
+
+    /// The newest valid checkpoint, and the errors of invalid ones that were tried.
+    ///
+    /// # Errors
+    /// [`RunError::NoCheckpoint`] if there is none at all; the first error if none is valid.
+    pub fn load_newest(&self) -> Result<(Checkpoint, Vec<RunError>)> {
+        self.load_newest_until(u64::MAX)
+    }
+
+    /// Like [`CheckpointStore::load_newest`], of those that are not after an episode.
+    pub(super) fn load_newest_until(&self, latest: u64) -> Result<(Checkpoint, Vec<RunError>)> {
+        let mut problems = Vec::new();
+        let mut candidates = Vec::new();
+        for name in self.names()? {
+            match Manifest::read(&self.path(name)) {
+                Ok(manifest) if manifest.episode > latest => {}
+                Ok(manifest) => candidates.push((manifest.episode, name)),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        candidates.sort_by_key(|&(episode, name)| (Reverse(episode), name));
+        for (_, name) in candidates {
+            match self.load(name) {
+                Ok(checkpoint) => return Ok((checkpoint, problems)),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        let none = || RunError::NoCheckpoint(self.folder.clone());
+        Err(problems.into_iter().next().unwrap_or_else(none))
+    }
+
+    /// Carries out the actions of [`checkpoint_actions`](super::checkpoint_actions): saves first, then removals.
+    ///
+    /// # Errors
+    /// [`RunError::Io`]. If a save fails, the old checkpoint of that name is unchanged and nothing is
+    /// removed.
+    pub fn apply(&self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+        folder::create(&self.folder)?;
+        let mut saved: Option<PathBuf> = None;
+        for action in actions {
+            let CheckpointAction::Save(name) = action else { continue };
+            let path = self.path(*name);
+            match &saved {
+                Some(first) => checkpoint::duplicate(first, &path)?,
+                None => {
+                    checkpoint.save(&path)?;
+                    saved = Some(path);
+                }
+            }
+        }
+        for action in actions {
+            if let CheckpointAction::Delete(name) = action {
+                checkpoint::remove_whole(&self.path(*name))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Cleans up after a process that was killed while writing. Only for the holder of the run's lock.
+    pub fn tidy(&self) -> Result<()> {
+        atomic::remove_leftovers(&self.folder);
+        // Whatever else is in the folder is the user's.
+        for entry in self.entries()?.into_iter().filter(|entry| finished_name(entry).parse::<CheckpointName>().is_ok())
+        {
+            let path = self.folder.join(&entry);
+            // Succeeds only for an empty folder, left by an interrupted removal.
+            if fs::remove_dir(&path).is_ok() {
+                continue;
+            }
+            let finished = self.folder.join(finished_name(&entry));
+            if finished == path {
+                continue;
+            }
+            if finished.exists() {
+                checkpoint::remove(&path)?;
+            } else {
+                fs::rename(&path, &finished).map_err(RunError::io("restore", &finished))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn entries(&self) -> Result<Vec<String>> {
+        folder::check(&self.folder)?;
+        let entries = match fs::read_dir(&self.folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(RunError::io("read", &self.folder)(error)),
+        };
+        let name =
+            |entry: std::io::Result<fs::DirEntry>| entry.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        entries.map(name).collect::<std::io::Result<_>>().map_err(RunError::io("read", &self.folder))
+    }
+}
+
+/// The final name of a checkpoint, even while a process replaces it.
+fn finished_name(entry: &str) -> &str {
+    entry.strip_prefix(checkpoint::PREVIOUS).unwrap_or(entry)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CheckpointAction::{Delete, Save};
+    use super::CheckpointName::{Best, Episode, Last};
+    use super::*;
+
+    fn sample(episode: u64, score: f64) -> Checkpoint {
+        let mut checkpoint = Checkpoint::new(episode);
+        checkpoint.score = Some(score);
+        checkpoint.insert("weights", vec![episode as u8; 100]).unwrap();
+        checkpoint
+    }
+
+    #[test]
+    fn actions_are_carried_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path().join("checkpoint"));
+        assert_eq!(store.names().unwrap(), []);
+        assert_eq!(store.best_score().unwrap(), None);
+        store.apply(&[Save(Last), Save(Best), Save(Episode(10))], &sample(10, 0.5)).unwrap();
+        store.apply(&[Save(Last), Save(Episode(20)), Delete(Episode(10))], &sample(20, 0.1)).unwrap();
+        assert_eq!(store.names().unwrap(), [Last, Best, Episode(20)]);
+        assert_eq!(store.best_score().unwrap(), Some(0.5));
+        assert_eq!(store.load(Best).unwrap(), sample(10, 0.5));
+        assert_eq!(store.load(Last).unwrap(), sample(20, 0.1));
+        assert_eq!(store.load(Episode(20)).unwrap(), sample(20, 0.1));
+        assert!(matches!(store.load(Episode(10)).unwrap_err(), RunError::NoCheckpoint(_)));
+    }
+
+    #[test]
+    fn the_newest_valid_checkpoint_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path());
+        assert!(matches!(store.load_newest().unwrap_err(), RunError::NoCheckpoint(_)));
+        store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
+        store.apply(&[Save(Last)], &sample(20, 0.1)).unwrap();
+        let (newest, problems) = store.load_newest().unwrap();
+        assert_eq!((newest.episode, problems.len()), (20, 0));
+
+        fs::write(store.path(Last).join("weights"), b"short").unwrap();
+        let (newest, problems) = store.load_newest().unwrap();
+        assert_eq!(newest.episode, 10);
+        assert!(matches!(problems[..], [RunError::Truncated { .. }]), "{problems:?}");
+
+        fs::remove_file(store.path(Best).join("manifest.json")).unwrap();
+        assert!(store.load_newest().is_err());
+    }
+
+    #[test]
+    fn leftovers_of_a_killed_process_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path());
+        store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
+        fs::rename(store.path(Last), folder.path().join(".previous-last")).unwrap();
+        fs::create_dir(folder.path().join(".previous-best")).unwrap();
+        fs::create_dir(folder.path().join(".mge-abcDEF0123.tmp")).unwrap();
+        for mine in [".writing-mine", ".previous-mine", "mine"] {
+            fs::create_dir(folder.path().join(mine)).unwrap();
+        }
+        assert_eq!(store.names().unwrap(), [Last, Best]);
+        store.tidy().unwrap();
+        assert_eq!(store.entries().unwrap().len(), 5, "the checkpoints and the user's folders");
+        assert_eq!(store.load(Last).unwrap().episode, 10);
+    }
+}

@@ -1,0 +1,118 @@
+//! The trash: deleted runs, in the folder `.trash` beside them, until the user removes that folder.
+//!
+//! A deletion is one rename, so that a run is always either whole in its place or whole in the trash. It is
+//! `.trash/N/NAME` there, where `N` counts the deletions.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::{Result, RunError, folder};
+
+const TRASH: &str = ".trash";
+
+/// Moves a folder to the trash beside it and returns its place there. The caller holds the lock of its run.
+pub(super) fn discard(path: &Path) -> Result<PathBuf> {
+    folder::check(path)?;
+    let (trash, from) = trash_of(path)?;
+    folder::create(&trash)?;
+    let mut number = numbers(&trash)?.max().unwrap_or(0);
+    let place = loop {
+        number += 1;
+        let place = trash.join(number.to_string());
+        match fs::create_dir(&place) {
+            Ok(()) => break place,
+            // Another process was faster.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(RunError::io("create", &place)(error)),
+        }
+    };
+    let to = place.join(from.file_name().unwrap_or_default());
+    if let Err(error) = fs::rename(&from, &to) {
+        let _ = fs::remove_dir(&place);
+        return Err(RunError::io("delete", path)(error));
+    }
+    folder::sync(&place)?;
+    folder::sync(&trash)?;
+    Ok(to)
+}
+
+/// Moves the run that was last deleted from `path` back to it.
+///
+/// # Errors
+/// [`RunError::NotInTrash`]; [`RunError::NotEmpty`] if something has taken its place; [`RunError::Io`].
+pub fn restore(path: &Path) -> Result<()> {
+    let missing = || RunError::NotInTrash(path.to_owned());
+    let (trash, to) = trash_of(path)?;
+    if to.exists() {
+        return Err(RunError::NotEmpty(path.to_owned()));
+    }
+    let name = to.file_name().ok_or_else(missing)?;
+    let places = numbers(&trash)?.map(|number| (number, trash.join(number.to_string()).join(name)));
+    let (_, from) = places.filter(|(_, place)| place.exists()).max().ok_or_else(missing)?;
+    fs::rename(&from, &to).map_err(RunError::io("restore", path))?;
+    // Fails if the user has added something there.
+    let _ = from.parent().map(fs::remove_dir);
+    folder::sync(trash.parent().unwrap_or(&trash))
+}
+
+/// The trash for a run, and the absolute path of the run: `.` and a folder named with `..` have no name to keep.
+fn trash_of(path: &Path) -> Result<(PathBuf, PathBuf)> {
+    let absolute = match fs::canonicalize(path) {
+        // Its folder exists, if it has been deleted.
+        Err(error) if error.kind() == ErrorKind::NotFound => std::path::absolute(path),
+        found => found,
+    };
+    let absolute = absolute.map_err(RunError::io("find", path))?;
+    let parent = absolute.parent().ok_or_else(|| RunError::NotARun(path.to_owned()))?;
+    Ok((parent.join(TRASH), absolute))
+}
+
+/// The numbers of the deletions in the trash.
+fn numbers(trash: &Path) -> Result<impl Iterator<Item = u64>> {
+    let entries = match fs::read_dir(trash) {
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        entries => Some(entries.map_err(RunError::io("read", trash))?),
+    };
+    Ok(entries.into_iter().flatten().flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RunDirectory;
+
+    #[test]
+    fn a_deleted_run_is_whole_in_the_trash_and_can_be_restored() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        let delete = |note: &str| {
+            let run = RunDirectory::create(&path, &note).unwrap();
+            fs::write(path.join("thesis.tex"), note).unwrap();
+            run.discard().unwrap()
+        };
+        let places = ["first", "second"].map(delete);
+        assert_eq!(places, [1, 2].map(|number| path.with_file_name(".trash").join(number.to_string()).join("run")));
+        assert_eq!(fs::read_to_string(places[0].join("thesis.tex")).unwrap(), "first");
+        restore(&path).unwrap();
+        assert_eq!(RunDirectory::open(&path).unwrap().config::<String>().unwrap(), "second");
+        assert!(matches!(restore(&path), Err(RunError::NotEmpty(_))));
+        assert!(matches!(restore(&path.with_file_name("other")), Err(RunError::NotInTrash(_))));
+        assert!(matches!(restore(&folder.path().join("no/run")), Err(RunError::NotInTrash(_))));
+        RunDirectory::open(&path).unwrap().discard().unwrap();
+        assert!(path.with_file_name(".trash/2/run").exists(), "the last deletion has the largest number");
+    }
+
+    #[test]
+    fn a_locked_run_and_a_link_are_not_deleted() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link] = ["run", "link"].map(|name| folder.path().join(name));
+        let run = RunDirectory::create(&path, &"config").unwrap();
+        let lock = run.lock().unwrap();
+        assert!(matches!(run.discard(), Err(RunError::InUse { .. })));
+        drop(lock);
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        assert!(RunDirectory::open(&link).unwrap().discard().is_err());
+        assert!(run.config_path().exists());
+    }
+}

@@ -1,0 +1,434 @@
+//! The writer of a run: writes every event to all files that record it.
+
+use std::time::SystemTime;
+
+use super::append::AppendFile;
+use super::checkpoint::Checkpoint;
+use super::directory::{RunDirectory, RunLock};
+use super::episodes::{self, PlayedEpisode};
+use super::event::{Event, LoggedEvent};
+use super::log::EventLog;
+use super::metrics;
+use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
+use super::scalars::Scalars;
+use super::sums::LogSums;
+use super::tensorboard::TensorBoardWriter;
+use super::{Result, RunError, file};
+use mge_base::atomic;
+use mge_base::identity::Origin;
+
+/// Holds a run's lock and writes its logs and checkpoints.
+#[derive(Debug)]
+pub struct RunWriter {
+    directory: RunDirectory,
+    events: EventLog,
+    metrics: AppendFile,
+    episodes: AppendFile,
+    tensorboard: TensorBoardWriter,
+    scalars: Scalars,
+    log: AppendFile,
+    opened: f64,
+    lock: RunLock,
+    /// What was wrong with logs that are not needed to continue.
+    problems: Vec<String>,
+}
+
+impl RunWriter {
+    /// Begins to write a run after `episode` episodes: 0 for a new run, the checkpoint's episode
+    /// to resume one. Later episodes are removed from the logs.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`] if another process writes the run; [`RunError::LogTooShort`] or
+    /// [`RunError::Malformed`] if its logs do not reach `episode`; [`RunError::Io`].
+    pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
+        Self::locked(directory, directory.lock()?, episode)
+    }
+
+    /// Like [`RunWriter::open`], for a run that is already locked.
+    ///
+    /// # Errors
+    /// As [`RunWriter::open`].
+    pub fn locked(directory: &RunDirectory, lock: RunLock, episode: u64) -> Result<Self> {
+        let time = now();
+        directory.checkpoints().tidy()?;
+        atomic::remove_leftovers(directory.path());
+        let events = EventLog::open(&directory.events_path(), episode)?;
+        let (metrics, damage) = metrics::open(&directory.metrics_path(), &events.records)?;
+        let mut problems = Vec::from_iter(damage.map(|damage| format!("{damage}; that has been done")));
+        let (episodes, last_played) = episodes::open(&directory.episodes_path(), episode)?;
+        // Training does not need the file, so the run goes on.
+        if last_played < episode {
+            problems.push(format!("episodes.jsonl ends after episode {last_played}: no replays up to {episode}"));
+        }
+        let first_step = if episode == 0 { 0 } else { episode + 1 };
+        let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
+        if episode == 0 {
+            let path = directory.config_path();
+            let config = file::read(&path)?;
+            tensorboard.text(0, time, "config", &format!("```json\n{}```\n", String::from_utf8_lossy(&config)))?;
+        }
+        Ok(Self {
+            directory: directory.clone(),
+            events,
+            metrics,
+            episodes,
+            tensorboard,
+            scalars: Scalars::default(),
+            log: AppendFile::open(&directory.log_path())?,
+            opened: time,
+            lock,
+            problems,
+        })
+    }
+
+    /// What was wrong with logs that are not needed to continue.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// The checksums of the logs so far, to be saved with a checkpoint.
+    pub fn sums(&self) -> LogSums {
+        LogSums { events: self.events.sum(), episodes: self.episodes.sum() }
+    }
+
+    /// The origin of the episodes before those that are to be written, if there are any.
+    pub fn origin(&self) -> Option<&Origin> {
+        self.events.origin.as_ref()
+    }
+
+    /// Writes an event to the log and to all other files that record it. The order of events is
+    /// specified in [`Event`].
+    ///
+    /// # Errors
+    /// [`RunError::Io`], for example on a full disk, and [`RunError::Moved`]. The run should then end;
+    /// the last checkpoint is intact.
+    pub fn record(&mut self, event: &Event) -> Result<()> {
+        let logged = LoggedEvent { time: now(), event: event.clone() };
+        self.events.append(&logged)?;
+        match event {
+            Event::EpisodeFinished(record) => metrics::append(&mut self.metrics, record)?,
+            other => self.note(&other.to_string())?,
+        }
+        let values = self.scalars.of(&logged);
+        if !values.is_empty() {
+            self.tensorboard.scalars(event.episode(), logged.time, &values)?;
+        }
+        self.check_in_place()
+    }
+
+    /// Checks that the run's folder is still in its place, so that nothing is created there after it was
+    /// moved or deleted.
+    ///
+    /// # Errors
+    /// [`RunError::Moved`] when the run was moved or deleted.
+    pub fn check_in_place(&self) -> Result<()> {
+        if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Moved(self.directory.path().to_owned())) }
+    }
+
+    /// Records the actions of an episode, so that it can be replayed.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn record_actions(&mut self, episode: &PlayedEpisode) -> Result<()> {
+        self.episodes.append_json(episode)
+    }
+
+    /// Writes a line to `log.txt`, with the seconds since this process opened the run.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn note(&mut self, message: &str) -> Result<()> {
+        self.log.append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
+    }
+
+    /// Carries out the actions of [`checkpoint_actions`], then records [`Event::Checkpointed`] if anything was
+    /// saved.
+    ///
+    /// # Errors
+    /// [`RunError::Io`]; existing checkpoints are still intact.
+    pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+        self.apply(actions, checkpoint)?;
+        let saved = |action: &CheckpointAction| match action {
+            CheckpointAction::Save(name) => Some(name.to_string()),
+            CheckpointAction::Delete(_) => None,
+        };
+        let names: Vec<_> = actions.iter().filter_map(saved).collect();
+        if names.is_empty() {
+            return Ok(());
+        }
+        self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
+    }
+
+    /// Saves `last` for a run that ends or pauses when no checkpoint is due. Records no event, so that a
+    /// run resumed from it equals an uninterrupted one.
+    ///
+    /// # Errors
+    /// As [`RunWriter::checkpoint`].
+    pub fn save_last(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+        self.apply(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)?;
+        self.note(&format!("episode {}: saved as last", checkpoint.episode))
+    }
+
+    fn apply(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+        self.check_in_place()?;
+        // The logs first: a resume requires them to reach at least as far as the checkpoint.
+        self.events.sync()?;
+        self.metrics.sync()?;
+        self.episodes.sync()?;
+        self.tensorboard.sync()?;
+        self.directory.checkpoints().apply(actions, checkpoint)
+    }
+
+    /// Completes the work of a process that was killed while saving `checkpoint`: the copies that
+    /// `policy` demands, the removals, and the event. A checkpoint that was not due, but was saved
+    /// because the run ended early, is already complete. `is_finished` tells whether it is the run's last.
+    ///
+    /// # Errors
+    /// As [`RunWriter::checkpoint`].
+    pub fn finish_checkpoint(&mut self, policy: &Retention, checkpoint: &Checkpoint, is_finished: bool) -> Result<()> {
+        if self.events.checkpoint_logged {
+            return Ok(());
+        }
+        let (store, episode) = (self.directory.checkpoints(), checkpoint.episode);
+        let existing = store.names()?;
+        // An unreadable `best` counts as none, as in later episodes.
+        let best_score = store.best_score().unwrap_or_default();
+        let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
+        // If there is a `best` of this episode, it was due.
+        let closing = is_finished || is_here(CheckpointName::Best);
+        let moment = RetentionContext { episode, score: checkpoint.score, best_score, closing, existing: &existing };
+        let mut actions = checkpoint_actions(policy, &moment);
+        if actions.is_empty() {
+            return Ok(());
+        }
+        actions.retain(|action| !matches!(action, CheckpointAction::Save(name) if is_here(*name)));
+        store.apply(&actions, checkpoint)?;
+        let names = store.names()?.into_iter().filter(|name| is_here(*name)).map(|name| name.to_string()).collect();
+        self.record(&Event::Checkpointed { episode, names })
+    }
+
+    /// The run's directory.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+}
+
+/// Seconds since 1970-01-01 UTC.
+pub(super) fn now() -> f64 {
+    SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |elapsed| elapsed.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::{EpisodeRecord, RunState, read_events, read_metrics};
+
+    fn new_run() -> (tempfile::TempDir, RunDirectory) {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = RunDirectory::create(folder.path().join("run"), &"config").unwrap();
+        (folder, directory)
+    }
+
+    fn started(episode: u64) -> Event {
+        Event::Started {
+            origin: Default::default(),
+            task: "task1".into(),
+            method: "ddpg".into(),
+            seed: 1,
+            episodes: 20,
+            episode,
+            problems: Vec::new(),
+            changes: Vec::new(),
+        }
+    }
+
+    /// Writes episodes, with a checkpoint every five of them.
+    fn train(writer: &mut RunWriter, episodes: std::ops::RangeInclusive<u64>) {
+        writer.record(&started(episodes.start() - 1)).unwrap();
+        let policy = Retention { last_every: 5, ..Default::default() };
+        for episode in episodes {
+            let return_ = (episode as f32).sin();
+            let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
+            writer.record(&Event::EpisodeFinished(record)).unwrap();
+            let moment = RetentionContext { episode, score: None, best_score: None, closing: false, existing: &[] };
+            let actions = checkpoint_actions(&policy, &moment);
+            if !actions.is_empty() {
+                writer.checkpoint(&actions, &Checkpoint::new(episode)).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn an_interrupted_run_ends_with_the_same_table_as_an_uninterrupted_one() {
+        let (_folder, whole) = new_run();
+        train(&mut RunWriter::open(&whole, 0).unwrap(), 1..=20);
+
+        let (_folder, broken) = new_run();
+        train(&mut RunWriter::open(&broken, 0).unwrap(), 1..=12);
+        assert_eq!(broken.status().unwrap().state, RunState::Interrupted);
+        let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
+        assert_eq!(checkpoint.episode, 10);
+        let mut writer = RunWriter::open(&broken, checkpoint.episode).unwrap();
+        train(&mut writer, 11..=20);
+        writer.record(&Event::Finished { episode: 20 }).unwrap();
+        drop(writer);
+
+        let table = |run: &RunDirectory| fs::read(run.metrics_path()).unwrap();
+        assert_eq!(table(&whole), table(&broken));
+        assert_eq!(broken.status().unwrap().state, RunState::Finished);
+        let episodes: Vec<u64> = read_events(&broken.events_path())
+            .unwrap()
+            .iter()
+            .filter(|logged| matches!(logged.event, Event::EpisodeFinished(_)))
+            .map(|logged| logged.event.episode())
+            .collect();
+        assert_eq!(episodes, Vec::from_iter(1..=20));
+        assert_eq!(fs::read_dir(broken.tensorboard_path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_run_without_a_checkpoint_starts_over() {
+        let (_folder, run) = new_run();
+        train(&mut RunWriter::open(&run, 0).unwrap(), 1..=3);
+        train(&mut RunWriter::open(&run, 0).unwrap(), 1..=2);
+        assert_eq!(read_metrics(&run.metrics_path()).unwrap().len(), 2);
+        assert_eq!(run.events().poll().unwrap().events.len(), 3);
+    }
+
+    #[test]
+    fn a_run_whose_folder_disappears_ends_and_leaves_nothing_behind() {
+        let (folder, run) = new_run();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        train(&mut writer, 1..=5);
+        fs::remove_dir_all(run.path()).unwrap();
+        let record = EpisodeRecord { episode: 6, ..Default::default() };
+        let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err();
+        assert!(matches!(error, RunError::Moved(_)), "{error}");
+        let save = [CheckpointAction::Save(CheckpointName::Last)];
+        assert!(writer.checkpoint(&save, &Checkpoint::new(6)).is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    /// A checkpoint without its event may be incomplete.
+    #[test]
+    fn a_checkpoint_that_was_being_saved_is_completed_on_resume() {
+        let policy = Retention { last_every: 5, periodic_every: 5, periodic_kept: Some(1) };
+        let state = |run: &RunDirectory| {
+            let names = run.checkpoints().names().unwrap();
+            let log = read_events(&run.events_path()).unwrap();
+            let events: Vec<Event> = log.into_iter().map(|logged| logged.event).collect();
+            (names, events)
+        };
+        let played = |writer: &mut RunWriter, episode: u64| {
+            for episode in episode - 4..=episode {
+                let record = EpisodeRecord { episode, ..Default::default() };
+                writer.record(&Event::EpisodeFinished(record)).unwrap();
+            }
+        };
+        let scored = |episode: u64| {
+            let mut checkpoint = Checkpoint::new(episode);
+            checkpoint.score = Some(episode as f64);
+            checkpoint
+        };
+        let saved = |writer: &mut RunWriter, episode: u64| {
+            let existing = writer.directory().checkpoints().names().unwrap();
+            let best_score = writer.directory().checkpoints().best_score().unwrap();
+            let score = Some(episode as f64);
+            let moment = RetentionContext { episode, score, best_score, closing: false, existing: &existing };
+            writer.checkpoint(&checkpoint_actions(&policy, &moment), &scored(episode)).unwrap();
+        };
+        let (_folder, whole) = new_run();
+        let mut writer = RunWriter::open(&whole, 0).unwrap();
+        for episode in [5, 10] {
+            played(&mut writer, episode);
+            saved(&mut writer, episode);
+        }
+        let all = [CheckpointName::Last, CheckpointName::Best, CheckpointName::Episode(10)];
+        // Killed after this many copies.
+        for copies in 1..=3 {
+            let (_folder, broken) = new_run();
+            let mut writer = RunWriter::open(&broken, 0).unwrap();
+            played(&mut writer, 5);
+            saved(&mut writer, 5);
+            played(&mut writer, 10);
+            let actions: Vec<CheckpointAction> = all[..copies].iter().copied().map(CheckpointAction::Save).collect();
+            broken.checkpoints().apply(&actions, &scored(10)).unwrap();
+            drop(writer);
+            let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
+            let mut writer = RunWriter::open(&broken, 10).unwrap();
+            writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
+            assert_eq!(state(&broken), state(&whole), "after {copies} copies");
+            assert_eq!(broken.checkpoints().load(CheckpointName::Best).unwrap(), scored(10));
+            // A second call is a no-op.
+            drop(writer);
+            let mut writer = RunWriter::open(&broken, 10).unwrap();
+            writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
+            assert_eq!(state(&broken), state(&whole));
+        }
+    }
+
+    #[test]
+    fn the_step_in_tensorboard_is_the_episode() {
+        let (_folder, run) = new_run();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        train(&mut writer, 1..=3);
+        writer.record(&Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 }).unwrap();
+        drop(writer);
+        let file = fs::read_dir(run.tensorboard_path()).unwrap().next().unwrap().unwrap();
+        let steps = super::super::tensorboard::scalar_steps(&fs::read(file.path()).unwrap());
+        assert_eq!(steps, [0, 1, 2, 3, 3], "the configuration, episodes, an evaluation");
+    }
+
+    #[test]
+    fn two_writers_are_refused() {
+        let (_folder, run) = new_run();
+        let _writer = RunWriter::open(&run, 0).unwrap();
+        let error = RunWriter::open(&run, 0).unwrap_err();
+        assert!(matches!(error, RunError::InUse { .. }), "{error}");
+    }
+
+    #[test]
+    fn log_describes_the_events_in_words() {
+        let (_folder, run) = new_run();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        train(&mut writer, 1..=5);
+        writer.record(&Event::Stopped { episode: 5, reason: "asked".into() }).unwrap();
+        let text = fs::read_to_string(run.log_path()).unwrap();
+        let lines: Vec<_> = text.lines().map(|line| line.split_once("] ").unwrap().1).collect();
+        assert_eq!(
+            lines,
+            [
+                "mge 0.1.0: ddpg on task1, seed 1, episodes 1 to 20",
+                "episode 5: checkpoint saved as last",
+                "stopped after 5 episodes: asked",
+            ]
+        );
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_stops_the_run_and_leaves_the_last_checkpoint() {
+        let (_folder, run) = new_run();
+        train(&mut RunWriter::open(&run, 0).unwrap(), 1..=5);
+        let mut writer = RunWriter::open(&run, 5).unwrap();
+        writer.metrics = AppendFile::on_a_full_disk();
+        let record = EpisodeRecord { episode: 6, ..Default::default() };
+        let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err().to_string();
+        assert!(error.starts_with("cannot write /dev/full: "), "{error}");
+        drop(writer);
+        let (checkpoint, problems) = run.checkpoints().load_newest().unwrap();
+        assert_eq!((checkpoint.episode, problems.len()), (5, 0));
+        train(&mut RunWriter::open(&run, 5).unwrap(), 6..=7);
+        assert_eq!(read_metrics(&run.metrics_path()).unwrap().len(), 7);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_named() {
+        let (folder, run) = new_run();
+        fs::write(folder.path().join("run/checkpoint"), b"in the way").unwrap();
+        let error = RunWriter::open(&run, 0).unwrap_err().to_string();
+        assert!(error.contains("run/checkpoint"), "{error}");
+    }
+}

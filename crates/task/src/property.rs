@@ -1,0 +1,311 @@
+//! The numbers of a tool that users can change, and which tools have them.
+
+use super::Form;
+use mge_base::by_name;
+use mge_base::validation::{ValidationError, in_range};
+use mge_physics::{Tool, ToolKind};
+
+/// A number of a tool, by its name in task files. Angles are in degrees here, in radians in files.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Property {
+    /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
+    #[default]
+    Size,
+    /// Rotation, counter-clockwise.
+    Angle,
+    /// Half the thickness of a segment, in units.
+    Radius,
+    /// Elasticity.
+    Elasticity,
+    /// Friction coefficient.
+    Friction,
+    /// Cannon: momentum it gives. Fan: force it exerts.
+    Force,
+    /// Belt and ladder: speed in units/s.
+    Velocity,
+    /// Constrained hinge and see-saw: largest angle of the plank.
+    MaxAngle,
+    /// See-saw: 1 if the weight is on the right, the left end up; otherwise 0.
+    OnLeft,
+    /// See-saw: mass of the weight.
+    BallMass,
+    /// Planks: if it exceeds 1, the excess is the fraction of its velocity and spin that a ball in contact loses in
+    /// every step.
+    RollFriction,
+}
+
+/// Properties and their new values.
+pub type Values = Vec<(Property, f64)>;
+
+/// A row of [`PROPERTIES`].
+struct Row {
+    name: &'static str,
+    unit: &'static str,
+    /// Change per key press.
+    step: f64,
+    belongs_to: fn(ToolKind) -> bool,
+    /// The allowed range, for properties whose unit differs from that of [`Tool::check`].
+    range: Option<[f64; 2]>,
+    /// Whether files have it in radians.
+    is_angle: bool,
+    /// Reads it from a tool and writes it to a form, both in the units of files.
+    of: fn(&Tool) -> f64,
+    set: fn(&mut Form, f64),
+}
+
+/// Every property, in the order of [`Property`].
+static PROPERTIES: [Row; 11] = {
+    use ToolKind::{Circle, SeeSaw};
+    const PLAIN: Row = Row {
+        name: "",
+        unit: "",
+        step: 0.1,
+        belongs_to: |_| true,
+        range: None,
+        is_angle: false,
+        of: |_| 0.0,
+        set: |_, _| {},
+    };
+    const ANGLE: Row = Row { unit: "degrees", step: 15.0, is_angle: true, ..PLAIN };
+    [
+        Row {
+            name: "size",
+            unit: "units",
+            step: 0.5,
+            belongs_to: ToolKind::has_size,
+            of: |tool| tool.size,
+            set: |form, value| form.size = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "angle",
+            belongs_to: |kind| kind != Circle && !kind.is_hinged(),
+            range: Some([-360.0, 360.0]),
+            of: |tool| tool.angle,
+            set: |form, value| form.angle = Some(value),
+            ..ANGLE
+        },
+        Row {
+            name: "radius",
+            unit: "units",
+            step: 0.5,
+            belongs_to: ToolKind::is_segment,
+            of: |tool| tool.radius,
+            set: |form, value| form.radius = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "elasticity",
+            belongs_to: |kind| !kind.is_sensor(),
+            of: |tool| tool.elasticity,
+            set: |form, value| form.elasticity = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "friction",
+            belongs_to: |kind| !kind.is_sensor(),
+            of: |tool| tool.friction,
+            set: |form, value| form.friction = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "force",
+            step: 10.0,
+            belongs_to: ToolKind::has_force,
+            of: |tool| tool.force,
+            set: |form, value| form.force = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "vel",
+            unit: "units/s",
+            step: 1.0,
+            belongs_to: ToolKind::has_velocity,
+            of: |tool| tool.velocity,
+            set: |form, value| form.vel = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "max_angle",
+            belongs_to: ToolKind::has_max_angle,
+            range: Some([0.0, 90.0]),
+            of: |tool| tool.max_angle,
+            set: |form, value| form.max_angle = Some(value),
+            ..ANGLE
+        },
+        Row {
+            name: "on_left",
+            step: 1.0,
+            belongs_to: |kind| kind == SeeSaw,
+            range: Some([0.0, 1.0]),
+            of: |tool| f64::from(u8::from(tool.on_left)),
+            set: |form, value| form.on_left = Some(value >= 0.5),
+            ..PLAIN
+        },
+        Row {
+            name: "ball_mass",
+            step: 1.0,
+            belongs_to: |kind| kind == SeeSaw,
+            of: |tool| tool.weight,
+            set: |form, value| form.ball_mass = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "roll_friction",
+            step: 0.05,
+            belongs_to: ToolKind::is_hinged,
+            of: |tool| tool.roll_friction,
+            set: |form, value| form.roll_friction = Some(value),
+            ..PLAIN
+        },
+    ]
+};
+
+/// Computed as in CREATE's catalogue, so that its tools are reproduced exactly.
+fn radians(degrees: f64) -> f64 {
+    degrees * std::f64::consts::PI / 180.0
+}
+
+/// Rounds to six decimals, which removes the rounding errors of conversions and sums.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+impl Property {
+    /// Every property.
+    pub const ALL: [Self; 11] = {
+        use Property::*;
+        [Size, Angle, Radius, Elasticity, Friction, Force, Velocity, MaxAngle, OnLeft, BallMass, RollFriction]
+    };
+
+    fn row(self) -> &'static Row {
+        &PROPERTIES[self as usize]
+    }
+
+    /// The name used in files and in commands.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// Its unit; empty for plain numbers.
+    pub fn unit(self) -> &'static str {
+        self.row().unit
+    }
+
+    /// The properties of tools of a type, in their order.
+    pub fn of_kind(kind: ToolKind) -> impl DoubleEndedIterator<Item = Self> + Clone {
+        Self::ALL.into_iter().filter(move |property| (property.row().belongs_to)(kind))
+    }
+
+    /// Its value.
+    pub fn of(self, tool: &Tool) -> f64 {
+        let value = (self.row().of)(tool);
+        rounded(if self.row().is_angle { value.to_degrees() } else { value })
+    }
+
+    /// Its value after some steps; angles wrap around.
+    pub fn stepped(self, tool: &Tool, steps: f64) -> f64 {
+        let value = self.of(tool) + steps * self.row().step;
+        match self {
+            Self::Angle => rounded(value.rem_euclid(360.0)),
+            Self::OnLeft => value.clamp(0.0, 1.0),
+            Self::Size => rounded(value.max(0.5)),
+            _ => rounded(value),
+        }
+    }
+
+    /// The properties of a tool that differ from its type's defaults.
+    pub fn unusual(tool: &Tool) -> Values {
+        let usual = Tool::new(tool.kind, tool.position);
+        let values = Self::of_kind(tool.kind).map(|property| (property, property.of(tool)));
+        values.filter(|(property, value)| *value != property.of(&usual)).collect()
+    }
+}
+
+by_name!(Property, "property");
+
+impl Form {
+    /// The form with these properties replaced, for a tool of a type.
+    ///
+    /// # Errors
+    /// When a tool of the type has no such property, or a value with a range here is outside it. Other values are
+    /// checked with the task.
+    pub fn with(mut self, kind: ToolKind, values: &[(Property, f64)]) -> Result<Self, ValidationError> {
+        for &(property, value) in values {
+            if Property::of_kind(kind).all(|own| own != property) {
+                let own: Vec<&str> = Property::of_kind(kind).map(Property::name).collect();
+                let message = format_args!("a {kind} has none: it has {}", own.join(", "));
+                return Err(ValidationError::new(property, message));
+            }
+            if let Some([low, high]) = property.row().range {
+                in_range(value, property, low, high)?;
+            }
+            (property.row().set)(&mut self, if property.row().is_angle { radians(value) } else { value });
+        }
+        Ok(self)
+    }
+
+    /// The form of a tool: its size, and the properties that differ from its type's defaults.
+    pub fn of(tool: &Tool) -> Self {
+        let usual = Tool::new(tool.kind, tool.position);
+        let mut form = Self { size: Some(tool.size), ..Self::default() };
+        for row in PROPERTIES.iter().filter(|row| (row.of)(tool) != (row.of)(&usual)) {
+            (row.set)(&mut form, (row.of)(tool));
+        }
+        form
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_physics::{NO_OP, catalogue_tool};
+
+    #[test]
+    fn properties_are_read_back_as_set_for_every_type() {
+        for kind in ToolKind::ALL {
+            for property in Property::of_kind(kind) {
+                let tool = Tool::new(kind, [0.0; 2]);
+                let value = property.stepped(&tool, if property.of(&tool) > 1.0 { -1.0 } else { 1.0 });
+                let changed = Form::default().with(kind, &[(property, value)]).unwrap().apply(tool);
+                assert_eq!(property.of(&changed), value, "{kind} {property}");
+                assert_ne!(changed, tool, "{kind} {property}");
+                assert_eq!(Property::unusual(&changed), [(property, value)], "{kind} {property}");
+                assert_eq!(property.name().parse(), Ok(property));
+            }
+        }
+    }
+
+    #[test]
+    fn every_catalogue_tool_is_its_type_with_its_unusual_properties() {
+        for number in 0..NO_OP {
+            let tool = catalogue_tool(number).unwrap();
+            let form = Form::default().with(tool.kind, &Property::unusual(tool)).unwrap();
+            form.check(tool.kind).unwrap();
+            let made = form.apply(Tool::new(tool.kind, tool.position));
+            assert_eq!((made.angle, made.max_angle), (tool.angle, tool.max_angle), "{number}");
+            let values = |tool: &Tool| Property::of_kind(tool.kind).map(|own| own.of(tool)).collect::<Vec<_>>();
+            assert_eq!(values(&made), values(tool), "{number}");
+        }
+    }
+
+    #[test]
+    fn missing_properties_and_angles_out_of_range_are_refused() {
+        let said = |kind, property, value| Form::default().with(kind, &[(property, value)]).unwrap_err().to_string();
+        let circle = said(ToolKind::Circle, Property::Angle, 45.0);
+        assert_eq!(circle, "angle: a circle has none: it has size, elasticity, friction");
+        assert!(said(ToolKind::Fan, Property::Angle, f64::NAN).starts_with("angle: is NaN"));
+        let plank = said(ToolKind::SeeSaw, Property::MaxAngle, 100.0);
+        assert_eq!(plank, "max_angle: is 100, but must be a number from 0 to 90");
+        let unknown = "elastcity".parse::<Property>().unwrap_err();
+        assert!(unknown.ends_with("did you mean `elasticity`?"), "{unknown}");
+    }
+
+    #[test]
+    fn angles_wrap_around() {
+        let mut tool = Tool::new(ToolKind::Ramp, [0.0; 2]);
+        assert_eq!(Property::Angle.stepped(&tool, -1.0), 345.0);
+        tool.angle = radians(345.0);
+        assert_eq!(Property::Angle.stepped(&tool, 1.0), 0.0);
+    }
+}

@@ -1,0 +1,176 @@
+//! Forks: runs that continue from an episode of another run with other settings.
+//!
+//! The state of the other run at that episode is either in a checkpoint or is recomputed from the
+//! nearest earlier one, because trainings are reproducible. Every repeated episode is compared with
+//! the log of the other run.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::config::RunConfig;
+use super::parts::{Fork, PastTask};
+use super::prior::{PriorError, build_prior, build_priors};
+use super::run_loop::play;
+use super::training::{Training, TrainingError};
+use mge_base::stop::Stop;
+use mge_run::{Branch, Event, RunDirectory, RunError, RunHistory, read_events};
+use mge_task::Task;
+
+impl RunConfig {
+    /// The configuration of a fork that continues from `episode` of the run in the folder `run`, whose
+    /// configuration is `before`. `self` already includes `changes`.
+    #[must_use]
+    pub fn forked(self, before: &Self, run: &str, episode: u32, changes: Vec<String>) -> Self {
+        let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until <= episode);
+        let mut tasks: Vec<PastTask> = known.cloned().collect();
+        if before.task != self.task || before.further_tasks != self.further_tasks {
+            tasks.push(PastTask { until: episode, task: before.task.clone(), further: before.further_tasks.clone() });
+        }
+        Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
+    }
+
+    /// Whether this is a fork that has left its further tasks after this episode or a later one.
+    pub fn left_tasks_at(&self, episode: u64) -> bool {
+        self.past_task(episode).is_some_and(|past| !past.further.is_empty())
+    }
+
+    /// The tasks before a fork on one of which an episode, counted from 1, was played.
+    fn past_task(&self, episode: u64) -> Option<&PastTask> {
+        self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until))
+    }
+
+    /// The task on which an episode, counted from 1, was played.
+    pub fn task_of(&self, episode: u64) -> &Arc<Task> {
+        let past = self.past_task(episode);
+        let (task, further) = past.map_or((&self.task, &self.further_tasks), |past| (&past.task, &past.further));
+        let turn = episode.saturating_sub(1) % (1 + further.len() as u64);
+        (turn as usize).checked_sub(1).map_or(task, |turn| &further[turn])
+    }
+}
+
+/// Why a run could not be forked.
+#[derive(Debug, thiserror::Error)]
+pub enum ForkError {
+    /// The run's files cannot be used.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The training failed.
+    #[error(transparent)]
+    Training(#[from] TrainingError),
+    /// There is no action prior.
+    #[error(transparent)]
+    Prior(#[from] PriorError),
+    /// The run has fewer episodes.
+    #[error("the run has {done} episodes, not {wanted}")]
+    NotReached { done: u64, wanted: u64 },
+    /// There is no checkpoint from which the episode could be reached.
+    #[error("no checkpoint of this fork is as early as episode {0}: fork the run that it comes from")]
+    TooEarly(u64),
+    /// Clusters were set by a user and are not recorded.
+    #[error(
+        "the run was given other clusters after episode {at}, which are not kept: fork it before that, or at the \
+         episode of a later checkpoint"
+    )]
+    Clusters { at: u64 },
+    /// A repeated episode differs from the recorded one.
+    #[error(
+        "episode {0} differs when it is repeated: the run was trained by another version of the program or on \
+         another kind of machine; fork it at the episode of a checkpoint"
+    )]
+    Different(u64),
+}
+
+/// Creates a run in `place` that continues from `source` with `config`; `config.fork` names the episode.
+/// `progress` receives the numbers of episodes repeated so far and to be repeated in total.
+///
+/// # Errors
+/// When the episode cannot be reproduced, or the learned state cannot be used with the new settings; then
+/// nothing remains on disk.
+pub fn fork(
+    source: &RunDirectory,
+    place: &Path,
+    config: RunConfig,
+    progress: impl Fn(u64, u64),
+    stop: &Stop,
+) -> Result<RunDirectory, ForkError> {
+    let episode = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
+    let old = RunConfig::of(source)?;
+    let done = RunHistory::read(source)?.records.len() as u64;
+    if done < episode {
+        return Err(ForkError::NotReached { done, wanted: episode });
+    }
+    let branch = Branch::new(source, place, episode)?;
+    // The log of the new run contains the events to repeat.
+    let events: Vec<Event> =
+        read_events(&branch.directory().events_path())?.into_iter().map(|logged| logged.event).collect();
+    let mut training = begin(source, &old, episode, stop)?;
+    training.stop_on(stop);
+    repeat(&mut training, &events, episode, progress)?;
+    let mut priors = training.priors();
+    priors.resize(config.tasks().count(), None);
+    for (index, (task, prior)) in config.tasks().zip(&mut priors).enumerate() {
+        let is_other = (index == 0 && old.task != config.task)
+            || old.rollout_source() != config.rollout_source()
+            || old.guidance != config.guidance;
+        if config.is_guided() && (is_other || prior.is_none()) {
+            *prior = Some(Arc::new(build_prior(&config.on(task), |_| (), stop)?));
+        }
+    }
+    stop.check().map_err(TrainingError::from)?;
+    let config = config.identified();
+    let model = config.model_bytes()?;
+    let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
+    Ok(branch.finish(&config, model.as_deref(), checkpoint)?)
+}
+
+/// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own
+/// checkpoints begin at its first episode: an earlier one is of the run that it comes from, with other settings.
+fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, ForkError> {
+    let store = source.checkpoints();
+    let first = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
+    let nearest = store.episodes()?.into_iter().rfind(|(at, _)| (first..=episode).contains(at));
+    Ok(match nearest {
+        Some((_, name)) => Training::resume(config.clone(), &store.load(name)?)?,
+        None if config.fork.is_some() => return Err(ForkError::TooEarly(episode)),
+        None => Training::with_priors(config.clone(), build_priors(config, |_, _| (), stop)?)?,
+    })
+}
+
+/// Continues a training to `episode` and checks every episode against the log.
+fn repeat(
+    training: &mut Training,
+    events: &[Event],
+    episode: u64,
+    progress: impl Fn(u64, u64),
+) -> Result<(), ForkError> {
+    let first = training.episode();
+    let mut history = RunHistory::default();
+    events.iter().for_each(|event| history.note(event));
+    for event in &history.interventions {
+        // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
+        if let Event::ClustersChanged { episode, given, .. } = *event
+            && episode > first
+            && (given || !training.config().is_refined_after(episode))
+        {
+            return Err(ForkError::Clusters { at: episode });
+        }
+    }
+    loop {
+        let now = training.episode();
+        for event in history.interventions.iter().filter(|event| event.episode() == now) {
+            if let Event::ScheduleChanged { schedule, .. } = event
+                && let Ok(schedule) = schedule.parse()
+            {
+                training.set_schedule(schedule);
+            }
+        }
+        if now >= episode {
+            return Ok(());
+        }
+        progress(now - first, episode - first);
+        let record = play(training)?.record;
+        if history.records.get(now as usize) != Some(&record) {
+            return Err(ForkError::Different(now + 1));
+        }
+    }
+}

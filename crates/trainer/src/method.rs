@@ -1,0 +1,220 @@
+//! The methods that can be compared, by name.
+
+use serde::{Deserialize, Serialize};
+
+use super::model_file::ModelFile;
+use mge_base::by_name;
+
+/// A way of learning, or of acting without learning. All share one loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Standard DDPG, the baseline.
+    Ddpg,
+    /// DDPG with model-guided exploration (paper, section 4.3). Serde's default is that of the first run format; the
+    /// program's is [`Method::usual`].
+    #[default]
+    DdpgMge,
+    /// Epsilon-greedy: uniform random actions instead of the clusters'. Separates the effect
+    /// of the clusters from that of epsilon.
+    DdpgUniform,
+    /// Clusters from the true physics: an upper bound for learned models.
+    DdpgMgeTrue,
+    /// DDPG with model-generated transitions in its replay buffer, which guidance avoids.
+    #[serde(rename = "ddpg-model-replay")]
+    ModelReplay,
+    /// Planning through the model (cross-entropy method), without learning.
+    Planning,
+    /// DDPG-MGE that explores by need and learns from its own successes.
+    DdpgMgeAdaptive,
+    /// The same learner with uniform random actions instead of the clusters'.
+    DdpgUniformAdaptive,
+    /// The same learner with noise as its only exploration.
+    DdpgAdaptive,
+    /// No learning: guided exploration until an episode succeeds; its actions are then repeated.
+    OpenLoop,
+}
+
+impl Method {
+    /// All methods.
+    pub const ALL: [Self; 10] = [
+        Self::Ddpg,
+        Self::DdpgMge,
+        Self::DdpgUniform,
+        Self::DdpgMgeTrue,
+        Self::ModelReplay,
+        Self::Planning,
+        Self::DdpgMgeAdaptive,
+        Self::DdpgUniformAdaptive,
+        Self::DdpgAdaptive,
+        Self::OpenLoop,
+    ];
+
+    /// The name used in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ddpg => "ddpg",
+            Self::DdpgMge => "ddpg-mge",
+            Self::DdpgUniform => "ddpg-uniform",
+            Self::DdpgMgeTrue => "ddpg-mge-true",
+            Self::ModelReplay => "ddpg-model-replay",
+            Self::Planning => "planning",
+            Self::DdpgMgeAdaptive => "ddpg-mge-adaptive",
+            Self::DdpgUniformAdaptive => "ddpg-uniform-adaptive",
+            Self::DdpgAdaptive => "ddpg-adaptive",
+            Self::OpenLoop => "open-loop",
+        }
+    }
+
+    /// The name used in tables and legends.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Ddpg => "DDPG",
+            Self::DdpgMge => "DDPG-MGE",
+            Self::DdpgUniform => "DDPG, uniform exploration",
+            Self::DdpgMgeTrue => "DDPG-MGE, true physics",
+            Self::ModelReplay => "DDPG, model replay",
+            Self::Planning => "planning",
+            Self::DdpgMgeAdaptive => "adaptive DDPG-MGE",
+            Self::DdpgUniformAdaptive => "adaptive DDPG, uniform exploration",
+            Self::DdpgAdaptive => "adaptive DDPG",
+            Self::OpenLoop => "open-loop replay",
+        }
+    }
+
+    /// Whether the method draws exploratory actions from the action clusters, or uniformly at random in their place.
+    pub fn has_clusters(self) -> bool {
+        match self {
+            Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue => true,
+            Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::OpenLoop => true,
+            Self::Ddpg | Self::DdpgAdaptive | Self::ModelReplay | Self::Planning => false,
+        }
+    }
+
+    /// Whether a rollout model is consulted during the episodes.
+    pub fn consults_model(self) -> bool {
+        matches!(self, Self::ModelReplay | Self::Planning)
+    }
+
+    /// Whether the method learns a policy.
+    pub fn learns(self) -> bool {
+        !matches!(self, Self::Planning | Self::OpenLoop)
+    }
+
+    /// Whether it learns a policy, and only from real play. Only such methods support agents that choose among tools,
+    /// and several tasks: the others know only the task's own tool, and what they have besides a policy is not kept
+    /// for each task.
+    pub fn learns_from_play(self) -> bool {
+        self.learns() && !self.consults_model()
+    }
+
+    /// Whether it explores by need and learns from its own successes.
+    pub fn is_adaptive(self) -> bool {
+        matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
+    }
+
+    /// Whether a setting of a run, given by its JSON path, affects the method.
+    pub fn uses(self, path: &str) -> bool {
+        match path.split('.').next().unwrap_or(path) {
+            "epsilon" | "granularity" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
+            "refinement" | "practice" => self.has_clusters() && self.learns(),
+            "guidance" => self.has_clusters(),
+            "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
+            "model_replay" => self == Self::ModelReplay,
+            "planner" => self == Self::Planning,
+            "ddpg" | "observation" | "noise_decay" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => {
+                self.learns()
+            }
+            _ => true,
+        }
+    }
+
+    /// The source of rollouts, if the method determines it.
+    pub(super) fn fixed_source(self) -> Option<PriorSource> {
+        match self {
+            Self::DdpgUniform | Self::DdpgUniformAdaptive => Some(PriorSource::Uniform),
+            Self::DdpgMgeTrue => Some(PriorSource::TruePhysics),
+            Self::Ddpg | Self::DdpgMge | Self::ModelReplay | Self::Planning => None,
+            Self::DdpgMgeAdaptive | Self::DdpgAdaptive | Self::OpenLoop => None,
+        }
+    }
+}
+
+by_name!(Method, "method");
+
+/// The source of rollouts, and thus of the action clusters.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub enum PriorSource {
+    /// `learned`: the shipped dynamics model of the task's tool set.
+    #[default]
+    Learned,
+    /// A dynamics model in a file.
+    ModelFile(ModelFile),
+    /// `rapier`: rapier's own solver, an approximation without learning.
+    Rapier,
+    /// `true`: the environment's own physics, the upper bound of guidance.
+    TruePhysics,
+    /// `uniform`: no clusters; uniform random actions instead.
+    Uniform,
+}
+
+impl From<String> for PriorSource {
+    fn from(text: String) -> Self {
+        match text.as_str() {
+            "learned" => Self::Learned,
+            "rapier" => Self::Rapier,
+            "true" => Self::TruePhysics,
+            "uniform" => Self::Uniform,
+            _ => Self::ModelFile(text.into()),
+        }
+    }
+}
+
+impl From<PriorSource> for String {
+    fn from(source: PriorSource) -> Self {
+        match source {
+            PriorSource::Learned => "learned".to_owned(),
+            PriorSource::Rapier => "rapier".to_owned(),
+            PriorSource::TruePhysics => "true".to_owned(),
+            PriorSource::Uniform => "uniform".to_owned(),
+            PriorSource::ModelFile(file) => file.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_matters_to_the_methods_that_read_it() {
+        use Method::*;
+        let learning =
+            [Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive];
+        let table: [(&str, &[Method]); 9] = [
+            ("epsilon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive]),
+            ("guidance.horizon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, OpenLoop]),
+            ("prior", &[DdpgMge, ModelReplay, Planning, DdpgMgeAdaptive, OpenLoop]),
+            ("model_replay.rollouts", &[ModelReplay]),
+            ("planner.rollouts", &[Planning]),
+            ("ddpg.gamma", &learning),
+            ("noise_decay.share", &learning),
+            ("evaluation.every", &learning),
+            ("seed", &Method::ALL),
+        ];
+        for (path, methods) in table {
+            let using: Vec<Method> = Method::ALL.into_iter().filter(|method| method.uses(path)).collect();
+            assert_eq!(using, methods, "{path}");
+        }
+    }
+
+    #[test]
+    fn sources_of_rollouts_round_trip_as_text() {
+        for text in ["learned", "rapier", "true", "uniform", "a.safetensors"] {
+            let source = PriorSource::from(text.to_owned());
+            assert_eq!(matches!(source, PriorSource::ModelFile(_)), text.ends_with(".safetensors"), "{text}");
+            assert_eq!(String::from(source), text);
+        }
+    }
+}

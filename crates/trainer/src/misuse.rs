@@ -1,0 +1,198 @@
+//! Settings that do not do what they seem to: without effect, contradictory, or longer than the run. They are valid, so
+//! that they are no errors, but nobody wants them: whoever starts a training is told.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::config::RunConfig;
+use super::method::PriorSource;
+use mge_guidance::EpsilonSchedule;
+
+/// A configuration, and the settings in it that somebody set, by JSON path.
+pub type Chosen<'a> = (&'a RunConfig, &'a BTreeSet<String>);
+
+/// The warnings about runs that are started together, one line each: about settings that affect none of the runs for
+/// which they were set, and about doubtful combinations.
+pub fn warnings<'a>(runs: impl IntoIterator<Item = Chosen<'a>>) -> Vec<String> {
+    let mut idle: BTreeMap<&str, Option<String>> = BTreeMap::new();
+    let mut found: Vec<String> = Vec::new();
+    for (config, set) in runs {
+        for path in set {
+            let reason = without_effect(config, path);
+            let known = idle.entry(path).or_insert_with(|| reason.clone());
+            *known = known.take().filter(|_| reason.is_some());
+        }
+        found.extend(doubts(config, set));
+    }
+    let idle = idle.into_iter().filter_map(|(path, reason)| Some(format!("`{path}` has no effect: {}", reason?)));
+    let mut known = BTreeSet::new();
+    idle.chain(found).filter(|warning| known.insert(warning.clone())).collect()
+}
+
+/// Settings of the clusters themselves.
+const OF_CLUSTERS: [&str; 3] = ["guidance.clusters", "guidance.std_floor", "guidance.rewarding"];
+/// Settings of the rollouts behind the clusters.
+const OF_ROLLOUTS: [&str; 6] = [
+    "guidance.model_rollouts",
+    "guidance.least_hits",
+    "guidance.most_model_rollouts",
+    "guidance.longest_horizon",
+    "guidance.environment_rollouts",
+    "guidance.start_states",
+];
+
+/// Why a setting has no effect with the others; none if it may have one.
+fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
+    let RunConfig { method, epsilon, episodes, guidance, refinement, evaluation, .. } = config;
+    if !method.uses(path) {
+        return Some(match method.fixed_source() {
+            Some(source) if path == "prior" => {
+                format!("the source of rollouts of `{method}` is always `{}`", String::from(source))
+            }
+            _ => format!("the method `{method}` does not use it"),
+        });
+    }
+    let by_need = matches!(epsilon, EpsilonSchedule::Need { .. });
+    let is_noisy = !matches!(epsilon, EpsilonSchedule::Need { noise: 0.0, .. });
+    let is_unguided = method.has_clusters() && !config.is_guided();
+    let is_uniform = config.rollout_source() == PriorSource::Uniform;
+    let has_subgoals = config.tasks().any(|task| !task.subgoals.is_empty());
+    let periodic = u64::from(*episodes) < config.checkpoints.periodic_every;
+    let idle: [(&[&str], bool, &str); 19] = [
+        (&["guidance", "prior", "practice", "refinement"], is_unguided, "without clusters, as epsilon is always 0"),
+        (&["hold_tolerance", "mastered_update_interval"], !by_need, "epsilon does not depend on need"),
+        (&["noise_decay", "ddpg.ou"], !is_noisy, "epsilon leaves no share to the noise"),
+        (&["noise_decay.share"], config.noise_decay.final_scale >= 1.0, "`noise_decay.final_scale` is 1"),
+        (&["ddpg.imitation.weight"], config.ddpg.imitation.share == 0.0, "`ddpg.imitation.share` is 0"),
+        (&["practice.enough"], config.practice.rollouts == 0, "`practice.rollouts` is 0"),
+        (&["refinement.least", "refinement.most"], refinement.every == 0, "`refinement.every` is 0"),
+        (
+            &OF_CLUSTERS,
+            is_uniform && refinement.every == 0,
+            "actions are uniform, and nothing refines them to clusters",
+        ),
+        (&OF_ROLLOUTS, is_uniform, "there are no rollouts, as actions are uniform"),
+        (&["guidance.environment_rollouts", "guidance.start_states"], !has_subgoals, "the task has no subgoals"),
+        (
+            &["guidance.least_hits"],
+            guidance.model_rollouts >= guidance.most_model_rollouts,
+            "no batch may follow the first",
+        ),
+        (&["guidance.longest_horizon"], config.tools.is_some(), "rollouts with `tools` have `guidance.horizon`"),
+        (&["guidance.longest_horizon"], guidance.longest_horizon <= guidance.horizon, "`guidance.horizon` is as long"),
+        (&["evaluation.episodes", "evaluation.tools"], evaluation.every == 0, "`evaluation.every` is 0"),
+        (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
+        (&["refinement.every"], refinement.every > *episodes, "it is longer than the run"),
+        (&["checkpoints.periodic_every"], periodic, "it is longer than the run"),
+        (&["checkpoints.periodic_kept"], config.checkpoints.periodic_every == 0, "`checkpoints.periodic_every` is 0"),
+        (&["tool_candidates"], config.tools.is_none(), "the agent does not choose among `tools`"),
+    ];
+    let is_part = |whole: &&str| path.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    let found = idle.into_iter().find(|(paths, is_idle, _)| *is_idle && paths.iter().any(is_part));
+    found.map(|(_, _, reason)| reason.to_owned())
+}
+
+/// What is doubtful about the settings together.
+fn doubts(config: &RunConfig, set: &BTreeSet<String>) -> Vec<String> {
+    let RunConfig { method, epsilon, episodes, guidance, ddpg, .. } = config;
+    let mut doubts = Vec::new();
+    if method.is_adaptive() && !matches!(epsilon, EpsilonSchedule::Need { .. }) {
+        let usual = RunConfig::default_with(config.task.clone(), *method, config.tools).epsilon;
+        let other = method.has_clusters().then_some(", or choose a method with a schedule, such as `ddpg-mge`");
+        doubts.push(format!(
+            "epsilon {epsilon} cripples `{method}`, which explores by need: leave out epsilon, write {usual}{}",
+            other.unwrap_or_default()
+        ));
+    }
+    if method.uses("epsilon")
+        && let Some((wanted, end)) = epsilon.unreached(*episodes)
+    {
+        doubts.push(format!(
+            "epsilon {epsilon} is longer than the run: after {episodes} episodes it is {end}, {wanted}; shorten it, or \
+             raise `episodes`"
+        ));
+    }
+    let (rollouts, batch) = (guidance.model_rollouts, ddpg.batch_size);
+    for (less, small, more, large) in [
+        ("guidance.model_rollouts", rollouts, "guidance.most_model_rollouts", guidance.most_model_rollouts),
+        ("ddpg.batch_size", batch, "ddpg.replay_capacity", ddpg.replay_capacity),
+    ] {
+        if small > large && method.uses(less) && (set.contains(less) || set.contains(more)) {
+            doubts.push(format!("`{less}` {small} is above `{more}` {large}"));
+        }
+    }
+    doubts
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::Method;
+
+    fn told(method: Method, settings: &[(&str, &str)]) -> Vec<String> {
+        let mut config = RunConfig::default_for(Arc::new(mge_task::load("task1").unwrap()), method);
+        for (key, value) in settings {
+            config = config.with_unchecked_setting(key, value).unwrap();
+        }
+        let set = settings.iter().map(|(key, _)| (*key).to_owned()).collect();
+        warnings([(&config, &set)])
+    }
+
+    #[test]
+    fn no_method_is_warned_about_with_its_usual_settings() {
+        for method in Method::ALL {
+            assert_eq!(told(method, &[]), [""; 0], "{method}");
+            let all: BTreeSet<String> = ["seed", "episodes", "method", "start_noise"].map(str::to_owned).into();
+            let config = RunConfig::default_for(Arc::new(mge_task::load("task3").unwrap()), method);
+            assert_eq!(warnings([(&config, &all)]), [""; 0], "{method}");
+        }
+    }
+
+    #[test]
+    fn each_misuse_is_told_in_one_line() {
+        use Method::*;
+        let cases: [(Method, &[(&str, &str)], &str); 25] = [
+            (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
+            (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
+            (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
+            (DdpgMge, &[("episodes", "500"), ("epsilon", "exp:0.8:0:0.999")], "longer than the run"),
+            (DdpgMge, &[("episodes", "500"), ("epsilon", "step:0.8:0.5:600")], "longer than the run"),
+            (DdpgMge, &[("episodes", "500"), ("epsilon", "points:0=0.8,501=0")], "longer than the run"),
+            (DdpgMgeAdaptive, &[("episodes", "9")], "longer than the run"),
+            (Ddpg, &[("epsilon", "0.1")], "`epsilon` has no effect: the method `ddpg` does not use it"),
+            (DdpgMge, &[("planner.rollouts", "3")], "`planner.rollouts` has no effect"),
+            (Planning, &[("ddpg.gamma", "0.9")], "`ddpg.gamma` has no effect"),
+            (DdpgUniform, &[("prior", "true")], "always `uniform`"),
+            (DdpgMge, &[("epsilon", "0"), ("guidance.horizon", "4")], "epsilon is always 0"),
+            (DdpgMge, &[("hold_tolerance", "0.2")], "epsilon does not depend on need"),
+            (DdpgMgeAdaptive, &[("epsilon", "need:0.5:0:20"), ("ddpg.ou.sigma", "0.2")], "no share to the noise"),
+            (DdpgMgeAdaptive, &[("noise_decay.share", "0.2")], "`noise_decay.final_scale` is 1"),
+            (Ddpg, &[("ddpg.imitation.weight", "1")], "`ddpg.imitation.share` is 0"),
+            (DdpgMge, &[("practice.enough", "4")], "`practice.rollouts` is 0"),
+            (DdpgMge, &[("refinement.least", "4")], "`refinement.every` is 0"),
+            (DdpgUniform, &[("guidance.std_floor", "0.1")], "nothing refines them"),
+            (DdpgUniformAdaptive, &[("guidance.model_rollouts", "50")], "there are no rollouts"),
+            (DdpgMge, &[("guidance.longest_horizon", "4")], "`guidance.horizon` is as long"),
+            (DdpgMge, &[("evaluation.every", "5000")], "`evaluation.every` has no effect: it is longer than the run"),
+            (DdpgMge, &[("checkpoints.periodic_kept", "5")], "`checkpoints.periodic_every` is 0"),
+            (DdpgMge, &[("tool_candidates", "5")], "does not choose among `tools`"),
+            (Ddpg, &[("ddpg.batch_size", "64"), ("ddpg.replay_capacity", "50")], "64 is above"),
+        ];
+        for (method, settings, expected) in cases {
+            let told = told(method, settings);
+            assert!(told.len() == 1 && told[0].contains(expected) && !told[0].contains('\n'), "{settings:?}: {told:?}");
+        }
+    }
+
+    #[test]
+    fn a_setting_without_effect_in_some_of_several_runs_is_no_misuse() {
+        let task = Arc::new(mge_task::load("task1").unwrap());
+        let [plain, guided] =
+            [Method::Ddpg, Method::DdpgMge].map(|method| RunConfig::default_for(task.clone(), method));
+        let set = BTreeSet::from(["epsilon".to_owned()]);
+        assert_eq!(warnings([(&plain, &set), (&guided, &set)]), [""; 0]);
+        assert_eq!(warnings([(&guided, &set), (&plain, &set)]), [""; 0]);
+        assert_eq!(warnings([(&plain, &set), (&plain, &set)]).len(), 1);
+    }
+}

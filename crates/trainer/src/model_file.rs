@@ -1,0 +1,186 @@
+//! A run's dynamics model in a file: known by the file's content, and copied to the run's folder.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::config::RunConfig;
+use super::method::PriorSource;
+use super::prior::PriorError;
+use super::run_loop::TrainerError;
+use mge_base::identity::FileId;
+use mge_base::json;
+use mge_base::paths::expanded;
+use mge_dynamics::{self as dynamics, DynamicsError, Model};
+use mge_run::{RunDirectory, RunError};
+
+/// A dynamics model in a file, or a shipped one by its name. Equal if the content is, wherever the file is.
+#[derive(Debug, Clone, Eq)]
+pub struct ModelFile {
+    /// Where it is: a path, or the name of a shipped model. Saved only while `id` is not known.
+    pub path: PathBuf,
+    /// Its name and hash; none until it is read, and in runs of earlier versions.
+    pub id: Option<FileId>,
+}
+
+impl PartialEq for ModelFile {
+    fn eq(&self, other: &Self) -> bool {
+        self.id == other.id && (self.id.is_some() || self.path == other.path)
+    }
+}
+
+impl From<PathBuf> for ModelFile {
+    fn from(path: PathBuf) -> Self {
+        Self { path, id: None }
+    }
+}
+
+impl From<String> for ModelFile {
+    fn from(text: String) -> Self {
+        match text.parse::<FileId>() {
+            Ok(id) => Self { path: PathBuf::new(), id: Some(id) },
+            Err(()) => Self { path: expanded(text), id: None },
+        }
+    }
+}
+
+impl From<ModelFile> for String {
+    fn from(file: ModelFile) -> Self {
+        file.id.map_or_else(|| file.path.display().to_string(), |id| id.to_string())
+    }
+}
+
+impl ModelFile {
+    /// The same model, known by its content from now on. A file that cannot be read stays known by its path.
+    fn identified(self) -> Self {
+        match dynamics::file_of(&self.path) {
+            Ok(bytes) if self.id.is_none() => Self { id: Some(FileId::new(&self.path, &bytes)), ..self },
+            _ => self,
+        }
+    }
+
+    /// Reads the model.
+    ///
+    /// # Errors
+    /// When it cannot be read, or the content of the file has changed since its identity was determined.
+    pub fn load(&self) -> Result<Arc<Model>, DynamicsError> {
+        match &self.id {
+            Some(id) => dynamics::identified(self.known_path(id)?, id),
+            None => dynamics::named(&self.path),
+        }
+    }
+
+    fn known_path(&self, id: &FileId) -> Result<&Path, DynamicsError> {
+        if !self.path.as_os_str().is_empty() {
+            return Ok(&self.path);
+        }
+        let reason = "it is known by its content, but not where it is: name its file".to_owned();
+        Err(DynamicsError::Content { origin: id.to_string(), reason })
+    }
+}
+
+impl PriorSource {
+    /// The same source, with a model in a file known by its content from now on.
+    #[must_use]
+    pub fn identified(self) -> Self {
+        match self {
+            Self::ModelFile(file) => Self::ModelFile(file.identified()),
+            other => other,
+        }
+    }
+
+    /// What names the source in a command: as [`String`], but a file by its path.
+    pub fn place(&self) -> String {
+        match self {
+            Self::ModelFile(file) if !file.path.as_os_str().is_empty() => file.path.display().to_string(),
+            other => other.clone().into(),
+        }
+    }
+
+    /// Its name for people: a file without folder, extension and hash.
+    pub fn name(&self) -> String {
+        match self {
+            Self::ModelFile(ModelFile { id: Some(id), .. }) => id.name.clone(),
+            other => other.clone().into(),
+        }
+    }
+}
+
+impl RunConfig {
+    /// The configuration of a run. Its model in a file is the copy in the run's folder.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of(directory: &RunDirectory) -> Result<Self, RunError> {
+        let mut config: Self = directory.config()?;
+        if let PriorSource::ModelFile(file @ ModelFile { id: Some(_), .. }) = &mut config.prior {
+            file.path = directory.model_path();
+        }
+        Ok(config)
+    }
+
+    /// Whether both train in the same way: wherever the further tasks come from, and with equal models if these can
+    /// be read.
+    pub fn trains_as(&self, other: &Self) -> bool {
+        let prior = other.prior.clone().identified();
+        let same = Self { more_tasks: self.more_tasks.clone(), prior, ..other.clone() };
+        same == Self { prior: self.prior.clone().identified(), ..self.clone() }
+    }
+
+    /// The number of further tasks, as a name, and the hash of their content.
+    pub fn further_tasks_id(&self) -> FileId {
+        FileId::new(self.further_tasks.len().to_string(), json::pretty(&self.further_tasks).as_bytes())
+    }
+
+    /// Creates the run, with a copy of the model that it uses.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::create`], and when the model cannot be read.
+    pub fn create_run(&self, path: &Path) -> Result<RunDirectory, TrainerError> {
+        let config = self.identified();
+        Ok(RunDirectory::create_with_model(path, &config, config.model_bytes()?.as_deref())?)
+    }
+
+    /// The run, which is created if there is none.
+    ///
+    /// # Errors
+    /// As [`create_run`](Self::create_run) and [`RunDirectory::open`].
+    pub fn open_or_create_run(&self, path: &Path) -> Result<RunDirectory, TrainerError> {
+        Ok(RunDirectory::open_or(path, || self.create_run(path))?)
+    }
+
+    /// The configuration as it is saved, without the paths of what is known by its content: the model, and the further
+    /// tasks.
+    pub(super) fn identified(&self) -> Self {
+        let name = |place: &str| place.trim_end_matches('/').rsplit('/').next().unwrap_or_default().to_owned();
+        let more_tasks = self.more_tasks.split(',').map(name).collect::<Vec<String>>().join(",");
+        Self { prior: self.prior.clone().identified(), more_tasks, ..self.clone() }
+    }
+
+    /// The bytes of the model file that the run uses, for its copy; none if it uses none.
+    pub(super) fn model_bytes(&self) -> Result<Option<Cow<'static, [u8]>>, PriorError> {
+        let PriorSource::ModelFile(file) = self.rollout_source() else { return Ok(None) };
+        let Some(id) = file.id.as_ref().filter(|_| self.is_guided() || self.method.consults_model()) else {
+            return Ok(None);
+        };
+        Ok(Some(dynamics::file_with(file.known_path(id)?, id)?))
+    }
+
+    /// The dynamics models that a run with these settings uses, as [`FileId`].
+    pub(super) fn models(&self) -> Vec<String> {
+        if !self.is_guided() && !self.method.consults_model() {
+            return Vec::new();
+        }
+        let mut models: Vec<String> = match self.rollout_source() {
+            PriorSource::Learned => self
+                .tasks()
+                .filter_map(|task| Some(dynamics::shipped_for(&task.tool_set())?.id().to_string()))
+                .collect(),
+            PriorSource::ModelFile(file) => vec![file.into()],
+            PriorSource::Rapier | PriorSource::TruePhysics | PriorSource::Uniform => Vec::new(),
+        };
+        models.sort();
+        models.dedup();
+        models
+    }
+}

@@ -1,0 +1,186 @@
+//! Groups of settings of a training.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use mge_env::Environment;
+use mge_physics::ToolSplit;
+use mge_task::Task;
+
+/// What an agent with the task's own tool observes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Observation {
+    /// The environment's observation, the paper's: a slot for every object, whose number depends on the task.
+    #[default]
+    Objects,
+    /// [Rays](Environment::with_rays) from the ball and from its next target: the same numbers for every task, so that
+    /// one agent can learn on several tasks and play others.
+    Rays,
+}
+
+impl Observation {
+    /// The environment with this observation. One with an action set keeps its own.
+    #[must_use]
+    pub fn applied_to(self, env: Environment) -> Environment {
+        match self {
+            Self::Rays if env.action_set().is_none() => env.with_rays(),
+            Self::Objects | Self::Rays => env,
+        }
+    }
+}
+
+/// How often epsilon is drawn to decide whether actions come from the clusters.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Granularity {
+    /// Once per episode.
+    Episode,
+    /// Once per stage: at the start of an episode and whenever a subgoal is reached. Chosen by
+    /// measurement: clusters of a late stage can then follow a policy that reaches it.
+    #[default]
+    Stage,
+    /// Before every action: the paper's literal reading.
+    Step,
+}
+
+/// Annealing of the exploration noise: its scale falls linearly from 1 towards 0 over the first
+/// `share` of the episodes, but not below `final_scale`. It is the same for all methods.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseDecay {
+    /// Least scale of the noise's standard deviation; 1 keeps it constant.
+    pub final_scale: f32,
+    /// Share of the run's episodes, rounded to whole ones, after which the scale would be 0.
+    pub share: f32,
+}
+
+impl Default for NoiseDecay {
+    fn default() -> Self {
+        Self { final_scale: 0.0, share: 0.5 }
+    }
+}
+
+impl NoiseDecay {
+    /// Scale of the noise in an episode, counted from 0, of a run of `episodes` episodes.
+    pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
+        (1.0 - episode as f32 / self.span(episodes)).max(self.final_scale)
+    }
+
+    /// Number of episodes after which the scale would be 0.
+    fn span(&self, episodes: u32) -> f32 {
+        (self.share * episodes as f32).round().max(1.0)
+    }
+
+    /// The same scale in every episode, for a run whose number of episodes is raised.
+    #[must_use]
+    pub fn extended(self, from: u32, to: u32) -> Self {
+        if self.final_scale >= 1.0 { self } else { Self { share: self.span(from) / to as f32, ..self } }
+    }
+}
+
+/// Evaluation of the greedy policy during training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Evaluation {
+    /// Episodes of training between evaluations; 0 for none.
+    pub every: u32,
+    /// Episodes of an evaluation; one is enough for a task without start noise.
+    pub episodes: u32,
+    /// The split of tools from which action sets are drawn; none for that of the training.
+    pub tools: Option<ToolSplit>,
+}
+
+impl Default for Evaluation {
+    fn default() -> Self {
+        Self { every: 50, episodes: 1, tools: None }
+    }
+}
+
+/// Refinement of clusters from the agent's own rewarding actions during training (the
+/// paper's future work). Off by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Refinement {
+    /// Episodes of a task between refinements; 0 for none.
+    pub every: u32,
+    /// Number of own rewarding actions of a stage from which on its clusters are built from these only.
+    pub least: usize,
+    /// Maximum number of own rewarding actions kept per stage; the newest are kept.
+    pub most: usize,
+}
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self { every: 0, least: 30, most: 200 }
+    }
+}
+
+/// Rollouts from stage to stage in the real environment before the first episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Practice {
+    /// Maximum number of rollouts towards a stage; 0 for no practice.
+    pub rollouts: u32,
+    /// Number of rollouts that reach a stage after which no further round follows.
+    pub enough: u32,
+}
+
+impl Default for Practice {
+    fn default() -> Self {
+        Self { rollouts: 0, enough: 40 }
+    }
+}
+
+/// Imagined rollouts of [`Method::ModelReplay`](super::Method::ModelReplay) after each episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelReplay {
+    /// Imagined rollouts, each from a state of the episode.
+    pub rollouts: usize,
+    /// Actions in a rollout: the actor's, with noise.
+    pub horizon: usize,
+}
+
+impl Default for ModelReplay {
+    fn default() -> Self {
+        Self { rollouts: 2, horizon: 5 }
+    }
+}
+
+/// The origin of a fork.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fork {
+    /// Name of the other run's folder.
+    pub run: String,
+    /// Number of episodes that it shares with the other run.
+    pub episode: u32,
+    /// Settings that were changed at the fork, as `KEY=VALUE`.
+    pub changes: Vec<String>,
+    /// Other tasks on which earlier episodes were played, the earliest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tasks: Vec<PastTask>,
+}
+
+/// The tasks of the first episodes of a fork.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PastTask {
+    /// The last episode on these tasks.
+    pub until: u32,
+    /// The task.
+    pub task: Arc<Task>,
+    /// Further tasks that were played in turn with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<Arc<Task>>,
+}
+
+impl fmt::Display for Fork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "forked from {} at episode {}", self.run, self.episode)?;
+        if self.changes.is_empty() { Ok(()) } else { write!(f, " with {}", self.changes.join(", ")) }
+    }
+}

@@ -1,0 +1,439 @@
+//! Trains a run in its directory to its end: prior, episodes, evaluations, checkpoints,
+//! and user controls.
+
+mod controls;
+
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+
+use crossbeam_channel::Receiver;
+
+use super::config::RunConfig;
+use super::panic_message;
+use super::prior::{PriorError, build_priors};
+use super::trace::Trace;
+use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings};
+use super::watch::{LiveView, Phase, Watch};
+use mge_base::identity::{Origin, version};
+use mge_base::stop::Pieces;
+use mge_guidance::ActionPrior;
+use mge_nn::processor;
+use mge_run::{
+    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
+    RunDirectory, RunError, RunHistory, RunWriter, SUMS_SECTION, checkpoint_actions,
+};
+
+pub use controls::Control;
+use controls::Next;
+
+/// How a training ended without error.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// All episodes are done.
+    Finished,
+    /// Stopped by a control.
+    Stopped,
+}
+
+/// Why a training failed.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainerError {
+    /// The run's files cannot be used.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The training loop failed.
+    #[error(transparent)]
+    Training(#[from] TrainingError),
+    /// There is no action prior.
+    #[error(transparent)]
+    Prior(#[from] PriorError),
+    /// A run of a batch was stopped by itself, and the others go on.
+    #[error("it was stopped by another process: the same command continues it")]
+    StoppedAlone,
+}
+
+/// Trains the run in `directory` to its end, from its newest checkpoint if it has one.
+/// The recorded results depend only on the configuration and on the controls received.
+///
+/// # Errors
+/// When the run is in use, its files cannot be used, or the learner diverges. Errors of the training itself are also
+/// recorded in the run.
+pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, TrainerError> {
+    // Create the reader before locking, so that no request is missed that is sent once the lock is held.
+    let requests = directory.requests();
+    // Lock before reading anything, because another process may be writing it.
+    let lock = directory.lock()?;
+    let config = RunConfig::of(directory)?;
+    let (checkpoint, mut problems) = directory.newest_checkpoint()?;
+    if checkpoint.is_none() && config.fork.is_some() {
+        // A run without a checkpoint starts over with an empty log, which a fork cannot do.
+        return Err(TrainingError::MissingForkCheckpoint.into());
+    }
+    let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
+    let mut writer = RunWriter::locked(directory, lock, episode)?;
+    // Otherwise `last` is saved again, with what is left of the logs.
+    let last = directory.last_with(&[]).ok().flatten().map(|last| last.episode);
+    let is_saved = problems.is_empty()
+        && last == Some(episode)
+        && checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.has_sums(&writer.sums()));
+    if let Some(checkpoint) = &checkpoint {
+        let is_finished = checkpoint.episode >= u64::from(config.episodes);
+        writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
+    }
+    let store = directory.checkpoints();
+    // An unreadable `best` is replaced by the next one.
+    let best_score = store.best_score().unwrap_or_else(|problem| {
+        problems.push(problem);
+        None
+    });
+    let existing = store.names()?;
+    let of_checkpoint = |problem: &RunError| format!("a checkpoint cannot be used: {problem}");
+    let problems = writer.take_problems().into_iter().chain(problems.iter().map(of_checkpoint)).collect();
+    watch.set_episode(episode);
+    let mut run_loop = RunLoop {
+        writer,
+        controls,
+        requests,
+        watch,
+        received: VecDeque::new(),
+        pause_after: None,
+        best_score,
+        existing,
+        problems,
+        pieces: Pieces::default(),
+        score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
+        is_saved,
+        is_changed: false,
+    };
+    let outcome = record_panic(&mut run_loop, |run_loop| run_loop.start(config, checkpoint.as_ref()));
+    let outcome = outcome.map_err(|error| run_loop.explained(error));
+    watch.set_phase(Phase::Ended);
+    if let Err(error) = &outcome {
+        run_loop.fail(error);
+    }
+    outcome
+}
+
+/// Checks that a run can be continued with `config`, without changing anything.
+///
+/// # Errors
+/// When its newest checkpoint or its metrics cannot be used.
+pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Result<(), TrainerError> {
+    let (Some(checkpoint), _) = directory.newest_checkpoint()? else { return Ok(()) };
+    Training::resume(config.clone(), &checkpoint)?;
+    Ok(checked_history(directory, config).map(drop)?)
+}
+
+/// The history of a run, after checking that its files agree with each other and with its checkpoint `last`.
+///
+/// # Errors
+/// As [`RunHistory::read`], and when the configuration was changed.
+pub fn checked_history(directory: &RunDirectory, config: &RunConfig) -> Result<RunHistory, RunError> {
+    let history = RunHistory::read(directory)?;
+    if !directory.is_locked()?
+        && let Some(last) = directory.last_with(&[CONFIG_SECTION])?
+    {
+        let changed = |error: TrainingError| RunError::Malformed {
+            path: directory.config_path(),
+            line: None,
+            reason: error.to_string(),
+        };
+        check_settings(config, &last).map_err(changed)?;
+    }
+    Ok(history)
+}
+
+/// Runs `work`; records a panic as the run's end before resuming it.
+fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_>) -> T) -> T {
+    match catch_unwind(AssertUnwindSafe(|| work(run_loop))) {
+        Ok(outcome) => outcome,
+        Err(panic) => {
+            run_loop.fail(&format_args!("the training panicked: {}", panic_message(&*panic)));
+            run_loop.watch.set_phase(Phase::Ended);
+            resume_unwind(panic)
+        }
+    }
+}
+
+/// The results of an episode.
+pub(super) struct EpisodeOutcome {
+    pub record: EpisodeRecord,
+    trace: Trace,
+    /// The results of practice, if it preceded the episode, and the action prior after it.
+    practised: Option<(Practised, Arc<ActionPrior>)>,
+    /// The action prior, if the episode changed it.
+    refined: Option<Arc<ActionPrior>>,
+    /// The evaluation, if one was due, and the score that decides about `best`.
+    evaluated: Option<(Event, f64)>,
+}
+
+/// Computes an episode without writing any files.
+pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingError> {
+    let practised = training.practise()?.zip(training.prior().cloned());
+    let (record, trace) = training.run_episode()?;
+    let refined = training.refine()?;
+    let is_due = training.is_evaluated_after(training.episode());
+    let evaluated = is_due.then(|| training.evaluate(training.config().evaluation.episodes)).transpose()?;
+    let evaluated = match evaluated {
+        Some(event @ Event::Evaluated { mean_return, .. }) => Some((event, training.score(mean_return)?)),
+        _ => None,
+    };
+    Ok(EpisodeOutcome { record, trace, practised, refined, evaluated })
+}
+
+struct RunLoop<'a> {
+    writer: RunWriter,
+    controls: &'a Receiver<Control>,
+    /// Requests of other processes.
+    requests: RequestReader,
+    watch: &'a Watch,
+    /// Controls received but not yet handled.
+    received: VecDeque<Control>,
+    /// Pause when this many episodes are done.
+    pause_after: Option<u64>,
+    /// Score of the checkpoint `best`.
+    best_score: Option<f64>,
+    /// The existing checkpoints.
+    existing: Vec<CheckpointName>,
+    /// What was wrong with the files, such as checkpoints that could not be used.
+    problems: Vec<String>,
+    /// Ends long episodes.
+    pieces: Pieces,
+    /// Score of the networks, if they were evaluated at the latest episode.
+    score: Option<f64>,
+    /// A checkpoint of the latest episode, and of these logs, is saved.
+    is_saved: bool,
+    /// The schedule or the prior was changed since the checkpoint.
+    is_changed: bool,
+}
+
+impl RunLoop<'_> {
+    /// Trains from a checkpoint, or from the beginning, with new action priors.
+    fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
+        let training = match checkpoint {
+            Some(checkpoint) => Training::resume(config, checkpoint)?,
+            None => {
+                let on_stage = |stage, stages| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
+                let priors = match build_priors(&config, on_stage, self.watch.stop()) {
+                    Err(error) if error.is_stopped() => None,
+                    priors => Some(priors?),
+                };
+                match (priors, self.stop_received()) {
+                    (Some(priors), None) => Training::with_priors(config, priors)?,
+                    (_, reason) => {
+                        let reason = reason.unwrap_or_else(|| "interrupted".to_owned());
+                        self.writer.record(&Event::Stopped { episode: 0, reason })?;
+                        return Ok(Ending::Stopped);
+                    }
+                }
+            }
+        };
+        self.run(training)
+    }
+
+    fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
+        let config = training.config();
+        let (mge_version, processor) = (version().to_owned(), processor());
+        let origin = Origin { mge_version, processor, models: config.models() };
+        let started = Event::Started {
+            changes: self.writer.origin().map_or_else(Vec::new, |before| origin.changes(before)),
+            origin,
+            task: config.task.name.clone(),
+            method: config.method.name().to_owned(),
+            seed: config.seed,
+            episodes: u64::from(config.episodes),
+            episode: training.episode(),
+            problems: std::mem::take(&mut self.problems),
+        };
+        self.writer.record(&started)?;
+        self.watch.set_prior(training.prior().cloned());
+        self.watch.set_episode(training.episode());
+        match training.prior().cloned() {
+            Some(prior) if training.episode() == 0 => self.record_prior(prior, 0, false)?,
+            prior => self.restore_prior(prior.as_deref())?,
+        }
+        if training.episode() == 0 {
+            self.record_needs(&training, &[])?;
+        }
+        self.watch.set_phase(Phase::Training);
+        training.share_phase(self.watch.shared_phase());
+        while !training.is_finished() {
+            if let Next::Stop(reason) = self.handle_controls(&mut training)? {
+                self.save_now(&training)?;
+                self.writer.record(&Event::Stopped { episode: training.episode(), reason })?;
+                return Ok(Ending::Stopped);
+            }
+            self.episode(&mut training)?;
+        }
+        self.save_now(&training)?;
+        self.writer.record(&Event::Finished { episode: training.episode() })?;
+        Ok(Ending::Finished)
+    }
+
+    /// Plays an episode and records its results; records nothing if a stop abandons it.
+    fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
+        let needs = training.needs();
+        self.pieces.is_slow |= training.may_take_longer();
+        let played = self.pieces.run(training, self.watch.stop(), |training, stop| {
+            training.stop_on(stop);
+            let played = play(training);
+            (!matches!(played, Err(TrainingError::Stopped))).then_some(played)
+        });
+        let Some(played) = played else { return Ok(()) };
+        let EpisodeOutcome { record, trace, practised, refined, evaluated } = played?;
+        (self.is_saved, self.score) = (false, None);
+        if let Some((practised, prior)) = practised {
+            self.writer.record(&Event::Practised(practised))?;
+            self.record_prior(prior, 0, false)?;
+        }
+        self.watch.set_episode(record.episode);
+        self.writer.record(&Event::EpisodeFinished(record))?;
+        self.record_needs(training, &needs)?;
+        self.writer.record_actions(&trace.played())?;
+        self.watch.offer(|| LiveView {
+            trace: Arc::new(trace),
+            ddpg: Arc::new(training.ddpg().clone()),
+            prior: training.prior().cloned(),
+        });
+        if let Some(prior) = refined {
+            self.record_prior(prior, training.episode(), false)?;
+        }
+        if let Some((event, score)) = evaluated {
+            self.score = Some(score);
+            self.writer.record(&event)?;
+        }
+        self.save_due(training)
+    }
+
+    /// Writes the checkpoints that are due.
+    fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
+        let (episode, score, best_score) = (training.episode(), self.score, self.best_score);
+        let closing = training.is_finished();
+        let moment = RetentionContext { episode, score, best_score, closing, existing: &self.existing };
+        let actions = checkpoint_actions(&training.config().checkpoints, &moment);
+        if actions.is_empty() {
+            return Ok(());
+        }
+        let checkpoint = self.checkpoint(training)?;
+        self.writer.checkpoint(&actions, &checkpoint)?;
+        (self.is_saved, self.is_changed) = (true, false);
+        if actions.contains(&CheckpointAction::Save(CheckpointName::Best)) {
+            self.best_score = score;
+        }
+        self.existing = self.writer.directory().checkpoints().names()?;
+        Ok(())
+    }
+
+    fn checkpoint(&self, training: &Training) -> Result<Checkpoint, TrainerError> {
+        let mut checkpoint = training.checkpoint()?;
+        checkpoint.insert_json(SUMS_SECTION, &self.writer.sums())?;
+        // The next `best` is compared with this score.
+        checkpoint.score = self.score;
+        Ok(checkpoint)
+    }
+
+    /// Saves the current state unless it is already saved, because the training ends or pauses here.
+    fn save_now(&mut self, training: &Training) -> Result<(), TrainerError> {
+        if self.is_saved && !self.is_changed {
+            return Ok(());
+        }
+        let checkpoint = self.checkpoint(training)?;
+        match self.is_changed {
+            true => self.writer.checkpoint(&[CheckpointAction::Save(CheckpointName::Last)], &checkpoint)?,
+            false => self.writer.save_last(&checkpoint)?,
+        }
+        self.existing = self.writer.directory().checkpoints().names()?;
+        (self.is_saved, self.is_changed) = (true, false);
+        Ok(())
+    }
+
+    /// Saves and shows the prior, and records that it is used from now on; `given` says whether it is a user's.
+    fn record_prior(&mut self, prior: Arc<ActionPrior>, episode: u64, given: bool) -> Result<(), TrainerError> {
+        self.write_prior(&prior.to_json())?;
+        let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
+        self.watch.set_prior(Some(prior));
+        Ok(self.writer.record(&Event::ClustersChanged { episode, clusters, given })?)
+    }
+
+    /// Records the needs for exploration if they have changed.
+    fn record_needs(&mut self, training: &Training, before: &[f32]) -> Result<(), RunError> {
+        match training.needs() {
+            needs if needs == before => Ok(()),
+            needs => self.writer.record(&Event::NeedsChanged { episode: training.episode(), needs }),
+        }
+    }
+
+    /// Restores the saved prior to that of the checkpoint, because a later one may have been saved since.
+    fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
+        let directory = self.writer.directory();
+        match prior.map(ActionPrior::to_json) {
+            wanted if wanted == directory.read_prior().unwrap_or_default() => Ok(()),
+            Some(text) => self.write_prior(&text),
+            None => {
+                let path = directory.prior_path();
+                std::fs::remove_file(&path).map_err(RunError::io("remove", &path))
+            }
+        }
+    }
+
+    fn write_prior(&self, text: &str) -> Result<(), RunError> {
+        let path = self.writer.directory().prior_path();
+        mge_base::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))
+    }
+
+    /// The error, or its cause: if the folder was moved or deleted, any operation may be the first to fail.
+    fn explained(&self, error: TrainerError) -> TrainerError {
+        let is_missing = matches!(&error, TrainerError::Run(cause) if cause.is_not_found());
+        match self.writer.check_in_place() {
+            Ok(()) if is_missing => RunError::Moved(self.writer.directory().path().to_owned()).into(),
+            Ok(()) => error,
+            Err(gone) => gone.into(),
+        }
+    }
+
+    /// Records the error as the run's end. If this fails as well, the caller still returns the
+    /// original error.
+    fn fail(&mut self, error: &dyn std::fmt::Display) {
+        for problem in std::mem::take(&mut self.problems) {
+            let _ = self.writer.note(&problem);
+        }
+        let _ = self.writer.record(&Event::Failed { episode: self.watch.episode(), reason: error.to_string() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_run::RunState;
+
+    #[test]
+    fn a_panic_is_recorded_as_the_end_of_the_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        let directory = RunDirectory::create(folder.path().join("run"), &config).unwrap();
+        let (_sender, controls) = crossbeam_channel::unbounded();
+        let watch = Watch::default();
+        let writer = RunWriter::open(&directory, 0).unwrap();
+        let mut run_loop = RunLoop {
+            writer,
+            controls: &controls,
+            requests: directory.requests(),
+            watch: &watch,
+            received: VecDeque::new(),
+            pause_after: None,
+            best_score: None,
+            existing: Vec::new(),
+            problems: Vec::new(),
+            pieces: Pieces::default(),
+            score: None,
+            is_saved: false,
+            is_changed: false,
+        };
+        let work = || record_panic(&mut run_loop, |_| -> () { panic!("on purpose") });
+        assert!(catch_unwind(AssertUnwindSafe(work)).is_err());
+        drop(run_loop);
+        let state = directory.status().unwrap().state;
+        assert_eq!(state, RunState::Failed("the training panicked: on purpose".into()));
+    }
+}

@@ -1,0 +1,148 @@
+//! Controls of a running training, and their handling by the loop.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossbeam_channel::RecvTimeoutError;
+
+use super::{RunLoop, TrainerError};
+use crate::training::Training;
+use crate::watch::Phase;
+use mge_guidance::{ActionPrior, EpsilonSchedule};
+use mge_run::{Event, Request, RunError};
+
+/// A control of a running training. Controls take effect between two episodes, in the order
+/// of sending.
+#[derive(Debug, Clone)]
+pub enum Control {
+    /// Wait until [`Control::Resume`].
+    Pause,
+    /// Continue after a pause.
+    Resume,
+    /// Continue, and pause once this many episodes of the run are finished; at once if they are.
+    PauseAt(u64),
+    /// Save a checkpoint and end; the run can be resumed later.
+    Stop { reason: String },
+    /// Use another epsilon schedule.
+    SetSchedule(EpsilonSchedule),
+    /// Use another action prior.
+    SetPrior(Arc<ActionPrior>),
+}
+
+/// What the loop does after handling controls.
+pub(super) enum Next {
+    Continue,
+    Stop(String),
+}
+
+/// Poll interval for requests of other processes during a pause.
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
+
+impl RunLoop<'_> {
+    /// The reason of a received but not yet handled stop.
+    pub(super) fn stop_received(&mut self) -> Option<String> {
+        self.received.extend(self.controls.try_iter());
+        self.received.iter().find_map(|control| match control {
+            Control::Stop { reason } => Some(reason.clone()),
+            _ => None,
+        })
+    }
+
+    /// Handles the controls received since the last episode; blocks while paused.
+    pub(super) fn handle_controls(&mut self, training: &mut Training) -> Result<Next, TrainerError> {
+        let mut paused = false;
+        loop {
+            if !paused && self.pause_after.is_some_and(|episode| training.episode() >= episode) {
+                paused = true;
+                self.pause_after = None;
+                self.pause(training)?;
+            }
+            self.take_requests(training.episode())?;
+            let control = match self.received.pop_front() {
+                Some(control) => control,
+                None if paused => match self.controls.recv_timeout(POLL_INTERVAL) {
+                    Ok(control) => control,
+                    Err(RecvTimeoutError::Timeout) => continue,
+                    // No control can arrive any more, so stop instead of waiting forever.
+                    Err(RecvTimeoutError::Disconnected) => Control::Stop { reason: "the program ended".to_owned() },
+                },
+                None => match self.controls.try_recv() {
+                    Ok(control) => control,
+                    Err(_) => return Ok(Next::Continue),
+                },
+            };
+            match control {
+                Control::Stop { reason } => return Ok(Next::Stop(reason)),
+                Control::Pause if !paused => {
+                    paused = true;
+                    self.pause(training)?;
+                }
+                Control::Pause => {}
+                Control::Resume | Control::PauseAt(_) => {
+                    if let Control::PauseAt(episode) = control {
+                        self.pause_after = Some(episode);
+                    }
+                    if std::mem::take(&mut paused) {
+                        self.writer.record(&Event::Resumed { episode: training.episode() })?;
+                        self.watch.set_phase(Phase::Training);
+                    }
+                }
+                Control::SetSchedule(schedule) => {
+                    let event = Event::ScheduleChanged { episode: training.episode(), schedule: schedule.to_string() };
+                    self.writer.record(&event)?;
+                    let needs = training.needs();
+                    training.set_schedule(schedule);
+                    self.record_needs(training, &needs)?;
+                    self.changed(training, paused)?;
+                }
+                Control::SetPrior(prior) => {
+                    self.record_prior(prior.clone(), training.episode(), true)?;
+                    training.set_prior(prior);
+                    self.changed(training, paused)?;
+                }
+            }
+        }
+    }
+
+    /// Receives new requests of other processes after `episode` episodes.
+    fn take_requests(&mut self, episode: u64) -> Result<(), RunError> {
+        let (requests, mut problems) = match self.requests.poll() {
+            Ok(found) => found,
+            // Unreadable requests do not end a training.
+            Err(error) => (Vec::new(), vec![error.to_string()]),
+        };
+        for request in requests {
+            match control(request, episode) {
+                Ok(control) => self.received.push_back(control),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        problems.iter().try_for_each(|problem| self.writer.note(&format!("a request cannot be carried out: {problem}")))
+    }
+
+    /// Notes a change between two episodes; saves it at once during a pause.
+    fn changed(&mut self, training: &Training, paused: bool) -> Result<(), TrainerError> {
+        self.is_changed = true;
+        if paused { self.save_now(training) } else { Ok(()) }
+    }
+
+    fn pause(&mut self, training: &Training) -> Result<(), TrainerError> {
+        self.save_now(training)?;
+        self.writer.record(&Event::Paused { episode: training.episode() })?;
+        self.watch.set_phase(Phase::Paused);
+        Ok(())
+    }
+}
+
+/// The control for a request of another process after `episode` episodes, or a line about what is wrong with the request.
+fn control(request: Request, episode: u64) -> Result<Control, String> {
+    Ok(match request {
+        Request::Pause => Control::Pause,
+        Request::Resume => Control::Resume,
+        Request::Advance { episodes } => Control::PauseAt(episode + u64::from(episodes.max(1))),
+        Request::Stop => Control::Stop { reason: "requested by another process".to_owned() },
+        Request::Epsilon { schedule } => {
+            Control::SetSchedule(schedule.parse().map_err(|error| format!("epsilon: {error}"))?)
+        }
+    })
+}

@@ -1,0 +1,174 @@
+//! Settings of a run by JSON path, as used by `set` commands and sweeps.
+
+use serde_json::{Value, json};
+
+use super::config::{RunConfig, settings};
+use super::method::Method;
+use mge_base::json;
+use mge_base::spelling::did_you_mean;
+use mge_base::validation::ValidationError;
+
+/// Why a setting cannot be changed.
+#[derive(Debug, thiserror::Error)]
+pub enum SettingError {
+    /// There is no such setting.
+    #[error("there is no setting `{key}`{hint}")]
+    Unknown { key: String, hint: String },
+    /// The value has the wrong type.
+    #[error("`{key}` cannot be `{value}`: {message}")]
+    Value { key: String, value: String, message: String },
+    /// The value is out of range.
+    #[error(transparent)]
+    Range(#[from] ValidationError),
+}
+
+impl RunConfig {
+    /// The configuration with one setting changed. The key is a JSON path such as
+    /// `ddpg.gamma`; the value is JSON, or a string without quotes.
+    ///
+    /// # Errors
+    /// When there is no such setting, or it cannot have that value.
+    pub fn with_setting(&self, key: &str, value: &str) -> Result<Self, SettingError> {
+        let changed = self.with_unchecked_setting(key, value)?;
+        changed.validate()?;
+        Ok(changed)
+    }
+
+    /// [`RunConfig::with_setting`] without validation, for several settings that are valid only
+    /// together.
+    ///
+    /// # Errors
+    /// When there is no such setting, or it cannot have that value.
+    pub fn with_unchecked_setting(&self, key: &str, value: &str) -> Result<Self, SettingError> {
+        let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
+        if key == "method" {
+            return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
+        }
+        if key == "tools" {
+            let tools = (value != "null").then(|| value.trim_matches('"').parse()).transpose().map_err(wrong)?;
+            return Ok(self.with_tools(tools));
+        }
+        if key == "more_tasks" {
+            return self.with_more_tasks(value.trim_matches('"')).map_err(|error| wrong(error.to_string()));
+        }
+        let mut config = json::as_written(self);
+        if !is_of_task(key) {
+            choose_alternative(&mut config, key);
+        }
+        let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
+        let Some(place) = place else {
+            let keys = config_keys(self);
+            let hint = did_you_mean(keys.iter().map(String::as_str), key);
+            return Err(SettingError::Unknown { key: key.to_owned(), hint });
+        };
+        *place = match serde_json::from_str(value) {
+            // A string setting such as the schedule `0.1` may look like a number.
+            Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => parsed,
+            _ => Value::String(value.to_owned()),
+        };
+        // The inherent function, which does not check ranges.
+        let mut config = RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))?;
+        // Where a model is, is not part of its text.
+        config.prior = if key == "prior" { config.prior.identified() } else { self.prior.clone() };
+        Ok(config)
+    }
+}
+
+/// Chooses the alternative that a setting belongs to, if another one is chosen now: a value such as
+/// `{"silhouette": 5}` has the name of one alternative, and the table of numeric settings has those of all.
+fn choose_alternative(config: &mut Value, key: &str) {
+    if let Some((group, name)) = key.rsplit_once('.')
+        && settings().any(|(path, _)| path == key)
+        && json::at_mut(config, key).is_none()
+        && let Some(place) = json::at_mut(config, group)
+    {
+        *place = json!({ name: null });
+    }
+}
+
+/// The settings, by path, in which a configuration differs from the default one of its task, method
+/// and tools. The method, if it is not the default, and the tools, if there are any, come first.
+/// Values are in the form that [`RunConfig::with_setting`] accepts.
+pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
+    let (ours, usual) = (
+        json::as_written(config),
+        json::as_written(&RunConfig::default_with(config.task.clone(), config.method, config.tools)),
+    );
+    let usual = json::leaves(&usual);
+    let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
+    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| {
+        let text = if path == "prior" { config.prior.place() } else { json::text(value) };
+        (path, text)
+    });
+    let method = (config.method != Method::default()).then(|| ("method".to_owned(), config.method.to_string()));
+    let tools = config.tools.map(|tools| ("tools".to_owned(), tools.to_string()));
+    method.into_iter().chain(tools).chain(others).collect()
+}
+
+/// The paths of all settings except the task's.
+pub fn config_keys(config: &RunConfig) -> Vec<String> {
+    json::leaves(&json::as_written(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
+}
+
+fn is_of_task(key: &str) -> bool {
+    ["task", "further_tasks"].contains(&key) || key.starts_with("task.")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    fn config() -> RunConfig {
+        RunConfig::new(Arc::new(mge_task::load("task1").unwrap()))
+    }
+
+    #[test]
+    fn settings_are_changed_by_path() {
+        let changed = config().with_setting("ddpg.gamma", "0.9").unwrap();
+        assert_eq!(changed.ddpg.gamma, 0.9);
+        let changed = config().with_setting("epsilon", "exp:0.8:0.1:0.99").unwrap();
+        assert_eq!(changed.epsilon.to_string(), "exp:0.8:0.1:0.99");
+        assert_eq!(config().with_setting("epsilon", "0.25").unwrap().epsilon.to_string(), "0.25");
+        let changed = config().with_setting("granularity", "step").unwrap();
+        assert_eq!(changed.granularity, super::super::Granularity::Step);
+    }
+
+    #[test]
+    fn a_setting_of_another_alternative_chooses_it() {
+        let changed = config().with_setting("guidance.clusters.silhouette", "5").unwrap();
+        assert_eq!(changed.guidance.clusters, mge_guidance::ClusterCount::Silhouette(5));
+        assert_eq!(non_default_settings(&changed), [("guidance.clusters.silhouette".to_owned(), "5".to_owned())]);
+        assert_eq!(changed.with_method(Method::DdpgUniform).guidance.clusters, changed.guidance.clusters);
+        assert_eq!(changed.with_setting("guidance.clusters.fixed", "3").unwrap(), config());
+        for (key, value) in [("guidance.clusters.silhouette", "1"), ("guidance.clusters.silhouete", "5")] {
+            assert!(config().with_setting(key, value).is_err(), "{key}");
+        }
+    }
+
+    #[test]
+    fn non_default_settings_reproduce_the_configuration() {
+        let changes = [("ddpg.gamma", "0.9"), ("method", "ddpg"), ("epsilon", "0.25"), ("seed", "3")];
+        let set = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
+        let changed = changes.into_iter().fold(config(), set);
+        let changes_found = non_default_settings(&changed);
+        assert_eq!(changes_found.len(), changes.len(), "{changes_found:?}");
+        assert!(changes_found.contains(&("ddpg.gamma".to_owned(), "0.9".to_owned())));
+        let again = changes_found.iter().map(|(key, value)| (key.as_str(), value.as_str())).fold(config(), set);
+        assert_eq!(again, changed);
+    }
+
+    #[test]
+    fn errors_explain_the_mistake() {
+        for (key, value, expected) in [
+            ("ddpg.gama", "0.9", "did you mean `ddpg.gamma`?"),
+            ("task.name", "x", "there is no setting"),
+            ("episodes", "many", "cannot be `many`"),
+            ("ddpg.gamma", "2", "gamma"),
+        ] {
+            let error = config().with_setting(key, value).unwrap_err().to_string();
+            assert!(error.contains(expected), "{key}: {error}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Practice: rollouts from stage to stage in the real environment, before the first episode.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::{Training, TrainingError};
+use crate::tools;
+use crate::watch::Phase;
+use mge_base::streams::Stream;
+use mge_env::Snapshot;
+use mge_guidance::Played;
+use mge_run::Practised;
+
+/// Number of rollouts towards a stage after which its clusters are refined.
+const ROUND: u32 = 25;
+
+impl Training {
+    /// Practises, if configured and not yet done. As when the prior is [built](mge_guidance::build), actions from
+    /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
+    /// from episodes. After every round, the clusters are [refined](crate::Refinement) from the rewarding
+    /// actions, if refinement is on. Practice of a task ends at a stage that is not reached; several tasks are
+    /// practised one after the other.
+    ///
+    /// # Errors
+    /// When the learner diverges, or a stop is requested.
+    pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
+        // Practice precedes all other steps of a run.
+        let is_due = self.progress.environment_steps == 0;
+        let is_possible = self.progress.prior.is_some() && self.config.method.learns();
+        if !is_due || !is_possible || self.config.practice.rollouts == 0 {
+            return Ok(None);
+        }
+        let mut rng = Stream::Practice.of(self.config.seed);
+        let mut practised = Practised::default();
+        let mut earlier = 0;
+        for task in 0..self.task_count() as usize {
+            earlier += self.on_task(task, |training| training.practise_task(earlier, &mut practised, &mut rng))?;
+        }
+        self.progress.environment_steps = practised.actions;
+        self.phase.set(Phase::Training);
+        Ok(Some(practised))
+    }
+
+    /// Practises the stages of the current task, and returns their number; `earlier` is that of the tasks before it.
+    fn practise_task(
+        &mut self,
+        earlier: usize,
+        practised: &mut Practised,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<usize, TrainingError> {
+        let mut starts = Vec::new();
+        let stages = self.env.task().stage_count();
+        for stage in 0..stages {
+            starts = self.practise_stage(earlier + stage, &starts, practised, rng)?;
+            // Some may have reached the following stage at the same time.
+            starts.retain(|state| state.stage() == stage + 1);
+            if starts.is_empty() {
+                break;
+            }
+        }
+        Ok(stages)
+    }
+
+    /// Practises the next stage from the states `starts`, or from the start of the task if there are none. Returns the
+    /// states in which it was reached, without those of ended episodes. Observers see `stage` as its number.
+    fn practise_stage(
+        &mut self,
+        stage: usize,
+        starts: &[Snapshot],
+        practised: &mut Practised,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Vec<Snapshot>, TrainingError> {
+        let mut states = Vec::new();
+        let (mut rollouts, mut reached) = (0, 0);
+        let stages = self.config.tasks().map(|task| task.stage_count()).sum();
+        while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
+            for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
+                // Others may already have noted that the training has ended.
+                self.stop.check()?;
+                match starts.len() {
+                    0 => drop(self.env.reset(rng)),
+                    count => self.env.restore(&starts[rng.gen_range(0..count)]),
+                }
+                self.phase.set(Phase::Practising { stage, stages, rollouts, reached });
+                rollouts += 1;
+                if self.practise_rollout(&mut practised.actions, rng)? {
+                    reached += 1;
+                    if self.env.snapshot().end().is_none() {
+                        states.push(self.env.snapshot().clone());
+                    }
+                }
+            }
+            self.refine_now()?;
+        }
+        practised.rollouts.push(rollouts);
+        practised.reached.push(reached);
+        Ok(states)
+    }
+
+    /// Makes a rollout from the environment's current state. Returns whether it reached the stage.
+    fn practise_rollout(&mut self, actions: &mut u64, rng: &mut ChaCha8Rng) -> Result<bool, TrainingError> {
+        let Some(prior) = self.progress.prior.clone() else { return Ok(false) };
+        self.learner.start_episode();
+        let stage = self.env.snapshot().stage();
+        let mut played = Played::after(self.env.snapshot().placed().len());
+        let mut observation = tools::observed(&self.env);
+        for _ in 0..prior.horizon(stage) {
+            self.stop.check()?;
+            let action = tools::explored(self.learner.ddpg(), &self.env, &prior, rng);
+            let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
+            let Ok(step) = self.env.step_without_observation(choice) else { break };
+            *actions += 1;
+            let next_observation = tools::observed(&self.env);
+            played.note(&action, &step);
+            self.learn_from(stage, [&observation, &next_observation], &action, &step, &mut played)?;
+            if step.reached_stage() || step.end.is_some() {
+                return Ok(step.reached_stage());
+            }
+            observation = next_observation;
+        }
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::{Method, Practice, PriorSource, Refinement, RunConfig, Watch, build_prior};
+    use mge_agent::ImitationConfig;
+    use mge_base::stop::Stop;
+    use mge_guidance::EpsilonSchedule;
+    use mge_task::load;
+
+    fn config() -> RunConfig {
+        let mut config = RunConfig::new(Arc::new(load("task2").unwrap()));
+        config.method = Method::DdpgMge;
+        config.prior = PriorSource::TruePhysics;
+        config.epsilon = EpsilonSchedule::Constant(0.5);
+        config.ddpg.hidden = 8;
+        config.ddpg.imitation = ImitationConfig { share: 0.5, ..config.ddpg.imitation };
+        config.refinement = Refinement { every: 50, least: 4, most: 100 };
+        config.practice = Practice { rollouts: 60, enough: 10 };
+        config
+    }
+
+    fn training(config: &RunConfig) -> Training {
+        let prior = Some(Arc::new(build_prior(config, |_| (), &Stop::default()).unwrap()));
+        Training::new(config.clone(), prior).unwrap()
+    }
+
+    #[test]
+    fn every_stage_is_practised_until_it_is_reached_often_enough() {
+        let mut training = training(&config());
+        let built = training.prior().cloned().unwrap();
+        let practised = training.practise().unwrap().unwrap();
+        assert_eq!(practised.rollouts.len(), 3, "two subgoals and the goal: {practised:?}");
+        for (rollouts, reached) in practised.rollouts.iter().zip(&practised.reached) {
+            assert!(*rollouts <= 60 && (*reached >= 10 || *rollouts == 60), "{practised:?}");
+        }
+        let most = practised.rollouts.iter().sum::<u32>() * training.config().guidance.horizon as u32;
+        assert!(practised.rollouts[0] < 60, "no more rollouts than needed: {practised:?}");
+        assert!(practised.reached[0] >= 10 && practised.actions <= u64::from(most), "{practised:?}");
+        // Practice is learned from, counted, and refines the clusters.
+        assert_eq!(training.transitions(), practised.actions);
+        let refined = training.prior().unwrap();
+        assert_ne!(refined.stages[0].clusters, built.stages[0].clusters);
+        assert!(training.practise().unwrap().is_none(), "practice happens only once");
+        let (record, _) = training.run_episode().unwrap();
+        assert_eq!(record.environment_steps, practised.actions + record.steps);
+    }
+
+    #[test]
+    fn practice_reports_its_progress() {
+        let mut training = training(&config());
+        let (watch, stop) = (Watch::default(), Stop::default());
+        training.share_phase(watch.shared_phase());
+        training.stop_on(&stop);
+        assert_eq!(watch.phase(), Phase::Waiting);
+        let work = std::thread::spawn(move || training.practise().unwrap());
+        let mut seen = Vec::new();
+        while !work.is_finished() {
+            if let Phase::Practising { stage, stages, rollouts, reached } = watch.phase() {
+                assert!(stage < stages && stages == 3 && reached <= rollouts && rollouts < 60);
+                seen.push((stage, rollouts));
+            }
+            std::thread::yield_now();
+        }
+        assert!(seen.len() > 1 && seen.is_sorted(), "{seen:?}");
+        assert_eq!(watch.phase(), Phase::Training, "it is over");
+        assert!(work.join().unwrap().is_some());
+    }
+
+    #[test]
+    fn the_agent_learns_while_it_practises() {
+        let mut training = training(&config());
+        let observation = vec![0.1; training.ddpg().observation_len()];
+        let before = training.ddpg().act(&observation);
+        training.practise().unwrap();
+        assert_ne!(training.ddpg().act(&observation), before);
+    }
+
+    #[test]
+    fn stages_after_one_that_is_not_reached_are_not_practised() {
+        let mut config = config();
+        let mut task = (*config.task).clone();
+        // A position that no ball reaches.
+        task.subgoals[1].position = [0.99, 0.99];
+        task.subgoals[1].radius = 0.1;
+        config.task = Arc::new(task);
+        let practised = training(&config).practise().unwrap().unwrap();
+        assert_eq!((practised.rollouts.len(), practised.rollouts[1], practised.reached[1]), (2, 60, 0));
+    }
+
+    #[test]
+    fn nothing_is_practised_without_clusters_or_without_rollouts() {
+        let mut without = Training::new(config(), None).unwrap();
+        assert!(without.practise().unwrap().is_none());
+        let mut config = config();
+        config.practice.rollouts = 0;
+        assert!(training(&config).practise().unwrap().is_none());
+    }
+
+    #[test]
+    fn practice_can_be_stopped() {
+        let mut training = training(&config());
+        let stop = Stop::default();
+        stop.request();
+        training.stop_on(&stop);
+        assert!(matches!(training.practise(), Err(TrainingError::Stopped)));
+    }
+
+    #[test]
+    fn agents_that_choose_tools_practise_with_them() {
+        let task = Arc::new(load("create/Push").unwrap());
+        let mut config =
+            RunConfig::default_with(task, Method::DdpgUniformAdaptive, Some(mge_physics::ToolSplit::Train));
+        config.ddpg.hidden = 8;
+        config.practice.rollouts = 3;
+        let practised = training(&config).practise().unwrap().unwrap();
+        assert_eq!(practised.rollouts, [3]);
+    }
+}

@@ -1,0 +1,137 @@
+//! The state of a running training for observers: the latest value wins, and the trainer
+//! never waits for observers.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use super::trace::Trace;
+use mge_agent::Ddpg;
+use mge_base::stop::Stop;
+use mge_base::sync::lock;
+use mge_guidance::ActionPrior;
+
+/// What the trainer is doing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// Not started yet.
+    #[default]
+    Waiting,
+    /// Building the action prior: current stage, from 0, and number of stages.
+    BuildingPrior { stage: usize, stages: usize },
+    /// Practising before the first episode: current stage, from 0, number of stages, rollouts towards the stage so far,
+    /// and how many of them reached it.
+    Practising { stage: usize, stages: usize, rollouts: u32, reached: u32 },
+    /// Playing and learning.
+    Training,
+    /// Paused by a control.
+    Paused,
+    /// Ended, for whatever reason.
+    Ended,
+}
+
+impl Phase {
+    /// A description of the phase if it precedes the first episode.
+    pub fn preparation(&self) -> Option<String> {
+        match self {
+            Self::BuildingPrior { stage, stages } => Some(format!("clusters, stage {} of {stages}", stage + 1)),
+            Self::Practising { stage, stages, rollouts, reached } => {
+                let stage = stage + 1;
+                Some(format!("practice, stage {stage} of {stages}: {reached} of {rollouts} reached"))
+            }
+            Self::Waiting | Self::Training | Self::Paused | Self::Ended => None,
+        }
+    }
+}
+
+/// The phase of a training, shared with the thread that plays an episode.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SharedPhase(Arc<Mutex<Phase>>);
+
+impl SharedPhase {
+    pub fn set(&self, phase: Phase) {
+        *lock(&self.0) = phase;
+    }
+}
+
+/// The latest finished episode, with the networks and the prior.
+#[derive(Debug, Clone)]
+pub struct LiveView {
+    /// The episode, step by step.
+    pub trace: Arc<Trace>,
+    /// Actor and critic after it.
+    pub ddpg: Arc<Ddpg>,
+    /// The action prior in use.
+    pub prior: Option<Arc<ActionPrior>>,
+}
+
+/// The latest state of a training. A view is provided only on request.
+#[derive(Debug, Default)]
+pub struct Watch {
+    wanted: AtomicBool,
+    episode: AtomicU64,
+    view: Mutex<Option<LiveView>>,
+    phase: SharedPhase,
+    prior: Mutex<Option<Arc<ActionPrior>>>,
+    stop: Stop,
+}
+
+impl Watch {
+    /// Requests a view; the trainer provides it after the next episode.
+    pub fn request(&self) {
+        self.wanted.store(true, Ordering::Release);
+    }
+
+    /// Takes the requested view, if it is there.
+    pub fn take(&self) -> Option<LiveView> {
+        lock(&self.view).take()
+    }
+
+    /// Signals that a [`Control::Stop`](super::Control::Stop) was sent, so that long work is abandoned.
+    pub(crate) fn signal_stop(&self) {
+        self.stop.request();
+    }
+
+    /// Requested once a [`Control::Stop`](super::Control::Stop) was sent.
+    pub(crate) fn stop(&self) -> &Stop {
+        &self.stop
+    }
+
+    /// What the trainer is doing.
+    pub fn phase(&self) -> Phase {
+        lock(&self.phase.0).clone()
+    }
+
+    /// The phase, for a training to set.
+    pub(super) fn shared_phase(&self) -> &SharedPhase {
+        &self.phase
+    }
+
+    /// Number of finished episodes.
+    pub fn episode(&self) -> u64 {
+        self.episode.load(Ordering::Acquire)
+    }
+
+    /// The action prior of the run, once there is one.
+    pub fn prior(&self) -> Option<Arc<ActionPrior>> {
+        lock(&self.prior).clone()
+    }
+
+    pub(super) fn set_phase(&self, phase: Phase) {
+        self.phase.set(phase);
+    }
+
+    pub(super) fn set_episode(&self, episode: u64) {
+        self.episode.store(episode, Ordering::Release);
+    }
+
+    pub(super) fn set_prior(&self, prior: Option<Arc<ActionPrior>>) {
+        *lock(&self.prior) = prior;
+    }
+
+    /// Fills the slot if a view was requested; `view` is called only then.
+    pub(super) fn offer(&self, view: impl FnOnce() -> LiveView) {
+        if self.wanted.swap(false, Ordering::AcqRel) {
+            *lock(&self.view) = Some(view());
+        }
+    }
+}

@@ -1,0 +1,336 @@
+//! Arguments of verbs: each kind of argument has a parser and a printer.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use mge_base::atomic::Target;
+use mge_base::paths::expanded;
+use mge_base::spelling::did_you_mean;
+use mge_results::Composition;
+use mge_task::Values;
+
+/// The words after a verb, consumed one by one.
+pub(super) struct Words<'a>(pub &'a [String]);
+
+impl<'a> Words<'a> {
+    fn peek(&self) -> Option<&'a str> {
+        self.0.first().map(String::as_str)
+    }
+
+    fn next(&mut self, what: &str) -> Result<&'a str, String> {
+        let (word, rest) = self.0.split_first().ok_or_else(|| format!("{what} is missing"))?;
+        self.0 = rest;
+        Ok(word)
+    }
+
+    /// Fails if a word is left.
+    pub fn end(&self) -> Result<(), String> {
+        self.peek().map_or(Ok(()), |extra| Err(format!("`{extra}` was not expected")))
+    }
+}
+
+/// A kind of argument, with values of type `T`.
+pub(super) trait Argument<T> {
+    /// Parses the next words.
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String>;
+
+    /// The words that parse to the value, each preceded by a space.
+    fn write(&self, value: &T) -> String;
+}
+
+fn quoted(text: &str) -> String {
+    format!(" {}", shell_words::quote(text))
+}
+
+/// Any text, or a type converted from and to one.
+pub(super) struct Text(pub &'static str);
+
+impl<T: From<String> + Clone> Argument<T> for Text
+where
+    String: From<T>,
+{
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        Ok(words.next(self.0)?.to_owned().into())
+    }
+
+    fn write(&self, value: &T) -> String {
+        quoted(&String::from(value.clone()))
+    }
+}
+
+/// All words that are left, as one text.
+pub(super) struct Rest(pub &'static str);
+
+impl Argument<String> for Rest {
+    fn read(&self, words: &mut Words<'_>) -> Result<String, String> {
+        let mut text = words.next(self.0)?.to_owned();
+        while let Some(word) = words.peek() {
+            text = text + " " + word;
+            words.next(self.0)?;
+        }
+        Ok(text)
+    }
+
+    fn write(&self, value: &String) -> String {
+        quoted(value)
+    }
+}
+
+/// The path of a file or folder.
+pub(super) struct Place(pub &'static str);
+
+impl Argument<PathBuf> for Place {
+    fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
+        words.next(self.0).map(expanded)
+    }
+
+    fn write(&self, value: &PathBuf) -> String {
+        quoted(&Path::display(value).to_string())
+    }
+}
+
+/// The path of a file to write. Followed by `force`, it replaces a file of any format.
+pub(super) struct Output(pub &'static str);
+
+impl Argument<Target> for Output {
+    fn read(&self, words: &mut Words<'_>) -> Result<Target, String> {
+        let path = Place(self.0).read(words)?;
+        let force = words.peek() == Some(FORCE);
+        if force {
+            words.next(FORCE)?;
+        }
+        Ok(Target { path, force })
+    }
+
+    fn write(&self, value: &Target) -> String {
+        let force = if value.force { format!(" {FORCE}") } else { String::new() };
+        Place(self.0).write(&value.path) + &force
+    }
+}
+
+const FORCE: &str = "force";
+
+/// A number.
+pub(super) struct Number(pub &'static str);
+
+impl<T: FromStr + Display> Argument<T> for Number {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        let word = words.next(self.0)?;
+        word.parse().map_err(|_| format!("`{word}` is not a {}", self.0))
+    }
+
+    fn write(&self, value: &T) -> String {
+        format!(" {value}")
+    }
+}
+
+/// A whole number within a range.
+pub(super) struct Within<T>(pub &'static str, pub RangeInclusive<T>);
+
+impl<T: FromStr + Display + PartialOrd + Copy> Argument<T> for Within<T> {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        let (what, range) = (self.0, &self.1);
+        let count: T = Number(what).read(words)?;
+        let wrong = || format!("`{count}` is not a {what} from {} to {}", range.start(), range.end());
+        range.contains(&count).then_some(count).ok_or_else(wrong)
+    }
+
+    fn write(&self, value: &T) -> String {
+        Number(self.0).write(value)
+    }
+}
+
+/// An index, counted from 1 in the language and from 0 in the program.
+pub(super) struct Index;
+
+impl Argument<usize> for Index {
+    fn read(&self, words: &mut Words<'_>) -> Result<usize, String> {
+        let number: usize = Number("number").read(words)?;
+        number.checked_sub(1).ok_or_else(|| "numbers count from 1".to_owned())
+    }
+
+    fn write(&self, value: &usize) -> String {
+        format!(" {}", value + 1)
+    }
+}
+
+/// A normalised position: x and y.
+pub(super) struct Position;
+
+impl Argument<[f32; 2]> for Position {
+    fn read(&self, words: &mut Words<'_>) -> Result<[f32; 2], String> {
+        Ok([Number("coordinate").read(words)?, Number("coordinate").read(words)?])
+    }
+
+    fn write(&self, [x, y]: &[f32; 2]) -> String {
+        format!(" {x} {y}")
+    }
+}
+
+/// A value parsed by its type, whose error message is shown.
+pub(super) struct Parsed(pub &'static str);
+
+impl<T: FromStr<Err: Display> + Display> Argument<T> for Parsed {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        words.next(self.0)?.parse().map_err(|error: T::Err| error.to_string())
+    }
+
+    fn write(&self, value: &T) -> String {
+        format!(" {value}")
+    }
+}
+
+/// Several such values, separated by commas.
+pub(super) struct List(pub &'static str);
+
+impl<T: FromStr<Err: Display> + Display> Argument<Vec<T>> for List {
+    fn read(&self, words: &mut Words<'_>) -> Result<Vec<T>, String> {
+        let parse = |item: &str| item.parse().map_err(|error: T::Err| error.to_string());
+        words.next(self.0)?.split(',').map(parse).collect()
+    }
+
+    fn write(&self, value: &Vec<T>) -> String {
+        quoted(&value.iter().map(T::to_string).collect::<Vec<_>>().join(","))
+    }
+}
+
+/// One of several values, by name.
+pub(super) struct OneOf<T: 'static>(pub &'static str, pub &'static [T], pub fn(T) -> &'static str);
+
+impl<T: Copy> Argument<T> for OneOf<T> {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        let Self(what, all, name) = self;
+        let word = words.next(what)?;
+        all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| {
+            let known: Vec<&str> = all.iter().map(|item| name(*item)).collect();
+            format!("`{word}` is not one of {}{}", known.join(", "), did_you_mean(known.iter().copied(), word))
+        })
+    }
+
+    fn write(&self, value: &T) -> String {
+        format!(" {}", self.2(*value))
+    }
+}
+
+/// An optional argument.
+pub(super) struct Optional<W>(pub W);
+
+impl<T, W: Argument<T>> Argument<Option<T>> for Optional<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        words.peek().map(|_| self.0.read(words)).transpose()
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// An optional argument, absent if the next word is one of those that may follow it.
+pub(super) struct OptionalUnless<W>(pub W, pub fn(&str) -> bool);
+
+impl<T, W: Argument<T>> Argument<Option<T>> for OptionalUnless<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        words.peek().filter(|word| !(self.1)(word)).map(|_| self.0.read(words)).transpose()
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// Whether a word is a KEY=VALUE option.
+pub(super) fn is_option(word: &str) -> bool {
+    word.contains('=')
+}
+
+/// An argument after a keyword, if that follows.
+pub(super) struct Keyword<W>(pub &'static str, pub W);
+
+impl<T, W: Argument<T>> Argument<Option<T>> for Keyword<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        if words.peek() != Some(self.0) {
+            return Ok(None);
+        }
+        words.next(self.0)?;
+        self.1.read(words).map(Some)
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| format!(" {}{}", self.0, self.1.write(value))).unwrap_or_default()
+    }
+}
+
+/// The composition of a figure of learning curves, as KEY=VALUE options.
+pub(super) struct Composed;
+
+impl Argument<Composition> for Composed {
+    fn read(&self, words: &mut Words<'_>) -> Result<Composition, String> {
+        let mut composition = Composition::default();
+        while words.peek().is_some() {
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
+            composition.set(key, value)?;
+        }
+        Ok(composition)
+    }
+
+    fn write(&self, value: &Composition) -> String {
+        value.options().iter().map(|(key, value)| format!(" {key}={}", shell_words::quote(value))).collect()
+    }
+}
+
+/// Properties of a tool as `KEY=VALUE`: at least this many.
+pub(super) struct Properties(pub usize);
+
+impl Argument<Values> for Properties {
+    fn read(&self, words: &mut Words<'_>) -> Result<Values, String> {
+        let mut values = Values::new();
+        while words.peek().is_some() || values.len() < self.0 {
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
+            let number = value.parse::<f64>().map_err(|_| format!("`{value}` is not a number for {key}"))?;
+            values.push((key.parse()?, number));
+        }
+        Ok(values)
+    }
+
+    fn write(&self, value: &Values) -> String {
+        value.iter().map(|(property, value)| format!(" {property}={value}")).collect()
+    }
+}
+
+fn key_value(word: &str) -> Result<(&str, &str), String> {
+    word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))
+}
+
+/// An optional argument with a default value.
+pub(super) struct Or<W, T>(pub W, pub T);
+
+impl<T: Clone, W: Argument<T>> Argument<T> for Or<W, T> {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        words.peek().map_or(Ok(self.1.clone()), |_| self.0.read(words))
+    }
+
+    fn write(&self, value: &T) -> String {
+        self.0.write(value)
+    }
+}
+
+/// Settings as `KEY=VALUE`, up to the keyword `in` or `until`.
+pub(super) struct Changes;
+
+impl Argument<Vec<(String, String)>> for Changes {
+    fn read(&self, words: &mut Words<'_>) -> Result<Vec<(String, String)>, String> {
+        let mut changes = Vec::new();
+        while words.peek().is_some_and(|word| !["in", "until"].contains(&word)) {
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
+            changes.push((key.to_owned(), value.to_owned()));
+        }
+        Ok(changes)
+    }
+
+    fn write(&self, value: &Vec<(String, String)>) -> String {
+        let quote = |text| shell_words::quote(text);
+        value.iter().map(|(key, value)| format!(" {}={}", quote(key), quote(value))).collect()
+    }
+}

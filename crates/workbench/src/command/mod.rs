@@ -1,0 +1,471 @@
+//! The command language: one command per line.
+//!
+//! Each command is a type that defines its verb, arguments, help line, parser, printer and effect
+//! on the session. To add a command, define its type in the matching file and add its name to the
+//! list below.
+
+mod arguments;
+mod clusters;
+mod hand_play;
+mod model;
+mod output;
+mod runs;
+mod settings;
+mod task;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use super::dry_run::DryRun;
+use super::setup::Setup;
+use super::{Session, SessionError};
+use arguments::Words;
+use mge_base::atomic::{Format, Target};
+use mge_base::spelling::{nearest_to_any, suggestion};
+use mge_run::RunError;
+
+pub use clusters::{Clusters, Guide};
+pub use hand_play::{Place, Reset};
+pub use mge_task::Edit;
+pub use model::{ModelEvaluate, ModelStop, ModelTrain};
+pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
+pub use runs::{
+    Checkpoint, Continue, Delete, Evaluate, Fork, Note, Open, Pause, Restore, Resume, Stop, Tag, Train, Watch,
+};
+pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
+pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
+
+/// A verb of the command language.
+#[derive(Debug, Clone, Copy)]
+pub struct Verb {
+    /// The words a command line begins with.
+    pub name: &'static str,
+    /// The arguments, as shown in usage and help.
+    pub arguments: &'static str,
+    /// One line of help.
+    pub help: &'static str,
+    /// Parses the arguments.
+    read: fn(&mut Words<'_>) -> Result<Command, String>,
+}
+
+impl Verb {
+    /// The usage line: name and arguments.
+    pub fn usage(&self) -> String {
+        format!("{} {}", self.name, self.arguments).trim_end().to_owned()
+    }
+}
+
+/// The runs on which the effect of a command depends. A recorded script repeats it when these have as many episodes as
+/// when it was executed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum DependsOn {
+    /// None.
+    #[default]
+    Nothing,
+    /// The current run.
+    Run,
+    /// The latest checkpoint of the current run.
+    Checkpoint,
+    /// All runs.
+    Runs,
+}
+
+/// What a script waits for after a command.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Awaits {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Nothing, but it starts work: a recorded script goes on with `wait`.
+    Work,
+    /// The result of the job that the command started, if it started one.
+    Result,
+    /// The end of all jobs and unpaused runs.
+    Everything,
+}
+
+/// How a command behaves in scripts, both played and recorded.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct InScripts {
+    /// Whether it is not recorded when it is executed: either the journal gets it in another way, or nothing depends on
+    /// it.
+    pub unrecorded: bool,
+    /// The runs on which its effect depends.
+    pub depends_on: DependsOn,
+    /// What a script waits for after it.
+    pub awaits: Awaits,
+}
+
+/// What a command does.
+pub(super) trait Execute {
+    /// Its verbs, in the order of the help.
+    fn verbs() -> Vec<Verb>
+    where
+        Self: Sized;
+
+    /// The line that parses to this command.
+    fn line(&self) -> String;
+
+    /// Changes the task or the settings of the next run, and returns the report.
+    ///
+    /// # Errors
+    /// When the change is invalid; nothing has changed then.
+    fn prepare(&self, _setup: &mut Setup) -> Result<String, SessionError> {
+        Ok(String::new())
+    }
+
+    /// Executes the command without blocking, and returns the report.
+    ///
+    /// # Errors
+    /// When it cannot be executed; nothing has changed then.
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.change(|setup| self.prepare(setup))
+    }
+
+    /// Checks the command as far as possible before the work of the preceding commands is done.
+    ///
+    /// # Errors
+    /// When it would fail whatever the results of that work.
+    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+        self.prepare(&mut dry_run.setup).map(drop)
+    }
+
+    /// How it behaves in scripts.
+    fn in_scripts(&self) -> InScripts {
+        InScripts::default()
+    }
+
+    /// The file named by the user that it writes, and its format.
+    fn output(&self) -> Option<(&Target, Format<'static>)> {
+        None
+    }
+
+    /// The file that it writes, to be changed.
+    fn output_mut(&mut self) -> Option<&mut Target> {
+        None
+    }
+}
+
+/// Implements `verbs` and `line` of `Execute`: takes for each verb the name, the arguments as shown in usage and
+/// help, the help line, and the constructor with the kind of argument (see `arguments`) of each field.
+macro_rules! syntax {
+    ($($name:literal $arguments:literal $help:literal
+        => $form:ident { $($field:tt: $word:expr),* $(,)? };)+) => {
+        fn verbs() -> Vec<Verb> {
+            vec![$(Verb {
+                name: $name,
+                arguments: $arguments,
+                help: $help,
+                #[allow(unused_variables, reason = "some verbs take no arguments")]
+                read: |words| Ok($form { $($field: $word.read(words)?),* }.into()),
+            }),+]
+        }
+
+        #[allow(irrefutable_let_patterns, unused_mut, reason = "some commands have one verb, or no arguments")]
+        fn line(&self) -> String {
+            match self {
+                $($form { .. } => {
+                    let mut line = $name.to_owned();
+                    $(if let $form { $field: value, .. } = self {
+                        line += &$word.write(value);
+                    })*
+                    line
+                })+
+            }
+        }
+    };
+}
+use syntax;
+
+macro_rules! commands {
+    ($($name:ident),* $(,)?) => {
+        /// Something a user can do.
+        #[derive(Debug, Clone, PartialEq)]
+        #[expect(missing_docs, reason = "each is documented where it is defined")]
+        pub enum Command {
+            $($name($name)),*
+        }
+
+        $(impl From<$name> for Command {
+            fn from(command: $name) -> Self {
+                Self::$name(command)
+            }
+        })*
+
+        impl Command {
+            /// Its implementation.
+            pub(super) fn behaviour(&self) -> &dyn Execute {
+                match self {
+                    $(Self::$name(command) => command),*
+                }
+            }
+
+            fn behaviour_mut(&mut self) -> &mut dyn Execute {
+                match self {
+                    $(Self::$name(command) => command),*
+                }
+            }
+        }
+
+        /// Every verb of the command language.
+        pub fn verbs() -> impl Iterator<Item = &'static Verb> {
+            static VERBS: LazyLock<Vec<Verb>> = LazyLock::new(|| [$($name::verbs()),*].concat());
+            VERBS.iter()
+        }
+    };
+}
+
+// In the order of the help.
+commands! {
+    Task, Puzzle, Save, Undo, Redo, Edit, Propose,
+    Seed, Method, Episodes, Epsilon, Set, Model, Out,
+    ModelTrain, ModelEvaluate, ModelStop,
+    Clusters, Guide,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, Evaluate, Checkpoint, Note, Tag,
+    Place, Reset,
+    Figure, Expect, Record, Wait, Quit,
+}
+
+impl Command {
+    /// Parses one line. None if it is empty or a comment (`#`).
+    ///
+    /// # Errors
+    /// When the verb is unknown or the arguments are invalid.
+    pub fn parse(line: &str) -> Result<Option<Self>, CommandError> {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            return Ok(None);
+        }
+        let unbalanced = |_| CommandError::Usage { problem: "a quote is not closed".into(), usage: "\"TEXT\"".into() };
+        let words = shell_words::split(line).map_err(unbalanced)?;
+        let (verb, rest) = find_verb(&words)?;
+        let mut words = Words(rest);
+        let command = (verb.read)(&mut words).and_then(|command| words.end().map(|()| command));
+        command.map(Some).map_err(|problem| CommandError::Usage { problem, usage: verb.usage() })
+    }
+
+    /// The command with each folder of a run that it names replaced by what `replace` returns for it, if anything.
+    ///
+    /// # Errors
+    /// Those of `replace`.
+    pub(super) fn with_run_folders<E>(
+        mut self,
+        replace: impl Fn(&Path) -> Result<Option<PathBuf>, E>,
+    ) -> Result<Self, E> {
+        let folders: Vec<&mut PathBuf> = match &mut self {
+            Self::Open(Open(folder)) | Self::Delete(Delete(folder)) => vec![folder],
+            Self::Note(Note { folder, .. }) | Self::Tag(Tag { folder, .. }) => vec![folder],
+            Self::Continue(Continue { folder, .. }) => folder.iter_mut().collect(),
+            Self::Figure(Figure { composition, .. }) => composition.runs.iter_mut().collect(),
+            _ => Vec::new(),
+        };
+        for folder in folders {
+            if let Some(other) = replace(folder)? {
+                *folder = other;
+            }
+        }
+        Ok(self)
+    }
+
+    /// The existing file whose content would be lost if the command were [forced](Self::forced): any file, except a
+    /// figure in place of a figure, which can be drawn again.
+    pub fn overwrites(&self) -> Option<&Path> {
+        let (to, format) = self.behaviour().output().filter(|(to, _)| !to.force && to.path.exists())?;
+        let is_redrawn = matches!(self, Self::Figure(_)) && to.check(&format).is_ok();
+        Some(to.path.as_path()).filter(|_| !is_redrawn)
+    }
+
+    /// The command, replacing a file of any format.
+    pub fn forced(mut self) -> Self {
+        if let Some(to) = self.behaviour_mut().output_mut() {
+            to.force = true;
+        }
+        self
+    }
+
+    /// Checks that the file that it writes may be replaced, unless that is `own`.
+    ///
+    /// # Errors
+    /// When it is a file of another format.
+    pub(super) fn check_output(&self, own: Option<&Path>) -> Result<(), RunError> {
+        match self.behaviour().output() {
+            Some((to, format)) if own != Some(&to.path) => to.check(&format).map_err(RunError::io("write", &to.path)),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Command {
+    /// The line that parses to this command.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.behaviour().line())
+    }
+}
+
+fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandError> {
+    let starts_with = |verb: &&Verb| {
+        let parts: Vec<&str> = verb.name.split(' ').collect();
+        words.len() >= parts.len() && parts.iter().zip(words).all(|(part, word)| part == word)
+    };
+    // `model train` is not `model` with an argument.
+    let parts = |verb: &Verb| verb.name.split(' ').count();
+    if let Some(verb) = verbs().filter(starts_with).max_by_key(|verb| parts(verb)) {
+        return Ok((verb, &words[parts(verb)..]));
+    }
+    let one = words.first().map_or("", String::as_str);
+    let word = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
+    let nearest = nearest_to_any(verbs().map(|verb| verb.name), [one, &word]);
+    Err(CommandError::Unknown { word, nearest })
+}
+
+/// A line that is not a valid command.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CommandError {
+    /// An unknown verb.
+    #[error("unknown command `{word}`{}", suggestion(*nearest))]
+    Unknown { word: String, nearest: Option<&'static str> },
+    /// Invalid arguments.
+    #[error("{problem}; usage: {usage}")]
+    Usage { problem: String, usage: String },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One line for every verb.
+    const LINES: &[&str] = &[
+        "task task1",
+        "save 'my tasks/new.json' force",
+        "undo",
+        "redo",
+        "subgoal add 0.1 -0.2 5",
+        "subgoal move 1 0.5 0.25",
+        "subgoal size 2 3.5",
+        "subgoal swap 1 2",
+        "subgoal delete 1",
+        "goal move -0.5 0",
+        "goal size 6",
+        "ball move 0 0.9",
+        "tool add cannon 0.5 -0.5 30 angle=105 force=80.5",
+        "tool move 1 0 0",
+        "tool size 1 9",
+        "tool set 2 angle=45 elasticity=1.2",
+        "tool delete 1",
+        "placeable ramp 14 angle=30",
+        "part move ball-2 0.5 -0.25",
+        "propose 2",
+        "proposal accept 1",
+        "proposal delete",
+        "proposal move 2 0.5 -0.25",
+        "proposal size 1 3.5",
+        "seed 7",
+        "method ddpg",
+        "episodes 300",
+        "epsilon linear:0.5:0:1000",
+        "set ddpg.gamma 0.9",
+        "model true",
+        "model train bucket,box models/mine.safetensors 500",
+        "model evaluate bucket-box",
+        "model stop",
+        "clusters",
+        "guide",
+        "out runs",
+        "train runs/a seeds 3 until 100",
+        "pause",
+        "resume until 200",
+        "stop",
+        "wait",
+        "open runs/a",
+        "watch 2",
+        "delete runs/a",
+        "restore runs/a",
+        "continue runs/a until 300",
+        "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
+        "evaluate",
+        "checkpoint best",
+        "puzzle 13",
+        "note runs/a 'holds, but late'",
+        "tag runs/a paper,best",
+        "place 0.25 -0.5 371",
+        "reset",
+        "figure learning curves.png force 300 width=single",
+        "expect success >= 0.5",
+        "record session.mge",
+        "quit",
+    ];
+
+    #[test]
+    fn every_verb_reads_and_writes_the_same_line() {
+        for verb in verbs() {
+            let line =
+                LINES.iter().find(|line| find_verb(&shell_words::split(line).unwrap()).unwrap().0.name == verb.name);
+            let line = line.unwrap_or_else(|| panic!("no line for {}", verb.name));
+            let command = Command::parse(line).unwrap().unwrap();
+            assert_eq!(&command.to_string(), line);
+        }
+    }
+
+    #[test]
+    fn a_note_needs_no_quotes() {
+        let command = Command::parse("note runs/a holds, but  late").unwrap().unwrap();
+        assert_eq!(command.to_string(), "note runs/a 'holds, but late'");
+        assert!(Command::parse("note runs/a").unwrap_err().to_string().contains("a text is missing"));
+    }
+
+    #[test]
+    fn a_list_with_spaces_is_written_in_quotes() {
+        let command = Command::parse("tag runs/a 'two words,b'").unwrap().unwrap();
+        assert_eq!(Command::parse(&command.to_string()).unwrap(), Some(command));
+    }
+
+    #[test]
+    fn comments_and_empty_lines_are_ignored() {
+        assert_eq!(Command::parse("  # a comment"), Ok(None));
+        assert_eq!(Command::parse(""), Ok(None));
+    }
+
+    #[test]
+    fn mistakes_are_explained() {
+        for (line, expected) in [
+            ("trian", "did you mean `train`?"),
+            ("subgoal mvoe 1 0 0", "did you mean `subgoal move`?"),
+            ("subgoal move 0 0 0", "numbers count from 1"),
+            ("subgoal move 1 0", "coordinate is missing; usage: subgoal move N X Y"),
+            ("tool add rump 0 0", "unknown tool `rump`"),
+            ("tool add ramp 0 0 x", "`x` is not a size"),
+            ("tool set 1", "KEY=VALUE is missing; usage: tool set N KEY=VALUE..."),
+            ("tool set 1 angel=30", "unknown property `angel`: use one of size, angle"),
+            ("tool set 1 angle=steep", "`steep` is not a number for angle"),
+            ("part move ball-0 0 0", "`ball-0` is not a part: use target, marker"),
+            ("place 0 0 2365", "`2365` is not a number of CREATE's catalogue from 0 to 2364"),
+            ("propose 0", "`0` is not a number of subgoals from 1 to 9"),
+            ("proposal accept 0", "numbers count from 1"),
+            ("seed x", "`x` is not a seed"),
+            ("epsilon 2", "not between 0 and 1"),
+            ("figure pie a.png", "`pie` is not one of scene, clusters"),
+            ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in FOLDER] [until N]"),
+            ("undo now", "`now` was not expected"),
+            ("task 'a", "a quote is not closed"),
+        ] {
+            let error = Command::parse(line).unwrap_err().to_string();
+            assert!(error.contains(expected), "{line}: {error}");
+        }
+    }
+
+    #[test]
+    fn verbs_are_unique_and_explained() {
+        let all: Vec<&Verb> = verbs().collect();
+        for (index, verb) in all.iter().enumerate() {
+            assert!(all[index + 1..].iter().all(|other| other.name != verb.name), "{}", verb.name);
+            assert!(!verb.help.is_empty() && verb.help.len() <= 80, "{}", verb.name);
+        }
+    }
+
+    #[test]
+    fn a_word_longer_than_any_verb_gets_no_suggestion() {
+        let error = Command::parse(&"train".repeat(20)).unwrap_err();
+        assert!(matches!(error, CommandError::Unknown { nearest: None, .. }), "{error}");
+    }
+}

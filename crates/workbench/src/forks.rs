@@ -1,0 +1,203 @@
+//! Forks: new runs that branch off another run at an episode, with other settings.
+
+use super::SessionError;
+use super::command::{Fork, Watch};
+use super::job::Reporter;
+use super::run::{Past, RunView};
+use super::session::Session;
+use mge_base::validation::ValidationError;
+use mge_trainer::{self as trainer, RunConfig, SettingError};
+
+/// The value of `task` that selects the edited task.
+const EDITED: &str = "edited";
+
+impl Session {
+    /// Starts forking the current run; the fork is trained once it exists.
+    pub(super) fn fork(&mut self, command: &Fork) -> Result<String, SessionError> {
+        let run = self.run().ok_or(SessionError::NoRun)?;
+        let (source, name, number) = (run.directory().clone(), run.name(), run.number());
+        let config = self.forked(run, &name, command)?;
+        let free = || self.free_folder_named(&format!("{name}-at{}", command.episode));
+        let path = command.folder.clone().unwrap_or_else(free);
+        // Reserves the folder, so that a concurrent fork gets another.
+        std::fs::create_dir_all(&path).map_err(mge_run::RunError::io("create", &path))?;
+        self.warn(&config, &command.changes.iter().map(|(key, _)| key.clone()).collect());
+        let report = format!("forking {name} at episode {} into {}", command.episode, path.display());
+        let work = move |reporter: &Reporter| {
+            let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
+            let fork = trainer::fork(&source, &path, config, progress, reporter.stop());
+            // Removes the reserved folder only if it is still empty.
+            let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
+            let directory = fork.map_err(|error| error.to_string())?;
+            let mut run = RunView::new(directory).map_err(|error| error.to_string())?;
+            run.take_past(Past::read(run.directory(), &run.config().task, reporter.stop()))?;
+            Ok(run)
+        };
+        let asked = command.clone();
+        self.start_job(command.clone(), work, move |session, made| {
+            let added = session.add(made?);
+            session.journal.note(Watch(number).into(), Some(number));
+            session.journal.note(asked.clone().into(), Some(added));
+            session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())
+        });
+        Ok(report)
+    }
+
+    /// The settings of a fork.
+    fn forked(&self, run: &RunView, name: &str, command: &Fork) -> Result<RunConfig, SessionError> {
+        let before = run.config();
+        let mut config = RunConfig { fork: None, ..RunConfig::clone(before) };
+        for (key, value) in &command.changes {
+            match key.as_str() {
+                "task" if value == EDITED => config.task = self.setup.config.task.clone(),
+                "task" => return Err(ValidationError::new("task", "is `edited`: the task as it is edited").into()),
+                "method" | "seed" => return Err(ValidationError::new(key, "stays that of the run").into()),
+                _ => config = config.with_unchecked_setting(key, value)?,
+            }
+        }
+        config.validate().map_err(SettingError::Range)?;
+        if config.episodes <= command.episode {
+            let few = format!("is {}, but a fork at episode {} needs more", config.episodes, command.episode);
+            return Err(ValidationError::new("episodes", few).into());
+        }
+        let change = |(key, value): &(String, String)| match key.as_str() {
+            "prior" => format!("{key}={}", config.prior.name()),
+            _ => format!("{key}={value}"),
+        };
+        let changes = command.changes.iter().map(change).collect();
+        Ok(config.forked(before, name, command.episode, changes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{Command, Script};
+    use super::*;
+
+    fn play(session: &mut Session, text: &str) {
+        Script::parse(text, "s", &[]).unwrap().run(session, |_| {}).unwrap_or_else(|error| panic!("{text}: {error}"));
+    }
+
+    fn session(folder: &Path) -> Session {
+        Session::new(mge_task::load("task1").unwrap(), folder.to_owned())
+    }
+
+    const TRAIN: &str = "method ddpg-uniform\nset ddpg.hidden 4\nset ddpg.warmup_steps 8\nepisodes 18\n\
+                         set checkpoints.last_every 5\ntrain\nwait\n";
+
+    fn rows(folder: &Path, run: &str) -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join(run).join("metrics.csv")).unwrap();
+        text.lines().skip(1).map(str::to_owned).collect()
+    }
+
+    fn refused(session: &mut Session, line: &str) -> String {
+        let command = Command::parse(line).unwrap().unwrap();
+        let begun = session.apply(command.clone()).map_err(|error| error.to_string());
+        let outcome = begun.and_then(|_| session.wait_for(&command).map_err(|error| error.to_string()));
+        outcome.expect_err(line)
+    }
+
+    #[test]
+    fn a_fork_with_other_guidance_has_new_clusters() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        let train = TRAIN.replace("method ddpg-uniform", "method ddpg-mge\nset prior rapier\nepsilon 0.5");
+        play(&mut session, &format!("{train}fork 12 guidance.clusters.fixed=2 guidance.std_floor=0.3\nwait\n"));
+        let name = session.runs()[1].name();
+        let prior = std::fs::read_to_string(folder.path().join(name).join("prior.json")).unwrap();
+        let prior: serde_json::Value = serde_json::from_str(&prior).unwrap();
+        let clusters = prior["stages"][0]["clusters"].as_array().unwrap();
+        assert!(clusters.len() <= 2 && clusters[0]["std"][0].as_f64().unwrap() >= 0.3, "{prior}");
+    }
+
+    #[test]
+    fn a_fork_without_changes_repeats_the_run_and_one_with_changes_diverges() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut first = session(folder.path());
+        play(&mut first, &format!("{TRAIN}fork 12\nwait\nwatch 1\nfork 12 epsilon=1 ddpg.gamma=0.5\nwait\n"));
+        let [source, same, other] =
+            ["", "-at12", "-at12-2"].map(|end| rows(folder.path(), &format!("task1-ddpg-uniform-seed0{end}")));
+        assert_eq!(source.len(), 18);
+        assert_eq!(same, source, "the same settings make the same run");
+        assert_eq!(other[..12], source[..12]);
+        assert_ne!(other[12..], source[12..]);
+        let fork = first.runs()[2].config().fork.clone().unwrap();
+        assert_eq!(
+            fork.to_string(),
+            "forked from task1-ddpg-uniform-seed0 at episode 12 with epsilon=1, ddpg.gamma=0.5"
+        );
+        // A fork can be forked, but not at an episode before its start.
+        play(&mut first, "fork 15 episodes=17\nwait\nexpect episodes = 17\n");
+        assert!(refused(&mut first, "fork 3").contains("fork the run that it comes from"));
+        // The recorded session reproduces all forks.
+        let elsewhere = tempfile::tempdir().unwrap();
+        let mut second = session(elsewhere.path());
+        play(&mut second, &first.to_script());
+        let names = |session: &Session| session.runs().iter().map(RunView::name).collect::<Vec<_>>();
+        assert_eq!(names(&second), names(&first), "{}", first.to_script());
+        for name in names(&first) {
+            assert_eq!(rows(elsewhere.path(), &name), rows(folder.path(), &name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_fork_repeats_earlier_schedule_changes_and_its_pauses_are_recorded() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut first = session(folder.path());
+        let text = TRAIN.replace("train\nwait", "train until 5\nwait\nepsilon 0.9\nresume\nwait");
+        play(&mut first, &format!("{text}fork 10 until 15\nwait\nexpect episodes = 15\nepsilon 0\nresume\nwait\n"));
+        let [source, fork] = ["", "-at10"].map(|end| rows(folder.path(), &format!("task1-ddpg-uniform-seed0{end}")));
+        assert_eq!((&fork[..15], fork.len()), (&source[..15], 18));
+        assert_ne!(fork[15..], source[15..]);
+        let script = first.to_script();
+        assert!(script.contains("fork 10 until 15\nwait\n") && script.contains("epsilon 0\nresume\nwait"), "{script}");
+    }
+
+    #[test]
+    fn an_invalid_fork_is_refused_and_leaves_no_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        assert!(refused(&mut session, "fork 1").contains("there is no run"));
+        play(&mut session, TRAIN);
+        let before = std::fs::read_dir(folder.path()).unwrap().count();
+        for (line, reason) in [
+            ("fork 19 episodes=40", "the run has 18 episodes, not 19"),
+            ("fork 18", "needs more"),
+            ("fork 5 seed=3", "stays that of the run"),
+            ("fork 5 ddpg.hidden=8", "ddpg.hidden"),
+            ("fork 5 ddpg.gama=0.5", "did you mean `ddpg.gamma`?"),
+            ("fork 5 task=task2", "the task as it is edited"),
+        ] {
+            let error = refused(&mut session, line);
+            assert!(error.contains(reason), "{line}: {error}");
+        }
+        play(&mut session, "subgoal add 0 0 4\n");
+        assert!(refused(&mut session, "fork 5 task=edited").contains("number of subgoals"));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), before);
+        play(&mut session, "undo\nsubgoal move 1 0.3 0.3\nfork 5 task=edited episodes=8\nwait\nexpect episodes = 8\n");
+        let task = session.run().unwrap().config().task.clone();
+        assert_eq!(task.subgoals[0].position, [0.3, 0.3]);
+        // The shared episodes are replayed on the task they were played on.
+        play(&mut session, "fork 7 episodes=9\nwait\n");
+        let config = session.run().unwrap().config().clone();
+        assert_eq!((config.task_of(5), config.task_of(6)), (&session.runs()[0].config().task, &task));
+        let [first, last] = [&session.runs()[0], session.run().unwrap()];
+        assert_eq!(last.saved().past_episode(4).unwrap(), first.saved().past_episode(4).unwrap());
+    }
+
+    #[test]
+    fn a_fork_without_its_checkpoint_is_not_trained_from_the_beginning() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        play(&mut session, &format!("{TRAIN}fork 5 until 6\nwait\nstop\nwait\n"));
+        let path = session.run().unwrap().directory().path().to_owned();
+        std::fs::remove_dir_all(path.join("checkpoint")).unwrap();
+        let (_sender, controls) = crossbeam_channel::unbounded();
+        let directory = mge_run::RunDirectory::open(&path).unwrap();
+        let error = trainer::train(&directory, &controls, &trainer::Watch::default()).unwrap_err().to_string();
+        assert!(error.contains("the checkpoint from which it continues is missing"), "{error}");
+        assert_eq!(mge_run::read_metrics(&directory.metrics_path()).unwrap().len(), 6, "existing rows are kept");
+    }
+}

@@ -1,0 +1,196 @@
+//! Background jobs: computations with progress, cancellation and a result.
+
+use std::fmt;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+use mge_base::stop::Stop;
+use mge_base::sync::lock;
+use mge_trainer::panic_message;
+
+/// The error of a computation that ended because it was cancelled.
+pub(super) const CANCELLED: &str = "the computation was cancelled";
+
+/// A computation that runs on its own thread once started.
+pub struct Job<T> {
+    shared: Arc<Shared>,
+    /// The work, until the job is started.
+    work: Option<Work<T>>,
+    /// None until the job is started; an error if the thread could not be spawned.
+    thread: Option<io::Result<JoinHandle<Result<T, String>>>>,
+}
+
+type Work<T> = Box<dyn FnOnce(&Reporter) -> Result<T, String> + Send>;
+
+/// State shared by the computation and the owner of the job.
+#[derive(Debug, Default)]
+struct Shared {
+    done: AtomicUsize,
+    total: AtomicUsize,
+    curve: Mutex<Vec<f32>>,
+    cancelled: Stop,
+}
+
+/// How much of a computation is done; unknown while `total` is 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Number of parts done.
+    pub done: usize,
+    /// Number of parts in total.
+    pub total: usize,
+}
+
+impl Progress {
+    /// The fraction done, from 0 to 1; None if unknown.
+    pub fn share(self) -> Option<f32> {
+        (self.total > 0).then(|| self.done as f32 / self.total as f32)
+    }
+}
+
+/// The computation's side of a job.
+#[derive(Debug)]
+pub struct Reporter(Arc<Shared>);
+
+impl Reporter {
+    /// Reports how much is done; false if the computation should end.
+    pub fn progress(&self, done: usize, total: usize) -> bool {
+        self.0.done.store(done, Ordering::Release);
+        self.0.total.store(total, Ordering::Release);
+        !self.is_cancelled()
+    }
+
+    /// Reports the next value of the minimised quantity, such as a loss.
+    pub fn note(&self, value: f32) {
+        lock(&self.0.curve).push(value);
+    }
+
+    /// Whether the computation should end.
+    pub fn is_cancelled(&self) -> bool {
+        self.stop().is_requested()
+    }
+
+    /// The stop request, for code that polls it itself.
+    pub fn stop(&self) -> &Stop {
+        &self.0.cancelled
+    }
+}
+
+/// Runs a computation and turns a panic into an error.
+pub(super) fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
+}
+
+impl<T> fmt::Debug for Job<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Job").field("shared", &self.shared).finish_non_exhaustive()
+    }
+}
+
+impl<T: Send + 'static> Job<T> {
+    /// A job that does not run until [`Self::start`].
+    pub fn new(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
+        Self { shared: Arc::default(), work: Some(Box::new(work)), thread: None }
+    }
+
+    /// A job that is started at once.
+    ///
+    /// # Errors
+    /// When no thread can be spawned.
+    pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
+        let mut job = Self::new(work);
+        job.start();
+        match job.thread {
+            Some(Err(error)) => Err(error),
+            thread => Ok(Self { thread, ..job }),
+        }
+    }
+
+    /// Starts the job if it was not started. If no thread can be spawned, that error is its result.
+    pub fn start(&mut self) {
+        if let Some(work) = self.work.take() {
+            let reporter = Reporter(self.shared.clone());
+            let body = move || caught(|| work(&reporter));
+            self.thread = Some(std::thread::Builder::new().name("mge-job".to_owned()).spawn(body));
+        }
+    }
+
+    /// Whether the job was started.
+    pub fn is_started(&self) -> bool {
+        self.work.is_none()
+    }
+
+    /// How much is done.
+    pub fn progress(&self) -> Progress {
+        let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Acquire));
+        Progress { done, total }
+    }
+
+    /// The values reported so far, from index `from` on.
+    pub fn values(&self, from: usize) -> Vec<f32> {
+        let values = lock(&self.shared.curve);
+        values.get(from..).unwrap_or_default().to_vec()
+    }
+
+    /// Whether the result is available.
+    pub fn is_finished(&self) -> bool {
+        match &self.thread {
+            Some(Ok(thread)) => thread.is_finished(),
+            Some(Err(_)) => true,
+            None => false,
+        }
+    }
+
+    /// The result; blocks until it is available.
+    ///
+    /// # Errors
+    /// The error or panic that ended the computation, the failure to spawn its thread, or that it was not started.
+    pub fn result(self) -> Result<T, String> {
+        match self.thread {
+            // The computation's own panics are caught in `start`.
+            Some(Ok(thread)) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
+            Some(Err(error)) => Err(format!("cannot start a thread: {error}")),
+            None => Err("the computation was not started".to_owned()),
+        }
+    }
+
+    /// Requests cancellation: the computation ends when it next polls the request or reports progress.
+    pub fn cancel(&self) {
+        self.shared.cancelled.request();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_an_error_and_a_panic_are_all_outcomes() {
+        assert_eq!(Job::spawn(|_| Ok(7)).unwrap().result(), Ok(7));
+        assert_eq!(Job::<()>::spawn(|_| Err("no".to_owned())).unwrap().result(), Err("no".to_owned()));
+        let panicked = Job::<()>::spawn(|_| panic!("on purpose")).unwrap().result();
+        assert_eq!(panicked, Err("the computation panicked: on purpose".to_owned()));
+    }
+
+    #[test]
+    fn a_cancelled_job_ends_at_its_next_report() {
+        let job = Job::<()>::spawn(|reporter| {
+            let mut done = 0;
+            while reporter.progress(done, 9) {
+                done = 1;
+                std::thread::yield_now();
+            }
+            Err("cancelled".to_owned())
+        });
+        let job = job.unwrap();
+        while job.progress().done != 1 {
+            std::thread::yield_now();
+        }
+        assert!(!job.is_finished() && job.progress().share() == Some(1.0 / 9.0));
+        job.cancel();
+        assert_eq!(job.result(), Err("cancelled".to_owned()));
+    }
+}

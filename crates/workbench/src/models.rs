@@ -1,0 +1,181 @@
+//! Training and evaluation of dynamics models in the session.
+
+use std::path::{Path, PathBuf};
+
+use super::command::{Command, ModelEvaluate, ModelTrain};
+use super::job::{Progress, Reporter};
+use super::{Session, SessionError, write_file};
+use mge_base::atomic::{Format, Target};
+use mge_dynamics::{
+    self as dynamics, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig,
+    TrainingOutcome, train_to_file,
+};
+use mge_run::RunError;
+use mge_task as task;
+
+/// The format of saved evaluations.
+const EVALUATION: Format<'static> = Format {
+    name: "the evaluation of a model",
+    suffix: "",
+    is: &|found| serde_json::from_slice::<Evaluation>(found).is_ok(),
+};
+
+/// The folder for models trained in the workbench.
+pub const MODELS: &str = "models";
+
+fn is_model_work(command: &Command) -> bool {
+    matches!(command, Command::ModelTrain(_) | Command::ModelEvaluate(_))
+}
+
+fn name(command: &Command) -> String {
+    match command {
+        Command::ModelTrain(train) => format!("training {}", train.to.path.display()),
+        Command::ModelEvaluate(ModelEvaluate(model)) => format!("evaluating {model}"),
+        other => other.to_string(),
+    }
+}
+
+impl Session {
+    /// Starts training a model, written to a file.
+    pub(super) fn train_model(&mut self, command: &ModelTrain) -> Result<String, SessionError> {
+        let (seed, train) = (self.config().seed, command.clone());
+        self.start_model_job(command.clone().into(), move |reporter| train_into_file(&train, seed, reporter))
+    }
+
+    /// Starts evaluating a model, shipped or from a file.
+    pub(super) fn evaluate_model(&mut self, command: &ModelEvaluate) -> Result<String, SessionError> {
+        let (seed, model) = (self.config().seed, command.0.clone());
+        self.start_model_job(command.clone().into(), move |reporter| evaluate(&model, seed, reporter))
+    }
+
+    /// Starts a job on a model. Only one runs at a time, as each keeps all cores busy.
+    fn start_model_job(
+        &mut self,
+        command: Command,
+        work: impl FnOnce(&Reporter) -> Result<String, String> + Send + 'static,
+    ) -> Result<String, SessionError> {
+        if let Some((name, _)) = self.model_work() {
+            return Err(SessionError::Failed(format!("{name}: wait for its end, or end it with `model stop`")));
+        }
+        let report = name(&command);
+        self.start_job(command, work, |_, result| result);
+        Ok(report)
+    }
+
+    /// Cancels the training or evaluation of a model.
+    pub(super) fn stop_model_work(&mut self) -> Result<String, SessionError> {
+        let Some((name, _)) = self.model_work() else {
+            return Err(SessionError::Failed("no dynamics model is being trained or evaluated".to_owned()));
+        };
+        self.cancel_jobs(is_model_work);
+        Ok(format!("ended: {name}"))
+    }
+
+    /// The name and progress of the current training or evaluation of a model.
+    pub fn model_work(&self) -> Option<(String, Progress)> {
+        self.job(is_model_work).map(|pending| (name(&pending.command), pending.job.progress()))
+    }
+
+    /// Losses of the model being trained, one per epoch, from epoch `from` on; empty during an evaluation.
+    pub fn model_losses(&self, from: usize) -> Vec<f32> {
+        self.job(is_model_work).map_or_else(Vec::new, |pending| pending.job.values(from))
+    }
+}
+
+/// The saved evaluation of a model, if it is of this very model.
+pub fn saved_evaluation(name: &str, model: &Model) -> Option<Evaluation> {
+    let text = mge_base::bounded::read_text(&evaluation_of(name)).ok()?;
+    let evaluation: Evaluation = serde_json::from_str(&text).ok()?;
+    (evaluation.model_sha256 == model.id().sha256).then_some(evaluation)
+}
+
+/// Where the evaluation of a model is saved: beside its file, or in [`MODELS`] for a shipped model.
+fn evaluation_of(name: &str) -> PathBuf {
+    let beside = format!("{name}.evaluation.json");
+    if dynamics::shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() }
+}
+
+fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result<String, String> {
+    let ModelTrain { tools, to, epochs } = train;
+    let path = &to.path;
+    let mut settings = TrainConfig { seed, ..TrainConfig::default() };
+    settings.epochs = epochs.unwrap_or(settings.epochs);
+    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let file = shell_words::quote(&file);
+    let command = format!("mge dynamics train --tools {tools} --seed {seed} --epochs {} --out {file}", settings.epochs);
+    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let on_progress = |now: &dynamics::Progress| {
+        reporter.note(now.loss);
+        reporter.progress(now.epoch as usize, now.epochs as usize);
+    };
+    let (config, stop) = (tools.apply(ModelConfig::default()), reporter.stop());
+    let trained = train_to_file(to, config, settings, tools.kinds(), &command, stop, on_progress)
+        .map_err(|error| failed(&error))?;
+    if trained.ended == TrainingOutcome::Stopped {
+        return Err(failed(&"stopped before its training was complete; train it again to continue"));
+    }
+    if let Some(reason) = trained.finish(path).map_err(|error| failed(&error))? {
+        return Err(failed(&reason));
+    }
+    Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
+}
+
+fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String> {
+    let to = Target::from(&evaluation_of(name));
+    // Refused before the work.
+    to.check(&EVALUATION).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
+    let model = dynamics::named(name).map_err(|error| error.to_string())?;
+    let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
+    let on_progress = &mut |now: &EvaluationProgress| _ = reporter.progress(now.done, now.total);
+    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, reporter.stop(), on_progress)
+        .map_err(|error| format!("{name}: {error}"))?;
+    let launches = evaluation.launches.iter().map(|launches| {
+        let (model, baseline) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
+        format!("{} {:.4} ({:.4})", launches.tool, model.mean, baseline.mean)
+    });
+    write_file(&to, mge_base::json::pretty(&evaluation).as_bytes(), &EVALUATION).map_err(|error| error.to_string())?;
+    let scenes = evaluation.scenes.iter().filter_map(|scene| {
+        let error = &scene.rollout.model.first()?;
+        Some(format!("{} {:.4}", scene.task, error.mean))
+    });
+    Ok(format!(
+        "{name}: error after one prediction (constant velocity): {}; after one action: {}; saved to {}",
+        launches.collect::<Vec<_>>().join(", "),
+        scenes.collect::<Vec<_>>().join(", "),
+        to.path.display()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Script;
+
+    fn run(lines: &str) -> Result<Session, String> {
+        let mut session = Session::new(task::load("task1").unwrap(), "runs".into());
+        let script = Script::parse(lines, "s", &[]).unwrap();
+        script.run(&mut session, |_| {}).map(|()| session).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_model_is_trained_into_a_new_folder_and_can_be_loaded() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("models/mine.safetensors");
+        let line = format!("model train box {} 1\nwait", shell_words::quote(&path.display().to_string()));
+        run(&line).unwrap();
+        assert!(dynamics::Model::load(&path).is_ok());
+    }
+
+    #[test]
+    fn a_wait_fails_with_a_failed_evaluation() {
+        let error = run("model evaluate nowhere.safetensors\nwait").unwrap_err();
+        assert!(error.starts_with("s:2: ") && error.contains("nowhere.safetensors"), "{error}");
+    }
+
+    #[test]
+    fn cancelled_work_is_not_in_the_recorded_script() {
+        let mut session = run("model evaluate bucket-box\nmodel stop").unwrap();
+        assert!(!session.to_script().contains("model"), "{}", session.to_script());
+        assert!(session.is_idle() && session.apply(crate::command::ModelStop).is_err());
+    }
+}

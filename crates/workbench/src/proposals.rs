@@ -1,0 +1,130 @@
+//! Subgoals proposed for the session's task by model rollouts.
+
+use std::sync::Arc;
+
+use super::clusters::RolloutInputs;
+use super::command::{Command, Propose};
+use super::job::{Progress, Reporter};
+use super::{Session, SessionError};
+use mge_base::text::counted;
+use mge_guidance::{ChosenSubgoals, InterruptibleModel, NO_SUBGOALS, TRIALS, choose_subgoals};
+use mge_task::{Region, Task};
+use mge_trainer::{RunConfig, required_model};
+
+/// The inputs of proposals, which exclude the task's own subgoals.
+fn inputs(config: &RunConfig) -> RolloutInputs {
+    // Saving a task changes its name, but not its scene.
+    let task = Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) };
+    RolloutInputs { task: Arc::new(task), source: config.prior.clone(), ..RolloutInputs::of(config) }
+}
+
+fn is_propose(command: &Command) -> bool {
+    matches!(command, Command::Propose(_))
+}
+
+impl Session {
+    /// Starts searching for subgoals, by default as many as the task has.
+    pub(super) fn propose(&mut self, command: &Propose) -> Result<String, SessionError> {
+        self.setup.config.validate()?;
+        let count = command.0.unwrap_or(self.task().subgoals.len().max(1));
+        self.forget_proposals();
+        let config = self.setup.config.clone();
+        let key = inputs(&config);
+        let work = move |reporter: &Reporter| search(&config, count, reporter);
+        self.start_job(Propose(Some(count)), work, move |session, result| session.take_proposals(&key, count, result?));
+        Ok(format!("looking for {}", counted(count, "subgoal")))
+    }
+
+    /// Cancels a search for subgoals.
+    pub(super) fn forget_proposals(&mut self) {
+        self.cancel_jobs(is_propose);
+    }
+
+    fn take_proposals(&mut self, key: &RolloutInputs, count: usize, choice: ChosenSubgoals) -> Result<String, String> {
+        if *key != inputs(&self.setup.config) {
+            return Err("the task or the model was changed while subgoals were looked for: `propose` again".to_owned());
+        }
+        if choice.is_failure() {
+            return Err(NO_SUBGOALS.to_owned());
+        }
+        let ChosenSubgoals { subgoals: regions, least_reached, .. } = choice;
+        let (found, percent) = (regions.len(), 100.0 * least_reached);
+        if found == 0 {
+            return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
+        }
+        self.setup.propose(regions);
+        // Recorded when the proposals arrive: only later commands can refer to them.
+        self.journal.note(Propose(Some(count)).into(), self.current);
+        let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
+        Ok(format!(
+            "{}{all} proposed: each stage was reached by {percent:.0} % of the guided rollouts or more",
+            counted(found, "subgoal")
+        ))
+    }
+
+    /// Proposed subgoals that were neither accepted nor rejected.
+    pub fn proposed(&self) -> &[Region] {
+        self.setup.editor.proposed()
+    }
+
+    /// Progress of the search for subgoals, in candidates, while it runs.
+    pub fn proposing(&self) -> Option<Progress> {
+        self.job(is_propose).map(|pending| pending.job.progress())
+    }
+}
+
+fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
+    let model = required_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
+    let model = InterruptibleModel::new(&*model, reporter.stop());
+    let progress = |tried| _ = reporter.progress(tried, TRIALS);
+    choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
+        .map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Script;
+    use mge_task::load;
+
+    fn session() -> Session {
+        let mut session = Session::new(load("task2").unwrap(), "runs".into());
+        run(&mut session, "model true").unwrap();
+        session
+    }
+
+    fn run(session: &mut Session, lines: &str) -> Result<(), String> {
+        Script::parse(lines, "s", &[]).unwrap().run(session, |_| {}).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn proposed_subgoals_are_moved_accepted_and_undone() {
+        let mut session = session();
+        let before = session.task().clone();
+        run(&mut session, "propose 1\nwait\nexpect proposals = 1\nproposal move 1 0.25 0.5\nproposal accept").unwrap();
+        let [subgoal] = session.task().subgoals[..] else { panic!("{:?}", session.task().subgoals) };
+        assert_eq!(subgoal.position, [0.25, 0.5]);
+        run(&mut session, "undo\nexpect proposals = 1\nundo\nundo\nexpect proposals = 0").unwrap();
+        assert_eq!(session.task(), &before);
+    }
+
+    #[test]
+    fn a_recorded_session_proposes_and_accepts_the_same() {
+        let mut first = session();
+        run(&mut first, "goal size 5\npropose 2\nsubgoal size 1 3\nwait\nproposal accept 1").unwrap();
+        let script = first.to_script();
+        let mut second = session();
+        run(&mut second, &script).unwrap();
+        assert_eq!(second.task(), first.task(), "{script}");
+    }
+
+    #[test]
+    fn proposals_for_another_scene_are_not_offered() {
+        let mut session = session();
+        let error = run(&mut session, "propose 1\ngoal move 0.1 0.1\nwait").unwrap_err();
+        assert!(error.contains("was changed while"), "{error}");
+        let error = run(&mut session, "model uniform\npropose\nwait").unwrap_err();
+        assert!(error.contains("predicts nothing"), "{error}");
+        assert!(session.proposed().is_empty() && session.proposing().is_none());
+    }
+}

@@ -1,0 +1,279 @@
+//! The session's runs: starting, queueing, controlling, stopping and deleting them.
+//!
+//! As many runs are trained at the same time as there are cores; the others are queued in the
+//! order of their requests. A paused run frees its core.
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use super::SessionError;
+use super::command::{Command, Continue, Delete, Evaluate, Open, Stop};
+use super::job::Reporter;
+use super::run::{Past, RunView};
+use super::session::{Session, episode_number};
+use super::setup::Setup;
+use mge_base::paths::fitting;
+use mge_run::{CheckpointName, RunDirectory, RunState, restore};
+use mge_trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
+
+impl Session {
+    pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
+        self.setup.config.validate()?;
+        check_model(&self.setup.config).map_err(|error| SessionError::Failed(error.to_string()))?;
+        let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
+        let directory = self.setup.config.create_run(&path)?;
+        let Setup { config, set, .. } = self.setup.clone();
+        self.warn(&config, &set);
+        let number = self.add(RunView::new(directory)?);
+        self.start_run(number, until, "training in")
+    }
+
+    /// Continues a run: the current one, or the one in a folder.
+    pub(super) fn continue_run(&mut self, command: &Continue) -> Result<String, SessionError> {
+        let folder = match &command.folder {
+            Some(folder) => folder.clone(),
+            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
+        };
+        self.refuse_if_busy(&folder)?;
+        let report = match self.extend(&RunDirectory::open(&folder)?)? {
+            Some(episodes) => format!("extended to {episodes} episodes, continuing"),
+            None => "continuing".to_owned(),
+        };
+        let number = self.known_or_read(&folder, command.clone().into())?;
+        self.start_run(number, command.until, &report)
+    }
+
+    /// The number of episodes to which continuing extends a run that has fewer; None unless it was set explicitly.
+    pub fn extends_to(&self) -> Option<u32> {
+        Some(self.setup.config.episodes).filter(|_| self.setup.set.contains("episodes"))
+    }
+
+    /// Raises the number of episodes of a run to the number set in the session, if that was set explicitly and is
+    /// larger; returns it then. Otherwise refuses a run of which no episode is left.
+    fn extend(&mut self, directory: &RunDirectory) -> Result<Option<u32>, SessionError> {
+        directory.check_free()?;
+        let config = RunConfig::of(directory)?;
+        let status = directory.status()?;
+        let is_finished = status.state == RunState::Finished;
+        let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if is_finished && directory.checkpoints().names()?.is_empty() {
+            return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
+        }
+        let Some(episodes) = self.extends_to().filter(|episodes| *episodes > config.episodes) else {
+            // A run that was extended before, but not started, has episodes left, and a damaged one may be mended.
+            let done = status.last_episode.map_or(0, |record| record.episode);
+            if !is_finished || done < u64::from(config.episodes) || checked_history(directory, &config).is_err() {
+                return Ok(None);
+            }
+            return Err(SessionError::Finished { run, episodes: done });
+        };
+        let config = config.extended(episodes);
+        check_continuation(directory, &config)
+            .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
+        directory.replace_config(&config)?;
+        if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
+            run.set_config(config);
+        }
+        Ok(Some(episodes))
+    }
+
+    /// The number of the run in a folder. A run new to the session is added, and its log is read in
+    /// the background.
+    fn known_or_read(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
+        if let Some(number) = self.number_of(folder) {
+            return Ok(number);
+        }
+        let run = RunView::open(folder)?;
+        let (directory, task) = (run.directory().clone(), run.config().task.clone());
+        let number = self.add(run.with_past_unread());
+        let report = format!("opened {}", folder.display());
+        let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
+        self.start_job(command, work, move |session, past| {
+            // The run may have been deleted meanwhile.
+            let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
+            run.take_past(past).map(|()| report)
+        });
+        Ok(number)
+    }
+
+    /// Queues a run, and starts it if a core is free.
+    pub(super) fn start_run(
+        &mut self,
+        number: usize,
+        until: Option<u32>,
+        report: &str,
+    ) -> Result<String, SessionError> {
+        self.current = Some(number);
+        self.turns += 1;
+        let turn = self.turns;
+        let Some(run) = self.run_mut() else { return Err(SessionError::NoRun) };
+        run.enqueue(turn, until);
+        self.start_queued();
+        let Some(run) = self.run() else { return Err(SessionError::NoRun) };
+        let path = run.directory().path().display();
+        match run.failure() {
+            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            None if run.is_queued() && !run.is_unread() => Ok(format!("{path} waits for a free core")),
+            None => Ok(format!("{report} {path}")),
+        }
+    }
+
+    /// Adds a run to the session, or replaces the one with the same folder, and returns its number.
+    pub(super) fn add(&mut self, run: RunView) -> usize {
+        let path = run.directory().path();
+        if let Some(known) = self.runs.iter_mut().find(|known| known.directory().path() == path) {
+            let number = known.number();
+            *known = run.numbered(number);
+            return number;
+        }
+        let number = self.runs_created;
+        self.runs_created += 1;
+        self.runs.push(run.numbered(number));
+        number
+    }
+
+    /// Adds an opened run and makes it the current one.
+    pub(super) fn show(&mut self, run: RunView) {
+        let folder = run.directory().path().to_owned();
+        self.current = Some(self.add(run));
+        self.journal.note(Open(folder).into(), self.current);
+    }
+
+    /// Starts queued runs while cores are free; true if any was started.
+    pub(super) fn start_queued(&mut self) -> bool {
+        let mut began = false;
+        loop {
+            let working = self.runs.iter().filter(|run| run.is_working()).count();
+            let next = self.runs.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
+            let Some(run) = next.filter(|_| working < self.cores) else { return began };
+            // The run keeps the error, where it is shown.
+            began |= run.start().is_ok();
+        }
+    }
+
+    /// Sets the number of runs trained at the same time, at least one.
+    pub fn set_cores(&mut self, cores: usize) {
+        self.cores = cores.max(1);
+    }
+
+    fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
+        match self.runs.iter().find(|run| run.directory().path() == path) {
+            Some(run) if run.is_queued() => Err(SessionError::Queued(run.name())),
+            Some(run) if run.is_active() && run.state() == RunState::Paused => Err(SessionError::Paused(run.name())),
+            Some(run) if run.is_active() => Err(SessionError::Busy(run.name())),
+            _ => Ok(()),
+        }
+    }
+
+    /// An unused folder for a new run.
+    fn free_folder(&self) -> PathBuf {
+        let RunConfig { task, method, seed, .. } = &self.setup.config;
+        self.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
+    }
+
+    /// An unused folder of this name, with a number appended if needed.
+    pub(super) fn free_folder_named(&self, base: &str) -> PathBuf {
+        let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
+        let mut paths = ends.map(|end| self.folder.join(fitting(base, &end)));
+        // The fallback is unreachable: the candidates do not end.
+        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+    }
+
+    pub(super) fn stop(&mut self) -> Result<String, SessionError> {
+        if let Some(run) = self.run_mut()
+            && run.unqueue()
+        {
+            // No event follows. The replay does not queue runs: it stops this one before its next episode.
+            let (number, episode) = (run.number(), episode_number(run.episodes()));
+            self.journal.note_at(Stop.into(), vec![(number, episode)]);
+            return Ok("taken out of the queue".to_owned());
+        }
+        self.send(Control::Stop { reason: "on request".to_owned() }, "stopping after this episode")
+    }
+
+    pub(super) fn send(&mut self, control: Control, report: &str) -> Result<String, SessionError> {
+        self.run_mut().ok_or(SessionError::NoRun)?.send(control)?;
+        Ok(report.to_owned())
+    }
+
+    /// The number of the run in a folder, if it is in the session.
+    pub(super) fn number_of(&self, folder: &Path) -> Option<usize> {
+        // A folder may have several names, such as `.`.
+        let place = folder.canonicalize().ok();
+        let is_there = |path: &Path| path == folder || (place.is_some() && path.canonicalize().ok() == place);
+        self.runs.iter().find(|run| is_there(run.directory().path())).map(RunView::number)
+    }
+
+    /// Opens the run in a folder and makes it the current one.
+    pub(super) fn open(&mut self, command: &Open) -> Result<String, SessionError> {
+        let number = self.known_or_read(&command.0, command.clone().into())?;
+        self.current = Some(number);
+        Ok(format!("opened {}", command.0.display()))
+    }
+
+    pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
+        let run = self.run_numbered(number).ok_or(SessionError::NoSuchRun(number + 1))?;
+        let report = format!("run {} is {}", number + 1, run.name());
+        self.current = Some(number);
+        Ok(report)
+    }
+
+    /// Moves a run to the trash beside it, unless this or another process is training it.
+    pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
+        let number = self.number_of(&command.0);
+        let known = number.and_then(|number| self.run_numbered(number)).map(|run| run.directory().path().to_owned());
+        let folder = known.unwrap_or_else(|| command.0.clone());
+        self.refuse_if_busy(&folder)?;
+        let name = folder.display();
+        let report = if number.is_some() && !folder.exists() {
+            format!("{name} is no longer listed: its folder is gone")
+        } else {
+            let is_valid = |run: &RunDirectory| match run.is_of_model()? {
+                true => Ok(()),
+                false => run.config::<RunConfig>().map(drop),
+            };
+            RunDirectory::deletable(&folder, is_valid)?.discard()?;
+            self.deleted.push(folder.clone());
+            format!("moved {name} to the trash: `restore` brings it back")
+        };
+        self.runs.retain(|run| Some(run.number()) != number);
+        self.current = self.current.filter(|_| self.run().is_some());
+        Ok(report)
+    }
+
+    pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
+        let run = self.run_mut().ok_or(SessionError::NoRun)?;
+        let name = run.directory().checkpoints().chosen(choice)?;
+        run.set_checkpoint(choice);
+        Ok(format!("the agent of checkpoint {name} plays"))
+    }
+
+    /// Brings back the run deleted from a folder, or else the one that this session deleted last.
+    pub(super) fn restore(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
+        let last = self.deleted.last().map(PathBuf::as_path);
+        let folder = folder.or(last).ok_or(SessionError::Nothing("restore"))?.to_owned();
+        restore(&folder)?;
+        self.deleted.retain(|deleted| *deleted != folder);
+        Ok(format!("restored {}", folder.display()))
+    }
+
+    /// Starts playing an episode of the greedy policy of the current run.
+    pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
+        let run = self.run().ok_or(SessionError::NoRun)?;
+        let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());
+        let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
+        let report = format!("playing the greedy policy of {name}");
+        self.start_job(Evaluate, work, move |session, trace| {
+            let trace = trace?;
+            let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
+            let (actions, total) = (trace.steps.len(), trace.total_reward());
+            if let Some(run) = session.run_numbered_mut(number) {
+                run.set_greedy(trace);
+            }
+            Ok(format!("the greedy policy of {name} {outcome} in {actions} actions, return {total:.2}"))
+        });
+        Ok(report)
+    }
+}

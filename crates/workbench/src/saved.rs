@@ -1,0 +1,218 @@
+//! Saved data of a run: its recorded episodes and the agents of its checkpoints.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::SessionError;
+use mge_agent::Ddpg;
+use mge_guidance::ActionPrior;
+use mge_physics::ToolSplit;
+use mge_run::{Checkpoint, CheckpointName, RunDirectory, RunError, RunState, read_episode};
+use mge_task::Task;
+use mge_trainer::{
+    NETWORKS_SECTION, Observation, PROGRESS_SECTION, RunConfig, Trace, can_play, checked_history, greedy_episode,
+    observed, priors_at,
+};
+
+/// The agent of a checkpoint.
+#[derive(Debug, Clone)]
+pub struct SavedAgent {
+    /// Number of episodes finished when it was saved.
+    pub episode: u64,
+    /// Actor and critic; None for a method that does not learn.
+    pub networks: Option<Arc<Ddpg>>,
+    /// The action clusters in use at that time, of all tasks of the run that had any.
+    priors: Vec<Arc<ActionPrior>>,
+    /// Episodes of all checkpoints that existed when it was read, including this one.
+    checkpoints: Vec<u64>,
+}
+
+impl SavedAgent {
+    /// The action clusters of a task of the run, if there were any.
+    pub fn prior_of(&self, task: &Task) -> Option<&Arc<ActionPrior>> {
+        self.priors.iter().find(|prior| prior.task == task.name && prior.stages.len() == task.stage_count())
+    }
+
+    /// Whether this checkpoint is the nearest to the agent that played an episode, counted from 1.
+    pub fn is_nearest_to(&self, episode: u64) -> bool {
+        nearest(self.checkpoints.iter().copied(), episode) == Some(self.episode)
+    }
+}
+
+/// The checkpoint nearest to the end of the episode before `episode`; the earlier one of a tie.
+fn nearest(checkpoints: impl Iterator<Item = u64>, episode: u64) -> Option<u64> {
+    let before = episode.saturating_sub(1);
+    checkpoints.min_by_key(|checkpoint| (checkpoint.abs_diff(before), *checkpoint))
+}
+
+/// The checkpoints and recorded episodes of a run, readable on any thread.
+#[derive(Debug, Clone)]
+pub struct SavedRun {
+    directory: RunDirectory,
+    config: Arc<RunConfig>,
+    /// The checkpoint of the agent that plays.
+    checkpoint: CheckpointName,
+}
+
+impl SavedRun {
+    pub(super) fn new(directory: RunDirectory, config: Arc<RunConfig>, checkpoint: CheckpointName) -> Self {
+        Self { directory, config, checkpoint }
+    }
+
+    /// The same run with the agent of another checkpoint.
+    #[must_use]
+    pub fn at(self, checkpoint: CheckpointName) -> Self {
+        Self { checkpoint, ..self }
+    }
+
+    /// The saved data of the run in a folder; `config` is the configuration of the run.
+    ///
+    /// # Errors
+    /// When there is no run.
+    pub fn open(folder: &Path, config: Arc<RunConfig>) -> Result<Self, RunError> {
+        Ok(Self::new(RunDirectory::open(folder)?, config, CheckpointName::Last))
+    }
+
+    /// Replays a recorded episode.
+    ///
+    /// # Errors
+    /// When it is not recorded, or cannot be read.
+    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        let played = read_episode(&self.directory.episodes_path(), episode)?;
+        Ok(Trace::replay(self.config.task_of(episode), &played))
+    }
+
+    /// The agent of the checkpoint nearest to the agent that played an episode, counted from 1;
+    /// returns `known` if it is that agent.
+    ///
+    /// # Errors
+    /// When there is no checkpoint yet, or it cannot be read.
+    pub fn agent_near(&self, episode: u64, known: Option<Arc<SavedAgent>>) -> Result<Arc<SavedAgent>, SessionError> {
+        let store = self.directory.checkpoints();
+        let all = store.episodes()?;
+        let checkpoints: Vec<u64> = all.iter().map(|(episode, _)| *episode).collect();
+        let wanted = nearest(checkpoints.iter().copied(), episode);
+        if let Some(known) = known.filter(|known| Some(known.episode) == wanted && known.checkpoints == checkpoints) {
+            return Ok(known);
+        }
+        let name = all.iter().find(|(episode, _)| Some(*episode) == wanted).map_or(CheckpointName::Last, |(_, it)| *it);
+        let checkpoint = store.load_sections(name, &[NETWORKS_SECTION, PROGRESS_SECTION])?;
+        let networks = self.config.method.learns().then(|| networks(&checkpoint)).transpose()?;
+        let priors = priors_at(&checkpoint)?;
+        Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), priors, checkpoints }))
+    }
+
+    /// The agent of the checkpoint, with the number of episodes that it has finished.
+    ///
+    /// # Errors
+    /// When the method does not learn, there is no such checkpoint yet, or the run's files do not agree.
+    pub fn agent(&self) -> Result<(u64, Ddpg), SessionError> {
+        if !self.config.method.learns() {
+            return Err(SessionError::Failed(format!(
+                "{} learns no policy: there is none to play or export",
+                self.config.method
+            )));
+        }
+        let store = self.directory.checkpoints();
+        let name = store.chosen(self.checkpoint)?;
+        checked_history(&self.directory, &self.config)?;
+        if let RunState::Incomplete(reason) = self.directory.status()?.state
+            && self.checkpoint == CheckpointName::Last
+        {
+            let run = self.directory.path().display();
+            return Err(SessionError::Failed(format!("{run}: {reason}: `mge resume` continues it")));
+        }
+        let checkpoint = store.load_sections(name, &[NETWORKS_SECTION])?;
+        Ok((checkpoint.episode, networks(&checkpoint)?))
+    }
+
+    /// An episode of the greedy policy of the checkpoint.
+    ///
+    /// # Errors
+    /// As [`SavedRun::agent`].
+    pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
+        Ok(self.player(None, None)?.episode(seed))
+    }
+
+    /// The agent of the checkpoint, to play greedy episodes: on another task than the first of the run, if
+    /// given (with its own start noise), and with action sets drawn from these tools; None for those of the training.
+    ///
+    /// # Errors
+    /// As [`SavedRun::agent`], when the agent's observations do not fit the task, and when tools are given but the agent
+    /// does not choose among tools.
+    pub fn player(&self, task: Option<Arc<Task>>, tools: Option<ToolSplit>) -> Result<Player, SessionError> {
+        let (trained, agent) = self.agent()?;
+        if tools.is_some() && agent.options().is_none() {
+            let reason = "the agent of this run has the task's own tool: it does not choose among others";
+            return Err(SessionError::Failed(reason.to_owned()));
+        }
+        let task = task.unwrap_or_else(|| self.config.played(&self.config.task));
+        let observation = self.config.observation;
+        if !can_play(&agent, observation, &task) {
+            let hint =
+                if self.config.tools.is_none() { ": train with `observation=rays` to play other tasks" } else { "" };
+            let reason = format!("the observation of this run's agent has another length on {}{hint}", task.name);
+            return Err(SessionError::Failed(reason));
+        }
+        Ok(Player { trained, agent, task, observation, tools: tools.or(self.config.tools) })
+    }
+}
+
+/// An agent with a task on which it plays.
+#[derive(Debug)]
+pub struct Player {
+    trained: u64,
+    agent: Ddpg,
+    task: Arc<Task>,
+    observation: Observation,
+    tools: Option<ToolSplit>,
+}
+
+impl Player {
+    /// The number of episodes after which the agent was saved.
+    pub fn trained(&self) -> u64 {
+        self.trained
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
+    /// An episode of the greedy policy; `seed` draws its start.
+    pub fn episode(&self, seed: u64) -> Trace {
+        let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+        greedy_episode(&self.task, self.observation, self.tools, &self.agent, rng)
+    }
+
+    /// The agent's observation before each action of an episode.
+    pub fn observations(&self, trace: &Trace) -> Vec<Vec<f32>> {
+        let mut env = self.observation.applied_to(trace.environment(&self.task));
+        let before = trace.steps.iter().map_while(|step| {
+            let before = observed(&env);
+            env.step_without_observation(step.choice()).ok().map(|_| before)
+        });
+        before.collect()
+    }
+}
+
+/// Actor and critic of a checkpoint.
+fn networks(checkpoint: &Checkpoint) -> Result<Ddpg, SessionError> {
+    Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checkpoint_nearest_to_the_playing_agent_is_found() {
+        let near = |episode| nearest([0, 100, 200].into_iter(), episode);
+        assert_eq!([near(1), near(50), near(51), near(101)], [Some(0), Some(0), Some(0), Some(100)]);
+        assert_eq!([near(151), near(152), near(9000)], [Some(100), Some(200), Some(200)]);
+        assert_eq!(nearest(std::iter::empty(), 5), None);
+    }
+}

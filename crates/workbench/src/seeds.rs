@@ -1,0 +1,56 @@
+//! Runs that differ only in the seed, started by one command.
+
+use std::path::Path;
+
+use super::command::{Seed, Train};
+use super::{Session, SessionError};
+
+impl Session {
+    /// Starts or queues a run for each of `seeds` consecutive seeds, beginning with the one set. Each run is
+    /// recorded as if it had been started on its own.
+    pub(super) fn train_seeds(
+        &mut self,
+        seeds: u32,
+        folder: Option<&Path>,
+        until: Option<u32>,
+    ) -> Result<String, SessionError> {
+        let first = self.config().seed;
+        let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
+        let mut report = String::new();
+        let outcome = (first..=last).try_for_each(|seed| {
+            self.apply(Seed(seed))?;
+            let folder = folder.map(|folder| folder.join(format!("seed{seed}")));
+            report = self.apply(Train { folder, seeds: None, until })?;
+            Ok::<_, SessionError>(())
+        });
+        self.apply(Seed(first))?;
+        outcome?;
+        Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{RunView, Script};
+    use super::*;
+
+    #[test]
+    fn a_run_for_each_seed_is_started_and_recorded() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
+        let play = |session: &mut Session, text: &str| {
+            Script::parse(text, "s", &[]).unwrap().run(session, |_| {}).unwrap();
+        };
+        play(&mut session, "method ddpg\nset ddpg.hidden 4\nepisodes 2\nseed 7\ntrain seeds 3\nwait\n");
+        let seeds: Vec<u64> = session.runs().iter().map(|run| run.config().seed).collect();
+        assert_eq!((seeds, session.config().seed), (vec![7, 8, 9], 7));
+        assert!(session.runs().iter().all(|run| run.records().len() == 2));
+        let elsewhere = tempfile::tempdir().unwrap();
+        let mut second = Session::new(mge_task::load("task1").unwrap(), elsewhere.path().to_owned());
+        play(&mut second, &session.to_script());
+        let names = |session: &Session| session.runs().iter().map(RunView::name).collect::<Vec<_>>();
+        assert_eq!(names(&second), names(&session), "{}", session.to_script());
+        let metrics = |folder: &Path| std::fs::read(folder.join("task1-ddpg-seed9/metrics.csv")).unwrap();
+        assert_eq!(metrics(elsewhere.path()), metrics(folder.path()));
+    }
+}

@@ -1,0 +1,124 @@
+//! The task being edited and the settings of the next run.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::SessionError;
+use mge_base::atomic::Target;
+use mge_task::{Edit, Editor, Region, Task, file_of, load_regular, save};
+use mge_trainer::RunConfig;
+
+/// Task and settings of the next run.
+#[derive(Debug, Clone)]
+pub(super) struct Setup {
+    pub editor: Editor,
+    /// The task's file, if it is not a shipped one.
+    pub file: Option<PathBuf>,
+    /// The settings; their task is a copy of the editor's.
+    pub config: RunConfig,
+    /// The settings that were set explicitly, by path.
+    pub set: BTreeSet<String>,
+}
+
+impl Setup {
+    pub fn new(task: Task) -> Self {
+        let config = RunConfig::usual_for(Arc::new(task.clone()));
+        Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new() }
+    }
+
+    pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
+        self.take_task(load_regular(name)?, file_of(name))?;
+        Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
+    }
+
+    /// Replaces the task; `file` is where it was read from.
+    pub fn take_task(&mut self, task: Task, file: Option<PathBuf>) -> Result<(), SessionError> {
+        let editor = Editor::new(task);
+        let mut config = RunConfig { task: Arc::new(editor.task().clone()), ..self.config.clone() };
+        if !config.more_tasks.is_empty() {
+            // The former task may be one of them, and the new one is not any more.
+            let found = config.with_more_tasks(&self.config.more_tasks);
+            config = found.map_err(|error| SessionError::Failed(format!("more_tasks: {error}")))?;
+            if config.further_tasks.is_empty() {
+                config.more_tasks.clear();
+            }
+        }
+        (self.editor, self.config, self.file) = (editor, config, file);
+        Ok(())
+    }
+
+    pub fn save_task(&mut self, to: Option<&Target>) -> Result<String, SessionError> {
+        let mut task = self.editor.task().clone();
+        let own = |path: &Path| Target { path: path.to_owned(), force: true };
+        let to = match (to, &self.file) {
+            (Some(to), Some(file)) if to.path == *file => own(file),
+            (Some(to), _) => {
+                if let Some(stem) = to.path.file_stem() {
+                    task.name = stem.to_string_lossy().into_owned();
+                }
+                to.clone()
+            }
+            (None, Some(file)) if self.was_changed_outside(file) => {
+                return Err(SessionError::ChangedOutside(file.clone()));
+            }
+            (None, Some(file)) => own(file),
+            (None, None) => return Err(SessionError::NoFile(task.name)),
+        };
+        save(&task, &to)?;
+        self.editor.mark_saved(task.name);
+        self.task_changed();
+        let report = format!("saved to {}", to.path.display());
+        self.file = Some(to.path);
+        Ok(report)
+    }
+
+    /// Whether the task's file no longer has the task as it was loaded or saved.
+    fn was_changed_outside(&self, file: &Path) -> bool {
+        file.exists() && !load_regular(&file.to_string_lossy()).is_ok_and(|task| task == *self.editor.saved())
+    }
+
+    pub fn step_history(
+        &mut self,
+        step: fn(&mut Editor) -> bool,
+        name: &'static str,
+        report: &str,
+    ) -> Result<String, SessionError> {
+        if !step(&mut self.editor) {
+            return Err(SessionError::Nothing(name));
+        }
+        self.task_changed();
+        Ok(report.to_owned())
+    }
+
+    pub fn edit(&mut self, edit: &Edit) -> Result<String, SessionError> {
+        let (own, proposed) = (self.editor.task().subgoals.len(), self.editor.proposed().len());
+        self.editor.apply(edit)?;
+        self.task_changed();
+        Ok(match edit {
+            Edit::AcceptProposal { index: Some(_) } => format!("subgoal {} was proposed", own + 1),
+            Edit::AcceptProposal { index: None } => {
+                format!("{proposed} proposed in place of {own} before: `undo` reverts it")
+            }
+            Edit::DeleteProposal { .. } => "rejected: `undo` reverts it".to_owned(),
+            _ => "task edited".to_owned(),
+        })
+    }
+
+    pub fn propose(&mut self, regions: Vec<Region>) {
+        self.editor.propose(regions);
+    }
+
+    pub fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {
+        self.config = self.config.with_setting(key, value)?;
+        self.set.insert(key.to_owned());
+        Ok(format!("{key} = {value}"))
+    }
+
+    /// Takes over the edited task, unless it is unchanged: a new `Arc` restarts hand play.
+    fn task_changed(&mut self) {
+        if *self.config.task != *self.editor.task() {
+            self.config.task = Arc::new(self.editor.task().clone());
+        }
+    }
+}
