@@ -207,10 +207,11 @@ fn files_that_look_temporary_are_the_users() {
 fn collecting_moves_what_it_replaces_to_the_trash() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    train(here, "a/runs/x");
+    let lines = "method ddpg\nset ddpg.hidden 8\nepisodes 2\ntrain a/runs/x until 1\nwait\nstop\nwait\n";
+    succeed(mge(here, script(here, lines)));
     succeed(mge(here, ["sweep", "--collect", "a", "--out", "all"]));
     fs::write(here.join("all/runs/x/thesis.tex"), "mine").unwrap();
-    succeed(mge(here, ["resume", "a/runs/x", "--episodes", "2", "--quiet"]));
+    succeed(mge(here, ["resume", "a/runs/x", "--quiet"]));
     succeed(mge(here, ["sweep", "--collect", "a", "--out", "all"]));
     assert!(!here.join("all/runs/x/thesis.tex").exists());
     assert_eq!(fs::read_to_string(here.join("all/runs/.trash/1/x/thesis.tex")).unwrap(), "mine");
