@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_file_of_another_kind_is_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("task.json");
+        let path = folder.path().join("model.safetensors");
         std::fs::write(&path, "{}").unwrap();
         let settings = TrainConfig { epochs: 1, observations: 1, ..TrainConfig::default() };
         let outcome =

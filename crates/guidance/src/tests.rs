@@ -497,7 +497,7 @@ fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
     let learned = mge_dynamics::shipped_for(&task.tool_set()).unwrap();
     let env = Environment::new(task.clone());
     let mut rng = rng();
-    // Two pieces, of 312 and 8 rollouts.
+    // Six pieces, of 62 rollouts and the last of 10.
     let sequences: Vec<Vec<Action>> =
         (0..320).map(|_| (0..8).map(|_| mge_env::uniform_action(&mut rng)).collect()).collect();
     let starts = vec![env.snapshot(); sequences.len()];
@@ -506,7 +506,7 @@ fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
         let stop = Stop::default();
         let pieces = Pieces { model, stop: &stop, stop_in: None, pieces: AtomicUsize::new(0) };
         assert!(InterruptibleModel::new(&pieces, &stop).rollouts(&starts, &sequences).unwrap() == whole);
-        assert_eq!(pieces.pieces.into_inner(), 2);
+        assert_eq!(pieces.pieces.into_inner(), 6);
         let pieces = Pieces { model, stop: &stop, stop_in: Some(0), pieces: AtomicUsize::new(0) };
         let stopped = InterruptibleModel::new(&pieces, &stop);
         assert!(matches!(stopped.rollouts(&starts, &sequences), Err(DynamicsError::Stopped)));

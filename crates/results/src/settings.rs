@@ -417,7 +417,7 @@ mod tests {
         assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
         let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
         let expected =
-            ["DDPG, ddpg.tau 0.001", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need, ddpg.tau 0.02"];
+            ["DDPG, ddpg.tau 0.005", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need, ddpg.tau 0.02"];
         assert_eq!(both, expected, "a setting that somebody changed is shown for all");
         assert_eq!(labels(&[other, adaptive.clone()]), expected[1..]);
         let needs =

@@ -233,7 +233,7 @@ mod tests {
 
     fn started(episode: u64) -> Event {
         Event::Started {
-            origin: Default::default(),
+            origin: Origin { mge_version: "0.1.0".into(), ..Origin::default() },
             task: "task1".into(),
             method: "ddpg".into(),
             seed: 1,

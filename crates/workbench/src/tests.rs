@@ -413,21 +413,21 @@ fn a_new_prior_in_a_training_is_an_event_of_the_run() {
 #[test]
 fn properties_of_commands_in_scripts() {
     use super::command::{Awaits, DependsOn};
-    for (line, begins_work, acts_on_run, overwrites) in [
-        ("clusters", true, false, None),
-        ("clusters a.json", false, false, Some("a.json")),
-        ("guide", false, false, None),
-        ("model train box a.safetensors 1", true, false, Some("a.safetensors")),
-        ("model evaluate bucket-box", true, false, None),
-        ("expect episodes = 1", false, true, None),
-        ("expect subgoals = 1", false, false, None),
-        ("pause", false, false, None),
-        ("resume", false, false, None),
-        ("continue", false, true, None),
-        ("continue runs/a", false, false, None),
-        ("evaluate", false, true, None),
-        ("propose 2", true, false, None),
-        ("record a.mge", false, false, Some("a.mge")),
+    for (line, begins_work, acts_on_run) in [
+        ("clusters", true, false),
+        ("clusters a.json", false, false),
+        ("guide", false, false),
+        ("model train box a.safetensors 1", true, false),
+        ("model evaluate bucket-box", true, false),
+        ("expect episodes = 1", false, true),
+        ("expect subgoals = 1", false, false),
+        ("pause", false, false),
+        ("resume", false, false),
+        ("continue", false, true),
+        ("continue runs/a", false, false),
+        ("evaluate", false, true),
+        ("propose 2", true, false),
+        ("record a.mge", false, false),
     ] {
         let command = Command::parse(line).unwrap().unwrap();
         assert_eq!(command.to_string(), line);
@@ -437,7 +437,21 @@ fn properties_of_commands_in_scripts() {
             [DependsOn::Run, DependsOn::Checkpoint].contains(&in_scripts.depends_on),
         );
         assert_eq!(found, (begins_work, acts_on_run), "{line}");
-        assert_eq!(command.overwrites(), overwrites.map(Path::new), "{line}");
+    }
+}
+
+#[test]
+fn a_command_names_the_file_that_it_would_replace() {
+    let folder = tempfile::tempdir().unwrap();
+    for (before, name, after) in
+        [("clusters", "a.json", ""), ("model train box", "a.safetensors", " 1"), ("record", "a.mge", "")]
+    {
+        let file = folder.path().join(name);
+        let command = Command::parse(&format!("{before} {}{after}", file.display())).unwrap().unwrap();
+        assert_eq!(command.overwrites(), None, "{name}: there is no such file");
+        std::fs::write(&file, "mine").unwrap();
+        assert_eq!(command.overwrites(), Some(&*file), "{name}");
+        assert_eq!(command.forced().overwrites(), None, "{name}: the user has agreed");
     }
 }
 

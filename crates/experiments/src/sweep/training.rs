@@ -207,9 +207,9 @@ mod tests {
         let grid = absolute_paths(&Grid { kind: None, axes });
         let values: Vec<&Value> = grid.axes.iter().map(|axis| &axis.values[0]).collect();
         assert_eq!(values, [&json!("task1"), &json!(inner), &json!(format!("{file},task2,{inner}"))]);
-        // The package's folder `tasks` is a folder of tasks, but not the name of a task.
-        assert!(Path::new(&absolute("tasks", true)).is_absolute());
-        assert_eq!(absolute("tasks", false), "tasks");
+        // A folder of tasks is found from the current folder, that of the package; a task is not a folder.
+        assert!(Path::new(&absolute("src", true)).is_absolute());
+        assert_eq!(absolute("src", false), "src");
         assert_eq!(absolute("task1", true), "task1");
     }
 }
