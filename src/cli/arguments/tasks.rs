@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
 use super::{Force, Print, count, first_seed, threads};
@@ -81,7 +82,7 @@ pub struct PuzzlesGenerate {
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Purpose of the puzzles; splits have different puzzles for the same seed
-    #[arg(long, value_enum, default_value = "test")]
+    #[arg(long, default_value = "test", value_parser = split())]
     pub split: Split,
     /// Half width of the uniform noise on the ball's start, normalised
     #[arg(long, default_value_t = START_NOISE, value_parser = start_noise)]
@@ -180,4 +181,9 @@ pub struct PuzzlesBench {
 fn start_noise(text: &str) -> Result<f32, String> {
     let noise: f32 = text.parse().map_err(|_| "must be a number".to_owned())?;
     if (0.0..=1.0).contains(&noise) { Ok(noise) } else { Err("must be from 0 to 1".to_owned()) }
+}
+
+/// Reads a split, and lists them all in the help.
+fn split() -> impl TypedValueParser<Value = Split> {
+    PossibleValuesParser::new(Split::ALL.map(Split::name)).try_map(|name| name.parse())
 }

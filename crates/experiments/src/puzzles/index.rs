@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::error::PuzzleError;
 use mge_base::atomic::Target;
 use mge_base::bounded;
+use mge_base::by_name;
 use mge_base::json;
 use mge_base::validation::{ValidationError, in_range};
 use mge_physics::ToolKind;
@@ -18,7 +19,7 @@ const VERSION: u32 = 1;
 const FILE: &str = "index.json";
 
 /// The purpose of puzzles. Equal seeds give different puzzles in each split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Split {
     /// For training agents and models.
@@ -27,6 +28,22 @@ pub enum Split {
     Validation,
     /// For reporting results.
     Test,
+}
+
+by_name!(Split, "split");
+
+impl Split {
+    /// Every split.
+    pub const ALL: [Self; 3] = [Self::Train, Self::Validation, Self::Test];
+
+    /// The name used on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Validation => "validation",
+            Self::Test => "test",
+        }
+    }
 }
 
 /// The puzzles of a folder, by number.
