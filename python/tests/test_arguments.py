@@ -1,5 +1,5 @@
-"""Wrong arguments raise errors that say what is wrong, of the right type. Decided in `src/arguments.rs` and, for what is
-a task, in `src/task.rs`."""
+"""Wrong arguments raise errors that say what is wrong, of the right type. Decided in `python/src/arguments.rs` and, for
+what is a task, in `python/src/task.rs`."""
 
 import copy
 import json

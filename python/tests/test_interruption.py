@@ -1,4 +1,4 @@
-"""Ctrl-C ends every long call at once and leaves everything usable. Decided in `src/pool.rs`."""
+"""Ctrl-C ends every long call at once and leaves everything usable. Decided in `python/src/pool.rs`."""
 
 import os
 import pickle

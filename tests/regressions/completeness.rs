@@ -1,7 +1,7 @@
 //! Whether a run is finished, damaged or the best is judged by all of its files.
 //!
-//! Decided in `src/run/check.rs` (logs and checkpoints), `trainer::checked_history` (also the configuration) and, for
-//! `best`, in `run::checkpoint_actions` and `Training::score`.
+//! Decided in `crates/run/src/check.rs` (logs and checkpoints), `trainer::checked_history` (also the configuration)
+//! and, for `best`, in `run::checkpoint_actions` and `Training::score`.
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! Links, pipes, filesystems without locks, and several writers of one file.
 //!
-//! Decided in `src/run/append.rs` and `RunDirectory::lock` (files with several names), `src/run/file.rs` and
-//! `src/bounded.rs` (what is opened at all), and `exclusive` in `src/run/directory.rs` (locks, and their absence).
+//! Decided in `crates/run/src/`: `append.rs` and `RunDirectory::lock` (files with several names), `file.rs` (what is
+//! opened at all; also `crates/base/src/bounded.rs`), and `exclusive` in `directory.rs` (locks, and their absence).
 
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};

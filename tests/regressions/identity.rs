@@ -1,7 +1,7 @@
 //! What a result depends on is identified by its content, not by its path.
 //!
-//! Decided in `src/identity.rs` (hashes, version, origin of results) and `src/trainer/model_file.rs` (models of runs);
-//! the checksum of tensor files is in `src/nn/tensor_file.rs`.
+//! Decided in `crates/base/src/identity.rs` (hashes, version, origin of results) and `crates/trainer/src/model_file.rs`
+//! (models of runs); the checksum of tensor files is in `crates/nn/src/tensor_file.rs`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

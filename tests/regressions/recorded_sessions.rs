@@ -1,6 +1,7 @@
 //! A recorded session repeats everything: the same runs, files and deletions, whatever the methods and commands.
 //!
-//! What a recording repeats, and where, is decided in `src/workbench/journal.rs` and by `in_scripts` of each command.
+//! What a recording repeats, and where, is decided in `crates/workbench/src/journal.rs` and by `in_scripts` of
+//! each command.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Nothing is removed or replaced except what the program wrote.
 //!
 //! The kind: a deletion that a crash or another process divides, or that takes a user's files along; a result written
-//! over a user's file. Decided in `src/run/trash.rs` (deletion is one rename into a trash), in
+//! over a user's file. Decided in `crates/run/src/trash.rs` (deletion is one rename into a trash), in
 //! `RunDirectory::make_room` and `deletable` (what counts as a run), and in `atomic::Target`, through which everything
 //! goes that is written to a path named by the user.
 

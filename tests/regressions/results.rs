@@ -1,8 +1,8 @@
 //! Results name every effective value, pool nothing that differs, and are written by one process at a time.
 //!
-//! Which settings results show is decided in `evidence/settings.rs` (`distinguish`): where runs differ in a setting,
-//! each has its effective value. What belongs together is written by one process at a time (`sync::hold_folder`), and a
-//! setting is given once (`cli/runs.rs`, `definitions`).
+//! Which settings results show is decided in `crates/results/src/settings.rs` (`distinguish`): where runs differ
+//! in a setting, each has its effective value. What belongs together is written by one process at a time
+//! (`sync::hold_folder`), and a setting is given once (`src/cli/runs.rs`, `definitions`).
 
 use std::path::Path;
 

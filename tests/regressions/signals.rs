@@ -1,8 +1,8 @@
 //! Signals and waiting: a signal ends every command promptly and saves its work, at any moment; a stop request is never
 //! lost; the run that a stop is meant for is the only one that it ends.
 //!
-//! Decided in `src/stop.rs` (the request, which signals make one, long pieces of work), `src/cli/interrupt.rs`
-//! (commands), `src/tui/terminal/` (the workbench) and `src/batch/` (many runs).
+//! Decided in `crates/base/src/stop.rs` (the request, which signals make one, long pieces of work),
+//! `src/cli/interrupt.rs` (commands), `src/tui/terminal/` (the workbench) and `crates/trainer/src/batch/` (many runs).
 
 use std::io::Read;
 use std::os::unix::process::ExitStatusExt;

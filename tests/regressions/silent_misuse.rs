@@ -1,6 +1,7 @@
 //! Settings without effect, contradictions and defaults are never silent.
 //!
-//! What is doubtful about settings is decided in `src/trainer/misuse.rs`, the default method in `src/trainer/defaults.rs`.
+//! Decided in `crates/trainer/src/`: in `misuse.rs` what is doubtful about settings, in `defaults.rs` the default
+//! method.
 
 use std::path::Path;
 use std::process::Output;

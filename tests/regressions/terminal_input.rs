@@ -1,7 +1,7 @@
 //! Replies of the terminal are not typed as keys, and external text cannot control it.
 //!
-//! Decided in `src/tui/terminal/parser.rs` (strings), `src/text.rs` (`is_unsafe`, applied to every drawn screen by
-//! `Theme::make_safe`) and `src/tui/widgets/theme.rs` (background, character set).
+//! Decided in `src/tui/terminal/parser.rs` (strings), `crates/base/src/text.rs` (`is_unsafe`, applied to every
+//! drawn screen by `Theme::make_safe`) and `src/tui/widgets/theme.rs` (background, character set).
 #![cfg(unix)]
 
 use std::fs;

@@ -1,7 +1,8 @@
 //! Texts and paths as people write them: byte order marks, `~`, long names, suffixes, letters of any language.
 //!
-//! Decided in `src/text.rs` (`without_mark`, used by `bounded::read_text` and `json::parse`), `src/paths.rs` (`~`,
-//! suffixes, lengths of names), `src/table.rs` (CSV), `src/task/validate.rs` (names of tasks).
+//! Decided in `crates/base/src/text.rs` (`without_mark`, used by `bounded::read_text` and `json::parse`),
+//! `paths.rs` (`~`, suffixes, lengths of names) and `table.rs` (CSV) beside it, and `crates/task/src/validate.rs`
+//! (names of tasks).
 
 use std::fs;
 use std::io::Write;

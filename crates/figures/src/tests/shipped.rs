@@ -1,5 +1,5 @@
 //! The figures in `assets/figures` match the numbers beside them. With `MGE_REDRAW_FIGURES` set they are rewritten:
-//! `MGE_REDRAW_FIGURES=1 cargo test figures::tests::shipped`.
+//! `MGE_REDRAW_FIGURES=1 cargo test -p mge-figures shipped`.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
