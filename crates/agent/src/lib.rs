@@ -9,6 +9,26 @@
 //! Symbols: observation s, action a, reward r, next observation s', terminated d, actor μ,
 //! critic Q, targets μ' and Q' with parameters θ', online parameters θ, batch size N, discount γ.
 //!
+//! ```
+//! use mge_agent::{DdpgConfig, Learner, LearnerStreams, Transition};
+//! use rand::SeedableRng;
+//! use rand_chacha::ChaCha8Rng;
+//!
+//! let [mut weights, noise, replay] = [0, 1, 2].map(ChaCha8Rng::seed_from_u64);
+//! let config = DdpgConfig { warmup_steps: 16, ..DdpgConfig::default() };
+//! let mut learner = Learner::new(1, 1, None, &config, &mut weights, LearnerStreams { noise, replay })?;
+//! let s = [0.5];
+//! for _ in 0..20 {
+//!     learner.start_episode();
+//!     let a = learner.explore(&s);
+//!     let reward = -(a[0] - 0.3).abs();
+//!     learner.record(Transition { observation: &s, action: &a, reward, next_observation: &s, terminated: true })?;
+//!     learner.learn()?;
+//! }
+//! assert_eq!(learner.ddpg().updates(), 5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Metrics
 //!
 //! An update reports [`UpdateMetrics`]; a run records their means over each episode, as in this

@@ -6,6 +6,18 @@
 //! [`Model`] predicts thousands of scenes as one batch → [`rollouts`] for guidance,
 //! [`evaluate()`] for evidence.
 //!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use mge_env::Environment;
+//!
+//! let env = Environment::new(Arc::new(mge_task::load("task1")?));
+//! let model = mge_dynamics::named("bucket-box")?;
+//! let predicted = mge_dynamics::rollouts(&*model, &[env.snapshot()], &[vec![[0.2, -0.4]; 3]])?;
+//! println!("the ball moves along {:?}; the next stage is reached: {}", predicted[0].path, predicted[0].hit);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Choices
 //! The following settings are left open by the paper or differ from its literal reading
 //! ([`ModelConfig::literal`]):

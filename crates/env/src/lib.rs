@@ -5,6 +5,28 @@
 //!
 //! Terms are those of Gymnasium: an episode is *terminated* by the task itself (goal reached, ball out of the screen,
 //! standstill) and *truncated* by the maximum number of actions.
+//!
+//! A [`Snapshot`] continues an episode exactly where it was taken; [`fn@check`] tests this and the rest of the contract
+//! for any task. [`VectorEnvironment`] steps many environments at once, [`protocol`] serves one to other programs.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use mge_env::{Environment, uniform_action};
+//! use rand::SeedableRng;
+//!
+//! let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
+//! let mut env = Environment::new(Arc::new(mge_task::load("task1")?));
+//! env.reset(&mut rng);
+//! let end = loop {
+//!     let step = env.step(uniform_action(&mut rng))?;
+//!     if let Some(end) = step.end {
+//!         break end;
+//!     }
+//! };
+//! println!("{end}; the goal was reached: {}", env.snapshot().goal_reached());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![deny(unsafe_code)]
 

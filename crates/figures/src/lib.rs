@@ -8,6 +8,17 @@
 //! A figure draws in points on a [`Canvas`], which plotters writes as SVG. PNG, PDF and GIF frames are rendered from
 //! that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system library or
 //! font is needed.
+//!
+//! ```
+//! use mge_figures::{Curve, CurvePanel, Figure, LearningCurves, Provenance};
+//!
+//! let curve = Curve { label: "DDPG".into(), x: vec![0.0, 100.0], y: vec![0.0, 0.8], ..Curve::default() };
+//! let panels = vec![CurvePanel { task: "task1".into(), curves: vec![curve] }];
+//! let figure = LearningCurves { panels, ..LearningCurves::default() };
+//! let svg = figure.to_svg(&Provenance::new("my-program", &[1], ""));
+//! assert!(svg.starts_with("<svg") && svg.contains("my-program"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![deny(unsafe_code)]
 

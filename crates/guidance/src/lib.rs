@@ -3,6 +3,23 @@
 //!
 //! A dynamics model is used only as a [`RolloutModel`], or as a [`ToolModel`] if the agent chooses
 //! among tools. [`TruePhysics`] implements both and gives an upper bound on the effect of guidance.
+//!
+//! [`fn@build`] turns rollouts into an [`ActionPrior`]: for every stage of a task, clusters of the actions that were
+//! predicted to reach it, from which exploration draws. It depends only on task, model, settings and seed, not on the
+//! number of threads. [`plan`] and [`propose_subgoals`] use the same rollouts.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use mge_guidance::{GuidanceConfig, TruePhysics, build};
+//!
+//! let task = Arc::new(mge_task::load("task1")?);
+//! let few = GuidanceConfig { model_rollouts: 50, environment_rollouts: 50, ..GuidanceConfig::default() };
+//! let prior = build(&task, &TruePhysics, &few, 0, |stage| println!("stage {stage}"))?;
+//! assert_eq!(prior.stages.len(), task.stage_count());
+//! println!("an action for the first subgoal: {:?}", prior.sample(0, &mut rand::thread_rng()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![deny(unsafe_code)]
 

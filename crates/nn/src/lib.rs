@@ -10,6 +10,23 @@
 //! The module handles plain vectors: a batch is a matrix with one sample per row. Nothing here
 //! draws from dfdx's device generator, whose state cannot be saved.
 //!
+//! ```
+//! use mge_nn::{Activation, InitScheme, Mlp, MlpShape, TensorFile};
+//! use rand::SeedableRng;
+//!
+//! let shape = MlpShape::uniform(3, 64, 2, 4, Activation::Tanh);
+//! let network = Mlp::new(shape.clone(), InitScheme::Orthogonal, &mut rand_chacha::ChaCha8Rng::seed_from_u64(0))?;
+//! let mut file = TensorFile::default();
+//! network.save(&mut file, "actor");
+//! let loaded = Mlp::load(shape, &TensorFile::from_bytes(&file.to_bytes())?, "actor")?;
+//!
+//! let (x, mut before, mut after) = ([0.1; 6], Vec::new(), Vec::new());
+//! network.predict_into(&x, 2, &mut before);
+//! loaded.predict_into(&x, 2, &mut after);
+//! assert_eq!(before, after);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Division of work with dfdx
 //! dfdx provides tensors, tape, gradients, losses and element-wise operations. This module adds what
 //! dfdx lacks and what is measurably faster here (on one core, AVX2 or AVX-512; `mge bench` times

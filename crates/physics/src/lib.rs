@@ -22,6 +22,16 @@
 //!
 //! rapier2d (in double precision) supplies vectors and the distance of a point from a tool.
 //!
+//! ```
+//! use mge_physics::{Ball, BallState, GRAVITY, Tool, ToolKind, World};
+//!
+//! let mut world = World::new(GRAVITY);
+//! world.add_ball(Ball::default(), BallState::at_rest([42.0, 70.0]));
+//! world.add_tool(Tool::new(ToolKind::Floor, [42.0, 20.0]));
+//! (0..300).for_each(|_| world.step());
+//! assert!((20.0..70.0).contains(&world.ball(0).position[1]), "it fell, and the floor holds it");
+//! ```
+//!
 //! # Agreement with CREATE
 //!
 //! In recordings of CREATE with every tool type, 1404 of 1408 launches and 120 of 120 scenes agree in every recorded

@@ -7,6 +7,15 @@
 //!   each group, also for runs that are still being trained;
 //! - [`Comparison`]: every group on every task, and over the tasks they have in common;
 //! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
+//!
+//! ```
+//! use mge_results::{Groups, LearningRow};
+//!
+//! let row = |seed| LearningRow { task: "task1".into(), method: "ddpg".into(), seed, ..LearningRow::default() };
+//! let rows = [row(0), row(1)];
+//! let groups = Groups::new(&rows);
+//! assert_eq!(groups.of("task1", &groups.labels()[0]).len(), 2);
+//! ```
 
 #![deny(unsafe_code)]
 

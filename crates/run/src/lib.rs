@@ -20,6 +20,18 @@
 //! lock                        locked while a process writes the run; contains that process's id
 //! ```
 //!
+//! ```
+//! use mge_run::{EpisodeRecord, Event, RunDirectory, RunHistory, RunState, RunWriter};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let run = RunDirectory::create(folder.path().join("run"), &serde_json::json!({"seed": 1}))?;
+//! let mut writer = RunWriter::open(&run, 0)?;
+//! writer.record(&Event::EpisodeFinished(EpisodeRecord { episode: 1, steps: 12, ..EpisodeRecord::default() }))?;
+//! assert_eq!(RunHistory::read(&run)?.records.len(), 1);
+//! assert_eq!(run.status()?.state, RunState::Running);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Formats and versions
 //!
 //! `config.json` contains one format number, [`FORMAT`], for the whole folder: a change in the

@@ -10,6 +10,15 @@
 //! Precipice", and agree with their library rliable on the same data. An interval depends only on the data and the
 //! [`Bootstrap`] settings, not on threads or earlier computations. Empty or non-finite input is a [`StatsError`],
 //! never a NaN in a table.
+//!
+//! ```
+//! use mge_stats::{Bootstrap, TaskScores, aggregate};
+//!
+//! let of_each_task = vec![vec![0.9, 0.8, 0.95, 0.7], vec![0.4, 0.6, 0.5, 0.55]];
+//! let iqm = Bootstrap::default().stratified(&TaskScores::new(of_each_task)?, aggregate::iqm)?;
+//! assert!(iqm.lower < iqm.value && iqm.value < iqm.upper);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![deny(unsafe_code)]
 

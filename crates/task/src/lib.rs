@@ -2,7 +2,18 @@
 //!
 //! A task is a scene (ball, tools, goal, ordered subgoals), the tool that the agent places, and the rules of an
 //! episode, in one versioned JSON file. Positions are normalised to [-1, 1]; sizes are in units of the 84 x 84
-//! screen.
+//! screen. CREATE's own level files are read too. Whatever is loaded has been validated, and errors name the place in
+//! the file; an [`Editor`] applies, undoes and redoes [`Edit`]s that keep a task valid.
+//!
+//! ```
+//! use mge_task::{Edit, Editor, load, parse, to_json};
+//!
+//! let mut editor = Editor::new(load("task1")?);
+//! editor.apply(&Edit::AddSubgoal { position: [0.5, 0.0], radius: 4.0 })?;
+//! assert_eq!(parse(&to_json(editor.task()), "my task")?, *editor.task());
+//! assert!(editor.undo());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![deny(unsafe_code)]
 

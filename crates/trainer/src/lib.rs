@@ -3,6 +3,24 @@
 //! [`Training`] is the loop without threads or files. [`train`] runs it into a run
 //! directory, which all observers read; [`Trainer`] does this on a thread. The thread receives
 //! [`Control`] values, writes the run's event log, and fills a latest-wins [`Watch`] for observers.
+//! All methods share the loop; a [`RunConfig`] is everything that a run depends on besides its controls. A training
+//! that was interrupted continues from its checkpoint and ends with the same results as an uninterrupted one.
+//! [`batch`] runs many trainings, or other jobs, on several threads.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use mge_trainer::{Method, RunConfig, Training};
+//!
+//! let task = Arc::new(mge_task::load("task1")?);
+//! let config = RunConfig { seed: 1, episodes: 3, ..RunConfig::default_for(task, Method::Ddpg) };
+//! let mut training = Training::new(config.with_setting("ddpg.gamma", "0.9")?, None)?;
+//! while !training.is_finished() {
+//!     let (record, _) = training.run_episode()?;
+//!     println!("episode {}: return {}", record.episode, record.return_);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! # Choices the paper leaves open
 //!

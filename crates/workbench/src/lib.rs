@@ -1,7 +1,21 @@
 //! Everything a user can do, as data: commands, session state, scripts.
 //!
 //! A [`Command`] is applied to a [`Session`]; the terminal, scripts and the command line differ
-//! only in where their commands come from.
+//! only in where their commands come from. A command is a line of text that parses to what it prints.
+//! A session never waits: longer work is a [`Job`], whose result [`Session::poll`] applies. A [`Script`] is checked as
+//! a whole before its first command is executed, and waits where a line needs a result.
+//! [`Session::to_script`] returns the session so far as a script that repeats it.
+//!
+//! ```
+//! use mge_workbench::{FIRST_TASK, Output, Script, Session};
+//!
+//! let mut session = Session::on_task(FIRST_TASK, "runs".into())?;
+//! let script = Script::parse("seed 7\nset ddpg.gamma 0.9\nsubgoal add 0.5 0", "my script", &[])?;
+//! script.run(&mut session, |_output: Output<'_>| {})?;
+//! assert_eq!(session.config().seed, 7);
+//! assert!(session.is_dirty(), "the task has an unsaved subgoal");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![deny(unsafe_code)]
 
