@@ -116,7 +116,7 @@ impl Target {
     /// Writes the file, after [`Target::check`].
     ///
     /// # Errors
-    /// As for [`Target::check`] and [`write`].
+    /// As for [`Target::check`] and [`write()`].
     pub fn write(&self, bytes: &[u8], format: &Format<'_>) -> io::Result<()> {
         self.check(format)?;
         write(&self.path, bytes)

@@ -47,7 +47,7 @@ pub enum Work {
 }
 
 impl Sweep {
-    /// The [warnings](mge_trainer::warnings) about its trainings.
+    /// The [warnings] about its trainings.
     pub fn warnings(&self) -> Vec<String> {
         warnings(self.jobs.iter().filter_map(|job| match &job.work {
             Work::Train(config) => Some((&**config, &job.set)),
