@@ -21,8 +21,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Each module is a crate of its own, which other programs can use without this one: `mge_task`, `mge_env` and so on;
-//! [`evidence`] is `mge_results`. [`ARCHITECTURE.md`] describes the purpose of each and which others it may use.
+//! Most modules are crates of their own, which other programs can use without this one: `mge_task`, `mge_env` and so
+//! on; [`evidence`] is `mge_results`. [`ARCHITECTURE.md`] describes the purpose of each and which others it may use.
 //!
 //! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
