@@ -24,8 +24,9 @@ pub fn run(arguments: &Clusters) -> Outcome {
     let prior = build_prior(&config, on_stage, &Stop::default())?;
     drop(progress);
     let text = prior.to_json();
-    Ok(match to {
+    match to {
         Some(to) => to.write(text.as_bytes(), &ActionPrior::FORMAT).map_err(RunError::io("write", &to.path))?,
         None => output::lines(text)?,
-    })
+    }
+    Ok(())
 }

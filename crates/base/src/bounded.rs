@@ -120,9 +120,10 @@ mod tests {
         });
         assert_eq!(read(&pipe, 9).unwrap(), b"text");
         writer.join().unwrap();
-        let echo = Command::new("echo").arg("text").stdout(Stdio::piped()).spawn().unwrap();
+        let mut echo = Command::new("echo").arg("text").stdout(Stdio::piped()).spawn().unwrap();
         let output = std::os::fd::AsRawFd::as_raw_fd(echo.stdout.as_ref().unwrap());
         assert_eq!(read(Path::new(&format!("/dev/fd/{output}")), 9).unwrap(), b"text\n");
+        echo.wait().unwrap();
     }
 
     #[test]

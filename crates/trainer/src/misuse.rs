@@ -152,7 +152,9 @@ mod tests {
     #[test]
     fn each_misuse_is_told_in_one_line() {
         use Method::*;
-        let cases: [(Method, &[(&str, &str)], &str); 25] = [
+        /// A method, settings, and what the line has.
+        type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
+        let cases: [Case; 25] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
             (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),

@@ -146,7 +146,7 @@ impl RunConfig {
     /// # Errors
     /// As [`create_run`](Self::create_run) and [`RunDirectory::open`].
     pub fn open_or_create_run(&self, path: &Path) -> Result<RunDirectory, TrainerError> {
-        Ok(RunDirectory::open_or(path, || self.create_run(path))?)
+        RunDirectory::open_or(path, || self.create_run(path))
     }
 
     /// The configuration as it is saved, without the paths of what is known by its content: the model, and the further

@@ -152,7 +152,7 @@ impl BenchResults {
                 |least: u64| share(&|row| row.efficiency.episodes_to_80.is_some_and(|episodes| episodes <= least));
             let held = share(&|row| row.efficiency.held_success.is_some_and(|success| success >= SOLVED));
             let area = rows.iter().filter_map(|row| row.efficiency.auc).sum::<f64>() / rows.len() as f64;
-            let title = [*name, &*method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
+            let title = [*name, method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
             let cells = [title, rows.len().to_string()].into_iter().chain(within.map(solved));
             *text += &markdown::row(cells.chain([held, format!("{area:.2}")]));
         }
