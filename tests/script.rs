@@ -50,7 +50,7 @@ fn a_run_is_forked_from_the_command_line() {
         text.lines().skip(1).map(str::to_owned).collect()
     };
     let train = "train task1 --method ddpg-uniform --episodes 12 --out run --quiet --set ddpg.hidden=4 \
-        --set ddpg.warmup_steps=8 --set checkpoints.last_every=5";
+        --epsilon 0.1 --set ddpg.warmup_steps=8 --set checkpoints.last_every=5";
     succeed(mge(&folder, train.split_whitespace()));
     let changed = ["fork", "run", "--at", "7", "--set", "epsilon=0.9", "--set", "episodes=14", "--quiet"];
     for out in [&[] as &[&str], &["--out", "other"]] {

@@ -22,7 +22,7 @@ use mge_figures::DEFAULT_DPI;
 use mge_results::Composition;
 use mge_run::{Event, RunError, RunState};
 use mge_task as task;
-use mge_trainer::{Method, TracedStep};
+use mge_trainer::{Method, TracedStep, set_the_same};
 use mge_workbench::{self as workbench, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
@@ -440,12 +440,7 @@ pub fn definitions(
     let mut known: Vec<(String, String)> = Vec::new();
     for text in texts {
         let (name, value) = split_definition(text, flag)?;
-        let overlaps = |other: &str| {
-            let within = |inner: &str, outer: &str| {
-                inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            };
-            within(&name, other) || within(other, &name)
-        };
+        let overlaps = |other: &str| set_the_same(&name, other);
         let option = options.iter().find(|(other, _, is_given)| *is_given && overlaps(other));
         let earlier = known.iter().find(|(other, _)| overlaps(other));
         let other = option.map(|(_, option, _)| (*option).to_owned());

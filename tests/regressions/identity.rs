@@ -96,7 +96,9 @@ fn copies_of_a_model_are_one_method_and_other_content_is_another() {
 #[test]
 fn a_run_goes_on_with_its_own_model_after_its_file_was_replaced_or_moved() {
     let folder = models();
-    run(&folder, &format!("{PLANNING} --model other.safetensors --episodes 6 --out whole"));
+    // The noise depends on the number of episodes, so this run is extended too.
+    run(&folder, &format!("{PLANNING} --model other.safetensors --episodes 3 --out whole"));
+    run(&folder, "resume whole --episodes 6 --quiet");
     copy(&folder, "other.safetensors", "model.safetensors");
     run(&folder, &format!("{PLANNING} --model model.safetensors --episodes 3 --out run"));
     copy(&folder, "a/mine.safetensors", "model.safetensors");
@@ -122,13 +124,21 @@ fn a_run_goes_on_with_its_own_model_after_its_file_was_replaced_or_moved() {
 #[test]
 fn a_run_of_an_earlier_version_finds_its_model_by_its_path() {
     let folder = models();
-    run(&folder, &format!("{PLANNING} --model other.safetensors --episodes 6 --out whole"));
+    // The noise depends on the number of episodes, so this run is extended too.
+    run(&folder, &format!("{PLANNING} --model other.safetensors --episodes 3 --out whole"));
+    run(&folder, "resume whole --episodes 6 --quiet");
     run(&folder, &format!("{PLANNING} --model other.safetensors --episodes 3 --out run"));
     let path = folder.path().join("run/config.json");
     let mut config = json_of(&read(path.clone()));
     config["config"]["prior"] = json!("other.safetensors");
     fs::write(&path, config.to_string()).unwrap();
     fs::remove_file(folder.path().join("run/model.safetensors")).unwrap();
+    // Nor did checkpoints hold the configuration.
+    let checkpoint = folder.path().join("run/checkpoint/last");
+    let mut manifest = json_of(&read(checkpoint.join("manifest.json")));
+    manifest["sections"].as_array_mut().unwrap().retain(|section| section["name"] != "config.json");
+    fs::write(checkpoint.join("manifest.json"), manifest.to_string()).unwrap();
+    fs::remove_file(checkpoint.join("config.json")).unwrap();
     run(&folder, "resume run --episodes 6 --quiet");
     let [whole, resumed] = ["whole", "run"].map(|run| read(folder.path().join(run).join("metrics.csv")));
     assert_eq!(whole, resumed);

@@ -62,7 +62,8 @@ fn has_episodes(run: &Path) -> bool {
 /// Long commands. Each is run in a folder that has what `prepare` makes.
 const COMMANDS: [&str; 18] = [
     "train task1 --method ddpg-mge --quiet --out OUT --set ddpg.hidden=8",
-    "train task2 --quiet --out OUT --set guidance.model_rollouts=100000 --set guidance.horizon=100",
+    "train task2 --quiet --out OUT --set guidance.model_rollouts=100000 \
+     --set guidance.most_model_rollouts=100000 --set guidance.horizon=100",
     "train task1 --quiet --out OUT --method ddpg --set evaluation.every=5 --set evaluation.episodes=1000",
     "train task1 --quiet --out OUT --method ddpg --set ddpg.hidden=1024 --set ddpg.layers=4 \
      --set ddpg.batch_size=65536 --set ddpg.warmup_steps=200",

@@ -110,14 +110,14 @@ impl<'a> Groups<'a> {
         self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
     }
 
-    /// The label that others are compared with: the first of plain DDPG, with its default settings if there is one, or
-    /// else the first label.
+    /// The label that others are compared with: the first of plain DDPG with the fewest settings that are not its
+    /// defaults, or else the first label.
     pub fn baseline(&self) -> Option<&str> {
         let runs = |label: &&String| self.tasks.iter().find_map(|task| self.of(task, label).first());
         let is_plain = |label: &&String| runs(label).is_some_and(|row| row.method == Method::Ddpg.name());
-        let is_usual = |label: &&String| runs(label).is_some_and(|row| row.is_usual);
-        let plain = || self.labels.iter().filter(is_plain);
-        plain().find(is_usual).or(plain().next()).or(self.labels.first()).map(String::as_str)
+        let unusual = |label: &&String| runs(label).map_or(usize::MAX, |row| row.unusual);
+        let plain = self.labels.iter().filter(is_plain).min_by_key(unusual);
+        plain.or(self.labels.first()).map(String::as_str)
     }
 
     /// Checks that there are runs with this label.

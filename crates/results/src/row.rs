@@ -25,9 +25,9 @@ pub struct LearningRow {
     /// Those in which they differ only because each method has its own default; labels leave them out.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub implied: Settings,
-    /// Whether all of these have the default values of its method.
+    /// How many of all these have another value than the default of its method.
     #[serde(skip)]
-    pub is_usual: bool,
+    pub unusual: usize,
     /// Master seed.
     pub seed: u64,
     /// Number of episodes trained.
@@ -101,7 +101,7 @@ impl LearningRow {
             epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
             settings: Settings::new(),
             implied: Settings::new(),
-            is_usual: true,
+            unusual: 0,
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,

@@ -56,7 +56,7 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) -> Settings {
     for (((_, row), settings), unusual) in runs.iter_mut().zip(settings).zip(&unusual) {
         let (differ, same): (Settings, Settings) = settings.into_iter().partition(|(path, _)| differing.contains(path));
         (row.settings, row.implied) = differ.into_iter().partition(|(path, _)| named.contains(path));
-        row.is_usual = unusual.is_empty();
+        row.unusual = unusual.len();
         common.extend(same);
     }
     distinguish_schedules(&mut runs);

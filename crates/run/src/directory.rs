@@ -117,6 +117,17 @@ impl RunDirectory {
         Ok(())
     }
 
+    /// Checks that a run can be created here, and changes nothing. Another process may just have created it.
+    ///
+    /// # Errors
+    /// [`RunError::NotEmpty`]; [`RunError::Io`].
+    pub fn check_room(&self) -> Result<()> {
+        match self.has_remains() {
+            Err(RunError::AlreadyARun(_)) => Ok(()),
+            checked => checked.map(drop),
+        }
+    }
+
     /// Whether the folder has what is left of a run; an error if it has anything else.
     fn has_remains(&self) -> Result<bool> {
         self.refuse_existing()?;

@@ -73,7 +73,7 @@ pub use model_file::ModelFile;
 pub use parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, PastTask, Practice, Refinement};
 pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, check_continuation, checked_history, train};
-pub use setting::{SettingError, config_keys, non_default_settings};
+pub use setting::{SettingError, config_keys, non_default_settings, set_the_same};
 pub use thread::Trainer;
 pub use tools::{can_play, chosen_tool, observed};
 pub use trace::{Trace, TracedStep};

@@ -61,17 +61,42 @@ impl RunConfig {
             let hint = did_you_mean(keys.iter().map(String::as_str), key);
             return Err(SettingError::Unknown { key: key.to_owned(), hint });
         };
-        *place = match serde_json::from_str(value) {
+        match serde_json::from_str(value) {
             // A string setting such as the schedule `0.1` may look like a number.
-            Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => parsed,
-            _ => Value::String(value.to_owned()),
-        };
+            Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => put(place, parsed),
+            _ => *place = Value::String(value.to_owned()),
+        }
         // The inherent function, which does not check ranges.
         let mut config = RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))?;
         // Where a model is, is not part of its text.
         config.prior = if key == "prior" { config.prior.identified() } else { self.prior.clone() };
         Ok(config)
     }
+}
+
+/// Sets a value. Of a group such as `ddpg`, what the value leaves out stays as it is (it would be that of no method);
+/// another alternative, such as `{"silhouette": 5}`, takes the place of the present one.
+fn put(place: &mut Value, value: Value) {
+    match (place, value) {
+        (Value::Object(old), Value::Object(new)) if new.keys().all(|key| old.contains_key(key)) => {
+            for (key, value) in new {
+                put(&mut old[&key], value);
+            }
+        }
+        (place, value) => *place = value,
+    }
+}
+
+/// Settings of which each is an alternative to the others of its group.
+const ALTERNATIVES: &str = "guidance.clusters";
+
+/// Whether two settings contradict each other: one is the other or a part of it, or both are alternatives.
+pub fn set_the_same(one: &str, other: &str) -> bool {
+    let within = |inner: &str, outer: &str| {
+        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    let [one, other] = [one, other].map(|path| if within(path, ALTERNATIVES) { ALTERNATIVES } else { path });
+    within(one, other) || within(other, one)
 }
 
 /// Chooses the alternative that a setting belongs to, if another one is chosen now: a value such as

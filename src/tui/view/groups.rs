@@ -419,10 +419,10 @@ mod tests {
         assert!(!Arc::ptr_eq(&curves(&Grouping::new(&longer, &grouping, None)), &curves(&grouping)));
         let fewer = Grouping::new(&runs[..5], &grouping, None);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
-        for (grouping, run, gamma) in [(&grouping, 2, "0.95"), (&grouping, 5, "0.5"), (&fewer, 2, "0.95")] {
+        for (grouping, run, gamma) in [(&grouping, 2, "0.9"), (&grouping, 5, "0.5"), (&fewer, 2, "0.9")] {
             assert_eq!(grouping.setting(&runs[run], "ddpg.gamma").unwrap().to_string(), gamma, "also a default");
         }
-        assert!(of("c").label.contains("gamma 0.95") && of("c").is_baseline, "{}", of("c").label);
+        assert!(of("c").label.contains("gamma 0.9") && of("c").is_baseline, "{}", of("c").label);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::models::{ModelResult, RESULT, short};
 use mge_base::atomic::{Format, Target};
 use mge_base::json;
 use mge_base::sync::hold_folder;
-use mge_results::{FoundRun, Settings, complete, find_runs, leaf_settings, read_runs};
+use mge_results::{FoundRun, RunReader, Settings, complete, find_runs, leaf_settings};
 use mge_run::{RunDirectory, RunError, read_optional};
 
 /// The results of a sweep, as a table.
@@ -71,19 +71,32 @@ pub fn check_results(folder: &Target) -> Result<(), SweepError> {
 /// As [`read_results`], and when they cannot be written.
 pub fn write_results(folder: &Target) -> Result<PathBuf, SweepError> {
     let _alone = hold_folder(&folder.path, || true).map_err(RunError::io("write into", &folder.path))?;
-    read_results(&folder.path)?.write(folder)
+    let (results, damaged) = readable_results(&folder.path)?;
+    // A damaged run does not withhold the results of the others.
+    let written = results.write(folder)?;
+    damaged.map_or(Ok(written), |error| Err(error.into()))
 }
 
 /// Reads the results of all runs in a sweep's folder that have a configuration.
 ///
 /// # Errors
 /// When a run cannot be read, or there are both agents and models.
+#[cfg(test)]
 pub fn read_results(folder: &Path) -> Result<Results, SweepError> {
+    let (results, damaged) = readable_results(folder)?;
+    damaged.map_or(Ok(results), |error| Err(error.into()))
+}
+
+/// The results of the runs that can be read, and why the first of the others cannot.
+fn readable_results(folder: &Path) -> Result<(Results, Option<RunError>), SweepError> {
     let mut paths = runs_of(folder)?;
     paths.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
     match common_kind(&paths)? {
-        Kind::Agent => Ok(agents(&read_runs(&paths)?)),
-        Kind::Model => models(&paths),
+        Kind::Agent => {
+            let read = RunReader::default().read(&paths, &mut |_| {});
+            Ok((agents(&read.runs), read.unreadable.into_iter().next().map(|(_, error)| error)))
+        }
+        Kind::Model => Ok((models(&paths)?, None)),
     }
 }
 

@@ -13,7 +13,7 @@ use mge_base::spelling::{did_you_mean, nearest};
 use mge_base::validation::ValidationError;
 use mge_guidance::EpsilonSchedule;
 use mge_task::{self as task, Task};
-use mge_trainer::{Method, ModelFile, PriorSource, RunConfig, SettingError, check_model, config_keys};
+use mge_trainer::{Method, ModelFile, PriorSource, RunConfig, SettingError, check_model, config_keys, set_the_same};
 
 /// Aliases of settings, as on the command line.
 const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
@@ -66,12 +66,19 @@ fn absolute(name: &str, may_be_folder: bool) -> String {
     absolute.map_or_else(|| name.to_owned(), |path| path.display().to_string())
 }
 
-/// Refuses a setting given under two names.
+/// Refuses a setting given under two names, with its group, or with an alternative to it.
 pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
     for (alias, name) in ALIASES {
         let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
         if has(alias) && has(name) {
             return Err(ValidationError::new(alias, format!("is another name of `{name}`: give only one of them")));
+        }
+    }
+    for (index, axis) in grid.axes.iter().enumerate() {
+        let same = |other: &&Axis| set_the_same(setting(&other.key), setting(&axis.key));
+        if let Some(other) = grid.axes[..index].iter().find(same) {
+            let message = format!("sets the same as `{}`: give only one of them", other.key);
+            return Err(ValidationError::new(&axis.key, message));
         }
     }
     Ok(())

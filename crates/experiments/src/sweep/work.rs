@@ -22,7 +22,7 @@ impl Job {
         let folder = self.folder(sweep);
         let directory = match RunDirectory::open(&folder) {
             Ok(directory) => directory,
-            Err(RunError::NotARun(_)) => return Ok(()),
+            Err(RunError::NotARun(_)) => return Ok(RunDirectory::at(&folder).check_room()?),
             Err(error) => return Err(error.into()),
         };
         let same = match &self.work {
@@ -43,7 +43,7 @@ impl Job {
     fn claim(&self, sweep: &Path) -> Result<(), WorkError> {
         let folder = self.folder(sweep);
         match &self.work {
-            Work::Train(config) => RunDirectory::open_or_create(&folder, config)?,
+            Work::Train(config) => config.open_or_create_run(&folder)?,
             Work::Dynamics(job) => RunDirectory::open_or_create(&folder, job)?,
         };
         Ok(self.check_folder(sweep).map_err(Box::new)?)
