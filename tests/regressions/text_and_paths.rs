@@ -106,7 +106,7 @@ fn names_of_runs_fit_into_a_file_system() {
                  ddpg.actor_learning_rate 0.01,ddpg.critic_learning_rate 0.01,ddpg.updates_per_step 1,ddpg.layers 2,\
                  ddpg.hidden 4,ddpg.ou.theta 0.1,ddpg.ou.mu 0.1,ddpg.ou.sigma 0.1,evaluation.every 1,\
                  evaluation.episodes 1,checkpoints.last_every 1,noise_decay.share 0.4,noise_decay.final_scale 0.1,\
-                 checkpoints.periodic_every 5,start_noise 0.01";
+                 checkpoints.periodic_every 1,start_noise 0.01";
     let lists: Vec<String> = lists
         .split(',')
         .map(|list| list.split_once(' ').unwrap())

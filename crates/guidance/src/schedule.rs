@@ -90,9 +90,6 @@ impl EpsilonSchedule {
                 let (at, value) = points.last().filter(|(at, value)| *at > episodes && *value != end)?;
                 format!("not {value} as at episode {at}")
             }
-            Self::Need { attempts, .. } if *attempts > episodes => {
-                format!("as the need takes {attempts} greedy attempts to fall to 0")
-            }
             _ => return None,
         };
         Some((wanted, end))
