@@ -167,6 +167,9 @@ epsilon 0.1
 stop
 wait
 delete runs/task1-ddpg-mge-seed0-at1
+restore runs/task1-ddpg-mge-seed0-at1
+note runs/task1-ddpg-mge-seed0-at1 'back'
+delete runs/task1-ddpg-mge-seed0-at1
 train seeds 2
 wait
 watch 3
@@ -197,6 +200,10 @@ quit
     };
     let (recorded, files) = check(&script, before);
     assert!(files.keys().any(|name| name.starts_with("elsewhere/")), "{recorded}");
+    assert!(
+        recorded.contains("\nrestore %") && recorded.contains("\nnote %"),
+        "deleted runs keep their numbers: {recorded}"
+    );
     for gone in ["runs/task1-ddpg-mge-seed0-at1/", "before/"] {
         assert!(!files.keys().any(|name| name.starts_with(gone)), "{gone}: {recorded}");
     }

@@ -55,6 +55,8 @@ pub struct Session {
     pub(super) current: Option<usize>,
     /// Number of runs so far, including deleted ones.
     pub(super) runs_created: usize,
+    /// The folders of the session's runs that were deleted, with their numbers; restored ones too.
+    pub(super) former: Vec<(usize, PathBuf)>,
     /// The folders of deleted runs that were not restored, in the order of their deletion.
     pub(super) deleted: Vec<PathBuf>,
     /// Number of runs queued so far.
@@ -88,6 +90,7 @@ impl Session {
             runs: Vec::new(),
             current: None,
             runs_created: 0,
+            former: Vec::new(),
             deleted: Vec::new(),
             turns: 0,
             cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
@@ -133,7 +136,9 @@ impl Session {
         let InScripts { unrecorded, depends_on, .. } = command.behaviour().in_scripts();
         let at = self.episodes_of(depends_on);
         // A run of the session is recorded by number, as its folder may differ when the script is played.
-        let named = |folder: &Path| Ok::<_, SessionError>(self.number_of(folder).map(run_name));
+        let former = |folder: &Path| self.former.iter().rev().find(|(_, path)| path == folder);
+        let number = |folder: &Path| self.number_of(folder).or_else(|| former(folder).map(|(number, _)| *number));
+        let named = |folder: &Path| Ok::<_, SessionError>(number(folder).map(run_name));
         let recorded = command.clone().with_run_folders(named)?;
         command.check_output(self.file())?;
         let report = command.behaviour().execute(self)?;
@@ -158,8 +163,9 @@ impl Session {
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
         command.with_run_folders(|name| {
             let Some(number) = run_number(name) else { return Ok(None) };
-            let run = self.run_numbered(number).ok_or(SessionError::NoSuchRun(number + 1))?;
-            Ok(Some(run.directory().path().to_owned()))
+            let run = self.run_numbered(number).map(|run| run.directory().path());
+            let former = || self.former.iter().find(|(other, _)| *other == number).map(|(_, path)| &**path);
+            Ok(Some(run.or_else(former).ok_or(SessionError::NoSuchRun(number + 1))?.to_owned()))
         })
     }
 

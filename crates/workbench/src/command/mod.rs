@@ -256,7 +256,7 @@ impl Command {
         let folders: Vec<&mut PathBuf> = match &mut self {
             Self::Open(Open(folder)) | Self::Delete(Delete(folder)) => vec![folder],
             Self::Note(Note { folder, .. }) | Self::Tag(Tag { folder, .. }) => vec![folder],
-            Self::Continue(Continue { folder, .. }) => folder.iter_mut().collect(),
+            Self::Continue(Continue { folder, .. }) | Self::Restore(Restore(folder)) => folder.iter_mut().collect(),
             Self::Figure(Figure { composition, .. }) => composition.runs.iter_mut().collect(),
             _ => Vec::new(),
         };

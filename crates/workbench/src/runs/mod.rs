@@ -235,6 +235,7 @@ impl Session {
                 false => run.config::<RunConfig>().map(drop),
             };
             RunDirectory::deletable(&folder, is_valid)?.discard()?;
+            self.former.extend(number.map(|number| (number, folder.clone())));
             self.deleted.push(folder.clone());
             format!("moved {name} to the trash: `restore` brings it back")
         };
