@@ -68,7 +68,7 @@ pub fn check_results(folder: &Target) -> Result<(), SweepError> {
 /// Of several processes that do so at the same time, the last one has read the results of the others.
 ///
 /// # Errors
-/// As [`read_results`], and when they cannot be written.
+/// When a run cannot be read, there are both agents and models, or the results cannot be written.
 pub fn write_results(folder: &Target) -> Result<PathBuf, SweepError> {
     let _alone = hold_folder(&folder.path, || true).map_err(RunError::io("write into", &folder.path))?;
     let (results, damaged) = readable_results(&folder.path)?;
