@@ -111,13 +111,6 @@ fn doubts(config: &RunConfig, set: &BTreeSet<String>) -> Vec<String> {
              raise `episodes`"
         ));
     }
-    let most = u64::from(*episodes) * u64::from(config.task.rules.max_actions);
-    if set.contains("ddpg.warmup_steps") && method.uses("ddpg.warmup_steps") && ddpg.warmup_steps as u64 >= most {
-        let steps = ddpg.warmup_steps;
-        doubts.push(format!(
-            "`ddpg.warmup_steps` {steps} is longer than the run, of {most} actions at most: nothing is learned"
-        ));
-    }
     let (rollouts, batch) = (guidance.model_rollouts, ddpg.batch_size);
     for (less, small, more, large) in [
         ("guidance.model_rollouts", rollouts, "guidance.most_model_rollouts", guidance.most_model_rollouts),
