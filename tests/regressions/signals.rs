@@ -212,7 +212,8 @@ fn signals_in_quick_succession_are_one() {
         std::thread::sleep(Duration::from_millis(1));
     }
     let output = ended(child);
-    assert_eq!(output.status.code(), Some(143));
+    // Which of signals that arrive together is noticed first is up to the system.
+    assert!(matches!(output.status.code(), Some(143 | 130)), "{:?}", output.status);
     assert!(text(&output.stderr).contains("continue with"));
     assert!(matches!(RunDirectory::open(&run).unwrap().status().unwrap().state, RunState::Stopped(_)));
 }

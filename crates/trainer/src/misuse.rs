@@ -154,14 +154,13 @@ mod tests {
         use Method::*;
         /// A method, settings, and what the line has.
         type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
-        let cases: [Case; 25] = [
+        let cases: [Case; 24] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
             (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "exp:0.8:0:0.999")], "longer than the run"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "step:0.8:0.5:600")], "longer than the run"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "points:0=0.8,501=0")], "longer than the run"),
-            (DdpgMgeAdaptive, &[("episodes", "9")], "longer than the run"),
             (Ddpg, &[("epsilon", "0.1")], "`epsilon` has no effect: the method `ddpg` does not use it"),
             (DdpgMge, &[("planner.rollouts", "3")], "`planner.rollouts` has no effect"),
             (Planning, &[("ddpg.gamma", "0.9")], "`ddpg.gamma` has no effect"),
