@@ -201,7 +201,7 @@ quit
     let (recorded, files) = check(&script, before);
     assert!(files.keys().any(|name| name.starts_with("elsewhere/")), "{recorded}");
     assert!(
-        recorded.contains("\nrestore %") && recorded.contains("\nnote %"),
+        recorded.contains("\nrestore '%2'") && recorded.contains("\nnote '%2' back"),
         "deleted runs keep their numbers: {recorded}"
     );
     for gone in ["runs/task1-ddpg-mge-seed0-at1/", "before/"] {
