@@ -97,7 +97,8 @@ def test_ctrl_c_ends_a_step_and_a_reset_makes_the_environments_usable(observatio
     assert interrupted(steps) < 3
     # The signal may have come between two steps, after which the environments can go on.
     envs._core.reset([0] * envs.num_envs)
-    long = np.tile(actions.astype(np.float32), (100, 1, 1))
+    # Enough to be still at it when the signal comes.
+    long = np.tile(actions.astype(np.float32), (5_000_000 // envs.num_envs, 1, 1))
     assert interrupted(lambda: envs._core.time_alone(long)) < 3
     with pytest.raises(ResetNeeded, match="reset it"):
         envs.step(actions)
