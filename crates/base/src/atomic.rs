@@ -90,7 +90,8 @@ impl Target {
         Self { path: self.path.join(name), force: self.force }
     }
 
-    /// Checks that a file in the format may be written here: it has not the suffix of another format, and an existing one is not lost unless it has the format.
+    /// Checks that a file in the format may be written here: the path does not have the suffix of another format, and
+    /// an existing file is replaced only if it has the format.
     ///
     /// # Errors
     /// When it has not, is not a regular file, or cannot be read.
