@@ -89,15 +89,16 @@ impl Section {
 
 /// The keys of the workbench, one section per context.
 fn keys() -> Vec<Section> {
-    let item = |key: tui::KeyHelp| {
-        let keys = if key.keys.is_empty() { "no key".to_owned() } else { key.keys };
-        let verb = key.verb.map(|verb| format!(" (in a script: {verb})")).unwrap_or_default();
-        (keys, format!("{}: {}{verb}", key.name, key.about))
+    let item = |entry: &tui::Entry| {
+        let keys = entry.keys.split_whitespace().collect::<Vec<_>>().join(", ");
+        let verb = if entry.verb.is_empty() { String::new() } else { format!(" (in a script: {})", entry.verb) };
+        (keys, format!("{}: {}{verb}", entry.name, entry.about()))
     };
-    let section = |(context, keys): (&str, Vec<_>)| {
-        Section::new(context, ["keys", "action"], keys.into_iter().map(item).collect())
+    let section = |context: tui::Context| {
+        let of_context = tui::entries().iter().filter(|entry| entry.context == context);
+        Section::new(&context.name(), ["keys", "action"], of_context.map(item).collect())
     };
-    tui::keys().into_iter().map(section).collect()
+    tui::Context::ALL.into_iter().filter(|context| *context != tui::Context::Typed).map(section).collect()
 }
 
 /// The sections after the keys: command language, settings, environment and exit status.
@@ -254,9 +255,7 @@ mod tests {
         for (path, setting) in trainer::settings() {
             assert!(contains(&path) && contains(&format!("{}: {}", setting.about, setting.range)), "{path}");
         }
-        for (_, keys) in tui::keys() {
-            assert!(keys.iter().all(|key| contains(key.name)));
-        }
+        assert!(tui::entries().iter().filter(|entry| !entry.keys.is_empty()).all(|entry| contains(entry.name)));
         for command in ["mge train", "mge dynamics train", "mge tasks check"] {
             assert!(contains(command), "{command}");
         }

@@ -1,81 +1,77 @@
-//! Effects: what screens and layers return for the app to carry out. Opening a layer is an effect, and a layer
-//! responds to events with effects.
+//! Effects: what screens and layers ask the app to do. Opening a layer is an effect, and a layer responds to events
+//! with effects.
 
 use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 
-use super::actions::{Tab, UiAction};
+use super::app::App;
 use super::input::Keymap;
 use super::scene::Object;
 use super::view::{Choice, Level};
 use super::widgets::theme::Theme;
-use mge_workbench::{Command, FigureKind};
+use mge_workbench::Command;
 
-/// An effect. When one in a list fails, the rest are skipped.
-pub enum Effect {
-    /// Carry out a command; asks first if unsaved work or a file would be lost.
-    Apply(Command),
-    /// Carry out a command whose loss of work the user has confirmed.
-    ApplyConfirmed(Command),
-    /// Perform an action.
-    Perform(UiAction),
-    /// Switch to a screen and perform an action there.
-    PerformOn(Tab, UiAction),
-    /// Show a message.
-    ShowMessage(Level, String),
-    /// Open a layer over the screen.
-    Open(Box<dyn Layer>),
-    /// Select an object of the scene, or none.
-    Select(Option<Object>),
-    /// Take a tool in hand: one of CREATE's catalogue, or the task's own.
-    Hold(Option<usize>),
-    /// Change what the scene shows.
-    Show(Choice),
-    /// Replay a past episode of the watched run.
-    Replay(u64),
-    /// Show a past episode of the watched run without changing the playback position.
-    Scrub(u64),
-    /// The episode being shown is over: show the next one.
-    NextEpisode,
-    /// List only the runs that match a filter.
-    Filter(String),
-    /// Show these columns in the list of runs.
-    Columns(String),
-    /// Make the groups with a label the baseline of comparisons.
-    PinBaseline(String),
-    /// Rename a curve of the learning figure; an empty name restores the label.
-    NameCurve { label: String, name: String },
-    /// Show the curves of the marked runs together.
-    Compare,
-    /// Add a typed command to the palette's history.
-    Remember(String),
-    /// Carry out several effects, in order.
-    All(Vec<Effect>),
-    /// Export figures, each in a file format, to the folder for figures.
-    Export(Vec<(FigureKind, &'static str)>),
-    /// Leave the workbench.
-    Quit,
-    /// Leave the workbench; trainings continue in the background.
-    QuitToBackground,
-    /// Leave the workbench once all trainings are done.
-    QuitWhenIdle,
-}
+/// Something that the app is to do. When one in a list fails, the rest are skipped.
+pub struct Effect(Box<dyn FnOnce(&mut App) -> Result<(), String>>);
 
 impl Effect {
-    /// The effect of a command.
-    pub fn apply(command: impl Into<Command>) -> Self {
-        Self::Apply(command.into())
+    /// An effect that may fail; the error is shown.
+    pub fn new(work: impl FnOnce(&mut App) -> Result<(), String> + 'static) -> Self {
+        Self(Box::new(work))
     }
 
-    /// Opens a layer.
+    /// An effect that does not fail.
+    pub fn call(work: impl FnOnce(&mut App) + 'static) -> Self {
+        Self::new(|app| {
+            work(app);
+            Ok(())
+        })
+    }
+
+    /// Carries out a command; asks first if unsaved work or a file would be lost.
+    pub fn apply(command: impl Into<Command>) -> Self {
+        let command = command.into();
+        Self::new(|app| app.try_apply(command))
+    }
+
+    /// Opens a layer over the screen.
     pub fn open(layer: impl Layer + 'static) -> Self {
-        Self::Open(Box::new(layer))
+        Self::call(|app| app.open(layer))
+    }
+
+    /// Shows a message.
+    pub fn message(level: Level, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self::call(move |app| app.show_message(level, text))
     }
 
     /// Shows an informational message.
     pub fn info(text: impl Into<String>) -> Self {
-        Self::ShowMessage(Level::Info, text.into())
+        Self::message(Level::Info, text)
+    }
+
+    /// Selects an object of the scene, or none.
+    pub fn select(object: Option<Object>) -> Self {
+        Self::call(move |app| app.screens.scene.select(object))
+    }
+
+    /// Changes what the scene shows.
+    pub fn show(choice: Choice) -> Self {
+        Self::call(|app| app.choose_subject(Some(choice), false))
+    }
+
+    /// Several effects, in order.
+    pub fn all(effects: Vec<Self>) -> Self {
+        Self::new(|app| effects.into_iter().try_for_each(|effect| effect.carry_out(app)))
+    }
+
+    /// Carries it out.
+    ///
+    /// # Errors
+    /// Why it failed.
+    pub fn carry_out(self, app: &mut App) -> Result<(), String> {
+        (self.0)(app)
     }
 }
 

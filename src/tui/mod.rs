@@ -22,7 +22,7 @@ mod terminal;
 mod view;
 mod widgets;
 
-pub use actions::{KeyHelp, keys};
+pub use actions::{Context, Entry, entries};
 pub use fuzz::interface;
 pub use input::Keymap;
 pub use offscreen::OffscreenWorkbench;

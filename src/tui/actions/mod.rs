@@ -2,24 +2,36 @@
 //! language are the source of the key map, the hints of the footer, the help, the palette and the
 //! manual page.
 
-mod action;
-mod help;
+mod context;
 mod tab;
 mod table;
 
-pub use action::{Context, Script, UiAction};
-pub use help::{KeyHelp, keys};
+pub use context::Context;
 pub use tab::Tab;
 
 use std::sync::LazyLock;
 
+use super::app::App;
+use super::effect::Effect;
+use super::screens::{Screens, Ui};
 use mge_workbench::{Verb, verbs};
+
+/// What an action does.
+#[derive(Debug, Clone, Copy)]
+pub enum Run {
+    /// Carries out its verb. If that needs arguments, opens the palette with the verb typed in.
+    Verb,
+    /// Changes the app.
+    Do(fn(&mut App)),
+    /// Changes only the state of the screens.
+    Change(fn(&mut Screens, &Ui<'_>)),
+    /// Changes the state of the screens, and returns what else is to be done.
+    Effects(fn(&mut Screens, &Ui<'_>) -> Vec<Effect>),
+}
 
 /// An action in a context, with its name, keys and description.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
-    /// The action.
-    pub action: UiAction,
     /// Where it applies.
     pub context: Context,
     /// Name in key files and in the palette.
@@ -28,44 +40,55 @@ pub struct Entry {
     pub keys: &'static str,
     /// Word in the footer; empty if it is not shown there.
     pub hint: &'static str,
-    /// What it does, in one line.
-    pub about: &'static str,
-    /// How a script does the same.
-    pub script: Script,
+    /// The verb with which a script does the same, or the same with suitable arguments; empty if the action concerns
+    /// only the screen. For moving and resizing it is the verb for a subgoal; those for other objects are like it.
+    pub verb: &'static str,
+    /// What it does, in one line; empty if the help text of its verb says it.
+    about: &'static str,
+    /// What it does.
+    pub run: Run,
 }
 
 impl Entry {
-    /// The verb that is equivalent to the action, if there is one.
-    pub fn verb(&self) -> Option<&'static Verb> {
-        match self.script {
-            Script::Verb(name) => verbs().find(|verb| verb.name == name),
-            Script::Like(_) | Script::Nothing => None,
-        }
+    /// The verb that does the same, if there is one.
+    pub fn same_verb(&self) -> Option<&'static Verb> {
+        verbs().find(|verb| verb.name == self.verb).filter(|_| self.about.is_empty())
+    }
+
+    /// What it does, in one line.
+    pub fn about(&self) -> &'static str {
+        self.same_verb().map_or(self.about, |verb| verb.help)
     }
 }
 
-/// All entries, grouped by context; those that can only be typed come last.
+/// All entries, grouped by context; verbs that can only be typed come last.
 pub fn entries() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
-        let mut entries: Vec<Entry> = Vec::new();
-        for &(action, context, name, keys, hint, about, script) in table::ROWS {
-            let mut entry = Entry { action, context, name, keys, hint, about, script };
-            // A test checks that every verb named in the table exists.
-            entry.about = entry.verb().filter(|_| about.is_empty()).map_or(about, |verb| verb.help);
-            entries.push(entry);
-        }
-        for verb in verbs() {
-            let script = Script::Verb(verb.name);
-            if entries.iter().all(|entry| entry.script != script) {
-                // Leaked once, for the lifetime of the program.
-                let (action, name) = (UiAction::Type(verb.name), verb.name.replace(' ', "-").leak());
-                let context = Context::Typed;
-                entries.push(Entry { action, context, name, keys: "", hint: "", about: verb.help, script });
-            }
-        }
+        let of_context = |&(context, rows): &'static (Context, &[table::Row])| {
+            rows.iter().map(move |&(name, keys, hint, verb, about, run)| Entry {
+                context,
+                name,
+                keys,
+                hint,
+                verb,
+                about,
+                run,
+            })
+        };
+        let mut entries: Vec<Entry> = table::ROWS.iter().flat_map(of_context).collect();
+        let has_key = |verb: &Verb| entries.iter().any(|entry| entry.verb == verb.name && entry.about.is_empty());
+        let typed: Vec<Entry> = verbs().filter(|verb| !has_key(verb)).map(typed).collect();
+        entries.extend(typed);
         entries
     });
     &ENTRIES
+}
+
+/// The entry of a verb without a default key.
+fn typed(verb: &'static Verb) -> Entry {
+    // Leaked once, for the lifetime of the program.
+    let name = verb.name.replace(' ', "-").leak();
+    Entry { context: Context::Typed, name, keys: "", hint: "", verb: verb.name, about: "", run: Run::Verb }
 }
 
 /// The entry with a name.
@@ -76,27 +99,28 @@ pub fn named(name: &str) -> Option<&'static Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mge_workbench::Command;
 
     #[test]
     fn names_are_unique_and_every_entry_is_explained() {
         for (index, entry) in entries().iter().enumerate() {
             let others = &entries()[index + 1..];
             assert!(others.iter().all(|other| other.name != entry.name), "{}", entry.name);
-            assert!(!entry.about.is_empty() && entry.about.len() <= 80, "{}", entry.name);
+            assert!(!entry.about().is_empty() && entry.about().len() <= 80, "{}", entry.name);
             assert_eq!(entry.keys.is_empty(), entry.context == Context::Typed, "{}", entry.name);
         }
     }
 
     #[test]
     fn every_named_verb_exists_and_every_verb_has_exactly_one_entry() {
-        for entry in entries() {
-            if let Script::Verb(name) | Script::Like(name) = entry.script {
-                assert!(verbs().any(|verb| verb.name == name), "{}: {name}", entry.name);
-            }
+        for entry in entries().iter().filter(|entry| !entry.verb.is_empty()) {
+            assert!(verbs().any(|verb| verb.name == entry.verb), "{}: {}", entry.name, entry.verb);
+            let is_line = Command::parse(entry.verb).is_ok() || entry.context == Context::Typed;
+            assert!(is_line || !matches!(entry.run, Run::Verb), "{} needs arguments", entry.name);
         }
         for verb in verbs() {
-            let same = |entry: &&Entry| entry.script == Script::Verb(verb.name);
-            assert_eq!(entries().iter().filter(same).count(), 1, "{}", verb.name);
+            let same = entries().iter().filter(|entry| entry.same_verb().is_some_and(|same| same.name == verb.name));
+            assert_eq!(same.count(), 1, "{}", verb.name);
         }
     }
 }

@@ -40,16 +40,6 @@ impl Tab {
         }
     }
 
-    /// The next screen.
-    pub fn next(self) -> Self {
-        Self::ALL[(self as usize + 1) % Self::ALL.len()]
-    }
-
-    /// The previous screen.
-    pub fn previous(self) -> Self {
-        Self::ALL[(self as usize + Self::ALL.len() - 1) % Self::ALL.len()]
-    }
-
     /// Whether it shows a scene.
     pub fn has_scene(self) -> bool {
         matches!(self, Self::Scene | Self::Edit)

@@ -21,7 +21,7 @@ use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 
-use super::actions::{Context, Tab, UiAction};
+use super::actions::{Context, Entry, Tab};
 use super::effect::{Effect, Layer, Response};
 use super::input::{Key, Keymap};
 use super::layers::Tour;
@@ -41,7 +41,7 @@ pub struct App {
     /// Layers over the screen, the topmost last.
     layers: Vec<Box<dyn Layer>>,
     /// The state of each screen.
-    screens: Screens,
+    pub(super) screens: Screens,
     /// What the scene shows.
     subject: Subject,
     /// The latest message, and how long it has been shown.
@@ -242,11 +242,13 @@ impl App {
     /// The contexts in which keys are looked up now, the innermost first.
     fn contexts(&self) -> Vec<Context> {
         let inner = match self.tab {
-            Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => vec![Context::Hand, Context::Scene],
-            Tab::Scene | Tab::Edit => vec![Context::Scene],
-            Tab::Schedule => vec![Context::Schedule],
-            Tab::Training => vec![Context::Curves],
-            Tab::Runs => vec![Context::Runs],
+            Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => {
+                vec![Context::Hand, Context::Move, Context::Playback, Context::Scene]
+            }
+            Tab::Scene | Tab::Edit => vec![Context::Move, Context::Playback, Context::Scene],
+            Tab::Schedule => vec![Context::Move, Context::Schedule],
+            Tab::Training => vec![Context::Move, Context::Playback, Context::Curves],
+            Tab::Runs => vec![Context::Runs, Context::List],
             Tab::Models => vec![Context::Models, Context::List],
             Tab::Figures if self.screens.lists.composer.is_open() => {
                 vec![Context::Compose, Context::Figures, Context::List]
@@ -275,14 +277,12 @@ impl App {
 
     fn key(&mut self, key: KeyEvent) {
         self.changed = true;
-        let action = self.keymap.action(Key::from(key), &self.contexts());
+        let entry = self.keymap.entry(Key::from(key), &self.contexts());
         // With Ctrl, quit and suspend work over any layer.
+        let is_over_layers = |entry: &&Entry| ["quit", "suspend"].contains(&entry.name);
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
-        if let Some(action @ (UiAction::Quit | UiAction::Suspend)) = action
-            && control
-        {
-            self.perform(action);
-            return;
+        if let Some(entry) = entry.filter(|entry| control && is_over_layers(entry)) {
+            return self.perform(entry);
         }
         if let Some(layer) = self.layers.last_mut() {
             match layer.key(key) {
@@ -292,9 +292,9 @@ impl App {
                 }
                 response => self.respond(response),
             }
-        } else if let Some(action) = action {
+        } else if let Some(entry) = entry {
             self.message = None;
-            self.perform(action);
+            self.perform(entry);
         }
     }
 
@@ -321,7 +321,7 @@ impl App {
             }
             Response::Try(effect) => {
                 let depth = self.layers.len();
-                match self.try_effect(effect) {
+                match effect.carry_out(self) {
                     // The effect may have opened a question on top: remove the answered layer below it.
                     Ok(()) => _ = self.layers.remove(depth - 1),
                     Err(error) => {
@@ -337,7 +337,7 @@ impl App {
     /// Carries out effects in order. The first failure is shown and skips the rest.
     fn carry_out(&mut self, effects: Vec<Effect>) {
         for effect in effects {
-            if let Err(error) = self.try_effect(effect) {
+            if let Err(error) = effect.carry_out(self) {
                 return self.show_message(Level::Error, error);
             }
         }

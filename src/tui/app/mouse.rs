@@ -3,7 +3,7 @@
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
 use super::{App, Drag};
-use crate::tui::actions::{Tab, UiAction};
+use crate::tui::actions::Tab;
 use crate::tui::screens::{HitRegion, edit, scene, scene_actions, schedule, tools, training};
 use mge_task::Property;
 
@@ -34,7 +34,7 @@ impl App {
         self.screens.scene.drop_dragged();
         match self.regions.at(at) {
             Some(HitRegion::Tab(tab)) => self.show(tab),
-            Some(HitRegion::Hint(action)) => self.perform(action),
+            Some(HitRegion::Hint(entry)) => self.perform(entry),
             Some(HitRegion::Scene(view)) => {
                 let position = view.nearest(at.0, at.1);
                 // Cells are coarse: an object within half a cell is hit.
@@ -125,10 +125,9 @@ impl App {
                 self.screens.curves.range = range;
             }
             Some(HitRegion::Scene(..)) => self.screens.scene.player.change_speed(up),
-            _ if !self.tab.has_scene() && self.tab != Tab::Schedule => {
-                self.perform(if up { UiAction::Up } else { UiAction::Down });
-            }
-            _ => {}
+            _ if self.tab == Tab::Training => self.screens.curves.select_neighbour(if up { -1 } else { 1 }),
+            _ if up => self.select_line(|now, _| now.saturating_sub(1)),
+            _ => self.select_line(|now, _| now + 1),
         }
         true
     }

@@ -1,18 +1,18 @@
-//! Carries out actions and effects.
+//! What actions do with the app.
 
 use std::path::Path;
 
 use rand::Rng;
 
-use super::{App, QuitState, TerminalRequest};
-use crate::tui::actions::{Tab, UiAction};
+use super::{App, TerminalRequest};
+use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette, Help};
-use crate::tui::screens::{figures, lists, log, models, runs, scene_actions, schedule, training};
-use crate::tui::view::{Choice, ComparedEpisode, Level};
+use crate::tui::screens::{figures, lists, runs, scene_actions, schedule, training};
+use crate::tui::view::playback::Player;
+use crate::tui::view::{Choice, ComparedEpisode, Level, RunSummary};
 use mge_env::Placement;
 use mge_guidance::EpsilonSchedule;
-use mge_run::RunState;
 use mge_task as task;
 use mge_trainer::non_default_settings;
 use mge_workbench::{Command, FigureKind, command};
@@ -22,176 +22,53 @@ const MAX_HISTORY: usize = 100;
 
 impl App {
     /// Carries out an action.
-    pub(super) fn perform(&mut self, action: UiAction) {
-        match action {
-            // On the Runs screen, these apply to the marked runs or the selected line.
-            UiAction::Pause | UiAction::Stop | UiAction::Export | UiAction::Fork if self.tab == Tab::Runs => {
-                self.perform_on_screen(action)
-            }
-            // The Training screen shows groups of seeds: ask how many to train.
-            UiAction::Train if self.tab == Tab::Training => self.ask_for_seeds(),
-            UiAction::Train => self.apply(command::Train::default()),
-            UiAction::Pause => match self.subject.run() {
-                Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
-                _ => self.apply(command::Pause),
+    pub fn perform(&mut self, entry: &Entry) {
+        match entry.run {
+            Run::Verb => match Command::parse(entry.verb) {
+                Ok(Some(command)) => self.apply(command),
+                _ => self.open_palette(entry.verb),
             },
-            UiAction::Stop => {
-                let stop = match self.subject.run() {
-                    Some(run) => runs::stop(&[run], &self.ui()),
-                    None => vec![Effect::apply(command::Stop)],
-                };
-                self.carry_out(stop);
+            Run::Do(work) => work(self),
+            Run::Change(change) => {
+                let (screens, ui) = self.screens_and_ui();
+                change(screens, &ui);
+                self.show_beside();
             }
-            UiAction::Fork => match self.subject.run() {
-                Some(run) => {
-                    let episode = self.subject.past_episode().unwrap_or(run.done);
-                    let prompt = runs::ask_to_fork(run, episode);
-                    self.carry_out(vec![prompt]);
-                }
-                None => self.apply(command::Fork { episode: 0, changes: Vec::new(), folder: None, until: None }),
-            },
-            UiAction::Epsilon => self.ask_for_epsilon(),
-            UiAction::EpsilonUp => self.change_epsilon(0.05),
-            UiAction::EpsilonDown => self.change_epsilon(-0.05),
-            UiAction::Clusters => self.apply(command::Clusters(None)),
-            UiAction::Guide => self.apply(command::Guide),
-            UiAction::Export => self.export_all(),
-            UiAction::Method => self.choose_method(),
-            UiAction::Task => self.choose_task(),
-            // A short number, easy to note and to type.
-            UiAction::Puzzle => self.apply(command::Puzzle(rand::thread_rng().gen_range(0..100_000))),
-            UiAction::Model => self.choose_model(),
-            UiAction::Seed => self.ask_for_seed(),
-            UiAction::Episodes => self.ask_for_episodes(),
-            UiAction::Undo if self.tab == Tab::Schedule => {
-                if !self.screens.schedule.undo() {
-                    self.show_message(
-                        Level::Info,
-                        "there is no schedule edit to undo; task edits are undone on the Scene and Edit screens",
-                    );
-                }
+            Run::Effects(act) => {
+                let (screens, ui) = self.screens_and_ui();
+                let effects = act(screens, &ui);
+                self.carry_out(effects);
+                self.show_beside();
             }
-            UiAction::Undo if self.tab == Tab::Runs => self.apply(command::Restore(None)),
-            UiAction::Undo => self.apply(command::Undo),
-            UiAction::Redo => self.apply(command::Redo),
-            UiAction::Save if self.workspace.view().file.is_none() => self.ask_where_to_save(),
-            UiAction::Save => self.apply(command::Save(None)),
-            UiAction::SaveAs => self.ask_where_to_save(),
-            UiAction::Copy => self.copy_command(),
-            UiAction::Palette => self.open(self.palette()),
-            UiAction::Type(words) => self.open(self.palette().with_text(words)),
-            UiAction::Help => self.open(Help::new(&self.contexts())),
-            UiAction::Tour => self.show_tour(),
-            UiAction::Screen(tab) => self.show(tab),
-            UiAction::NextScreen => self.show(self.tab.next()),
-            UiAction::PreviousScreen => self.show(self.tab.previous()),
-            UiAction::Colours => {
-                self.follows_background = false;
-                self.theme = self.theme.next_palette();
-                self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
-            }
-            UiAction::Markers => {
-                self.theme = self.theme.next_marker();
-                self.show_message(Level::Info, format!("markers: {}", self.theme.marker.name()));
-            }
-            UiAction::Mouse => self.switch_mouse(),
-            UiAction::Suspend => self.request = Some(TerminalRequest::Suspend),
-            UiAction::Quit => self.quit(),
-            UiAction::Back => self.back(),
-            other => self.perform_on_screen(other),
         }
     }
 
-    fn palette(&self) -> CommandPalette {
-        CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
+    /// Carries out a command, and shows its report or its error; asks first if unsaved work or a file would be lost.
+    pub fn apply(&mut self, command: impl Into<Command>) {
+        self.carry_out(vec![Effect::apply(command)]);
     }
 
-    fn perform_on_screen(&mut self, action: UiAction) {
-        let tab = self.tab;
-        let (screens, ui) = self.screens_and_ui();
-        let effects = match tab {
-            Tab::Scene | Tab::Edit => scene_actions::perform(&mut screens.scene, &ui, action),
-            Tab::Schedule => schedule::perform(&mut screens.schedule, &ui, action),
-            Tab::Training => match training::without_effect(&screens.curves, &ui, action) {
-                Some(why) => vec![Effect::info(ui.text(why))],
-                None if scene_actions::is_playback(action) => scene_actions::perform(&mut screens.scene, &ui, action),
-                None => training::perform(&mut screens.curves, &screens.runs, &ui, action),
-            },
-            Tab::Runs => runs::perform(&mut screens.runs, &ui, action),
-            Tab::Models => models::perform(&mut screens.lists, &ui, action),
-            Tab::Figures => figures::perform(&mut screens.lists, &screens.runs, &ui, action),
-            Tab::Log => log::perform(&mut screens.lists, &ui, action),
-        };
-        self.carry_out(effects);
-        self.show_beside();
-    }
-
-    /// Carries out an effect.
-    pub(super) fn try_effect(&mut self, effect: Effect) -> Result<(), String> {
-        match effect {
-            Effect::Apply(Command::Quit(_)) => self.quit(),
-            Effect::Apply(command @ (Command::Task(_) | Command::Puzzle(_))) if self.workspace.view().dirty => {
-                self.ask_to_discard(command)
-            }
-            Effect::Apply(command) => match self.would_overwrite(&command) {
+    /// Like [`App::apply`], but returns the error.
+    ///
+    /// # Errors
+    /// When the command fails.
+    pub fn try_apply(&mut self, command: Command) -> Result<(), String> {
+        match command {
+            Command::Quit(_) => self.quit(),
+            Command::Task(_) | Command::Puzzle(_) if self.workspace.view().dirty => self.ask_to_discard(command),
+            command => match self.would_overwrite(&command) {
                 Some(path) => self.ask_to_overwrite(&path, command),
-                None => self.report(command)?,
+                None => return self.apply_confirmed(command),
             },
-            Effect::ApplyConfirmed(command) => self.report(command)?,
-            Effect::Perform(action) => self.perform(action),
-            Effect::PerformOn(tab, action) => {
-                self.show(tab);
-                self.perform(action);
-            }
-            Effect::ShowMessage(level, text) => self.show_message(level, text),
-            Effect::Open(layer) => self.layers.push(layer),
-            Effect::Select(object) => self.screens.scene.select(object),
-            Effect::Hold(number) => self.screens.scene.hold(number),
-            Effect::Show(choice) => self.choose_subject(Some(choice), false),
-            Effect::Replay(episode) => self.replay(episode)?,
-            Effect::Scrub(episode) => self.scrub(episode)?,
-            Effect::NextEpisode => self.choose_subject(None, true),
-            Effect::Filter(text) => self.screens.runs.filter(&text)?,
-            Effect::Columns(text) => self.screens.runs.show_columns(&text)?,
-            Effect::PinBaseline(label) => {
-                let report = self.workspace.pin_baseline(&label);
-                self.show_message(Level::Info, report);
-            }
-            Effect::NameCurve { label, name } => self.screens.lists.composer.name(&label, &name),
-            Effect::Compare => {
-                self.screens.curves.comparing = true;
-                self.show(Tab::Training);
-            }
-            Effect::Remember(line) => {
-                self.typed.retain(|known| *known != line);
-                self.typed.push(line);
-                self.typed.drain(..self.typed.len().saturating_sub(MAX_HISTORY));
-            }
-            Effect::All(effects) => {
-                for effect in effects {
-                    self.try_effect(effect)?;
-                }
-            }
-            Effect::Export(figures) => {
-                for (kind, format) in figures {
-                    self.export(kind, format)?;
-                }
-            }
-            Effect::Quit => self.leaving = QuitState::Now,
-            Effect::QuitToBackground => {
-                self.background = self.workspace.view().training_runs().map(|run| run.path.clone()).collect();
-                self.leaving = QuitState::Now;
-            }
-            Effect::QuitWhenIdle => {
-                self.leaving = QuitState::WhenIdle;
-                self.show_message(Level::Info, "leaving when all runs are done; quit again to change that");
-            }
         }
         Ok(())
     }
 
-    /// Carries out a command and shows its result.
-    fn report(&mut self, command: Command) -> Result<(), String> {
+    /// Carries out a command whose loss of work the user has confirmed.
+    ///
+    /// # Errors
+    /// When the command fails.
+    pub fn apply_confirmed(&mut self, command: Command) -> Result<(), String> {
         let places = matches!(command, Command::Place(_));
         let report = self.workspace.apply(command)?;
         let latest = self.workspace.view().hand.trace.steps.last().map(|step| step.placement);
@@ -203,41 +80,60 @@ impl App {
         Ok(())
     }
 
-    fn apply(&mut self, command: impl Into<Command>) {
-        self.carry_out(vec![Effect::apply(command)]);
-    }
-
-    /// Shows another screen.
-    pub(super) fn show(&mut self, tab: Tab) {
-        if tab == Tab::Runs {
-            self.workspace.look_for_runs();
+    /// The runs that an action on runs applies to: on the Runs screen the marked ones or those of the selected line,
+    /// elsewhere the watched one.
+    fn chosen_runs(&self) -> Vec<&RunSummary> {
+        match self.tab {
+            Tab::Runs => self.screens.runs.acted_on(&self.ui()),
+            _ => self.subject.run().into_iter().collect(),
         }
-        self.tab = tab;
-        self.screens.scene.player.hold(tab == Tab::Edit);
     }
 
-    /// Sets a constant threshold: the current one changed by `by`.
-    fn change_epsilon(&mut self, by: f32) {
-        let episode = self.subject.run().filter(|run| run.active).map_or(0, |run| run.done);
-        let now = self.workspace.view().settings.epsilon.threshold(episode as u32);
-        let value = ((now + by).clamp(0.0, 1.0) * 100.0).round() / 100.0;
-        self.apply(command::Epsilon(EpsilonSchedule::Constant(value)));
+    /// Trains a run; where groups of seeds are shown, asks how many to train.
+    pub fn train(&mut self) {
+        match self.tab {
+            Tab::Training => self.ask_for_seeds(),
+            _ => self.apply(command::Train::default()),
+        }
     }
 
-    /// Replays a past episode of the watched run.
-    fn replay(&mut self, episode: u64) -> Result<(), String> {
-        let run = self.subject.run().ok_or("no run is being watched")?;
-        let last = run.done;
-        let episode = self.workspace.past_episode(&run.path, episode)?;
-        let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-        let leave = self.keymap.fill("{source} returns to the latest episode");
-        self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
-        self.choose_subject(Some(Choice::Past(episode)), false);
-        Ok(())
+    /// Pauses or resumes the chosen runs.
+    pub fn pause(&mut self) {
+        let effects = match self.chosen_runs().as_slice() {
+            [] => vec![Effect::apply(command::Pause)],
+            runs => runs::pause(runs, &self.ui()),
+        };
+        self.carry_out(effects);
     }
 
-    /// Exports every figure that has data, and reports which.
-    fn export_all(&mut self) {
+    /// Stops the chosen runs.
+    pub fn stop(&mut self) {
+        let effects = match self.chosen_runs().as_slice() {
+            [] => vec![Effect::apply(command::Stop)],
+            runs => runs::stop(runs, &self.ui()),
+        };
+        self.carry_out(effects);
+    }
+
+    /// Asks how the chosen run is forked.
+    pub fn fork(&mut self) {
+        let effects = match (self.tab, self.subject.run()) {
+            (Tab::Runs, _) => {
+                let (screens, ui) = self.screens_and_ui();
+                runs::on_line(&mut screens.runs, &ui, runs::fork)
+            }
+            (_, Some(run)) => vec![runs::ask_to_fork(run, self.subject.past_episode().unwrap_or(run.done))],
+            _ => vec![Effect::apply(command::Fork { episode: 0, changes: Vec::new(), folder: None, until: None })],
+        };
+        self.carry_out(effects);
+    }
+
+    /// Exports the dashboards of the chosen runs, or elsewhere every figure that has data, and reports which.
+    pub fn export_all(&mut self) {
+        if self.tab == Tab::Runs {
+            let effects = runs::on_all(&self.screens.runs, &self.ui(), runs::export);
+            return self.carry_out(effects);
+        }
         let view = self.workspace.view();
         let mut kinds = vec![FigureKind::Scene];
         if view.prior.is_some() {
@@ -251,18 +147,184 @@ impl App {
         }
         let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
         let text = format!("drawing {} into figures/, with their numbers as CSV", names.join(", "));
-        let figures = kinds.into_iter().map(|kind| (kind, "png")).collect();
-        self.carry_out(vec![Effect::Export(figures), Effect::ShowMessage(Level::Good, text)]);
+        let export = |kind| Effect::new(move |app| app.export(kind, "png"));
+        let mut effects: Vec<Effect> = kinds.into_iter().map(export).collect();
+        effects.push(Effect::message(Level::Good, text));
+        self.carry_out(effects);
+    }
+
+    /// Exports the selected figure; an episode is always an animation.
+    pub fn export_selected(&mut self, format: &'static str) {
+        let kind = figures::selected(&self.screens.lists);
+        let format = if kind == FigureKind::Episode { "gif" } else { format };
+        self.carry_out(vec![Effect::new(move |app| app.export(kind, format))]);
     }
 
     fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
         let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
-        self.try_effect(Effect::Apply(figure)).map_err(|error| format!("{}: {error}", kind.name()))
+        self.try_apply(figure).map_err(|error| format!("{}: {error}", kind.name()))
+    }
+
+    /// Sets a constant threshold: the current one changed by `by`.
+    pub fn change_epsilon(&mut self, by: f32) {
+        let episode = self.subject.run().filter(|run| run.active).map_or(0, |run| run.done);
+        let now = self.workspace.view().settings.epsilon.threshold(episode as u32);
+        let value = ((now + by).clamp(0.0, 1.0) * 100.0).round() / 100.0;
+        self.apply(command::Epsilon(EpsilonSchedule::Constant(value)));
+    }
+
+    /// Searches for a random puzzle.
+    pub fn search_puzzle(&mut self) {
+        // A short number, easy to note and to type.
+        self.apply(command::Puzzle(rand::thread_rng().gen_range(0..100_000)));
+    }
+
+    /// Undoes the latest edit of the schedule on its screen, the latest deletion on the Runs screen, or else the latest
+    /// edit of the task.
+    pub fn undo(&mut self) {
+        match self.tab {
+            Tab::Schedule if self.screens.schedule.undo() => {}
+            Tab::Schedule => self.show_message(
+                Level::Info,
+                "there is no schedule edit to undo; task edits are undone on the Scene and Edit screens",
+            ),
+            Tab::Runs => self.apply(command::Restore(None)),
+            _ => self.apply(command::Undo),
+        }
+    }
+
+    /// Saves the task to its file; without one, asks for it.
+    pub fn save(&mut self) {
+        match self.workspace.view().file {
+            Some(_) => self.apply(command::Save(None)),
+            None => self.ask_where_to_save(),
+        }
+    }
+
+    /// Opens the palette, with the beginning of a command typed in.
+    pub fn open_palette(&mut self, words: &str) {
+        let arguments = Arguments::new(self.workspace.view());
+        let palette = CommandPalette::new(&self.contexts(), arguments, self.typed.clone());
+        self.open(if words.is_empty() { palette } else { palette.with_text(words) });
+    }
+
+    /// Adds a typed command to the palette's history.
+    pub fn remember(&mut self, line: String) {
+        self.typed.retain(|known| *known != line);
+        self.typed.push(line);
+        self.typed.drain(..self.typed.len().saturating_sub(MAX_HISTORY));
+    }
+
+    /// Opens the help.
+    pub fn show_help(&mut self) {
+        self.open(Help::new(&self.contexts()));
+    }
+
+    /// Shows another screen.
+    pub fn show(&mut self, tab: Tab) {
+        if tab == Tab::Runs {
+            self.workspace.look_for_runs();
+        }
+        self.tab = tab;
+        self.screens.scene.player.hold(tab == Tab::Edit);
+    }
+
+    /// Shows the screen that is `by` after the present one.
+    pub fn show_neighbour(&mut self, by: isize) {
+        let count = Tab::ALL.len();
+        self.show(Tab::ALL[(self.tab as usize + count).wrapping_add_signed(by) % count]);
+    }
+
+    /// Changes to the next palette of colours.
+    pub fn next_colours(&mut self) {
+        self.follows_background = false;
+        self.theme = self.theme.next_palette();
+        self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
+    }
+
+    /// Changes to the next markers.
+    pub fn next_markers(&mut self) {
+        self.theme = self.theme.next_marker();
+        self.show_message(Level::Info, format!("markers: {}", self.theme.marker.name()));
+    }
+
+    /// Requests that the program is suspended.
+    pub fn suspend(&mut self) {
+        self.request = Some(TerminalRequest::Suspend);
+    }
+
+    /// Switches mouse capture.
+    pub fn switch_mouse(&mut self) {
+        self.mouse = !self.mouse;
+        self.request = Some(TerminalRequest::Mouse(self.mouse));
+        let text = match self.mouse {
+            true => "the workbench handles the mouse; {mouse} switches",
+            false => "the terminal handles the mouse, for example to select text; {mouse} switches",
+        };
+        self.show_message(Level::Info, self.keymap.fill(text));
+    }
+
+    /// Moves what is selected in a direction: an object, the tool in hand, a point, or the crosshair and the curves.
+    pub fn move_by(&mut self, direction: [f32; 2], far: bool) {
+        let tab = self.tab;
+        let (screens, ui) = self.screens_and_ui();
+        let effects = match tab {
+            Tab::Scene | Tab::Edit => scene_actions::move_by(&mut screens.scene, &ui, direction, far),
+            Tab::Schedule => schedule::move_by(&mut screens.schedule, &ui, direction, far),
+            Tab::Training => training::move_by(screens, &ui, direction, far),
+            _ => Vec::new(),
+        };
+        self.carry_out(effects);
+        self.show_beside();
+    }
+
+    /// Selects a line of the list on the screen, given the present and the last one.
+    pub fn select_line(&mut self, line: fn(usize, usize) -> usize) {
+        let tab = self.tab;
+        let (screens, ui) = self.screens_and_ui();
+        lists::select_line(screens, &ui, tab, line);
+    }
+
+    /// Changes the playback of the episode that is shown, given its number of steps.
+    pub fn play(&mut self, change: fn(&mut Player, usize)) {
+        if self.tab == Tab::Training && !matches!(self.subject.choice(), Choice::Past(_)) {
+            let text = self.keymap.fill("no episode is beside the curves: {left} moves the crosshair to one");
+            return self.show_message(Level::Info, text);
+        }
+        change(&mut self.screens.scene.player, self.subject.episode().steps());
+    }
+
+    /// Plays faster or slower.
+    pub fn change_speed(&mut self, faster: bool) {
+        let player = &mut self.screens.scene.player;
+        player.change_speed(faster);
+        if !player.is_moving() {
+            let text = format!("speed x{}", player.speed);
+            self.show_message(Level::Info, text);
+        }
+    }
+
+    /// Replays a past episode of the watched run.
+    ///
+    /// # Errors
+    /// When there is no such episode.
+    pub fn replay(&mut self, episode: u64) -> Result<(), String> {
+        let run = self.subject.run().ok_or("no run is being watched")?;
+        let last = run.done;
+        let episode = self.workspace.past_episode(&run.path, episode)?;
+        let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
+        let leave = self.keymap.fill("{source} returns to the latest episode");
+        self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
+        self.choose_subject(Some(Choice::Past(episode)), false);
+        Ok(())
     }
 
     /// Shows a past episode of the watched run at the same step as before, so that one moment can be followed
     /// through the training.
-    fn scrub(&mut self, episode: u64) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// When there is no such episode.
+    pub fn scrub(&mut self, episode: u64) -> Result<(), String> {
         if self.subject.past_episode() == Some(episode) {
             return Ok(());
         }
@@ -286,8 +348,14 @@ impl App {
         self.subject.set_beside(beside);
     }
 
+    /// Makes the groups with a label the baseline of comparisons.
+    pub fn pin_baseline(&mut self, label: &str) {
+        let report = self.workspace.pin_baseline(label);
+        self.show_message(Level::Info, report);
+    }
+
     /// Copies the command that trains the next run to the clipboard.
-    fn copy_command(&mut self) {
+    pub fn copy_command(&mut self) {
         let view = self.workspace.view();
         // The file of an edited task holds an older version.
         let saved = || view.file.as_ref().map(|file| file.display().to_string()).filter(|_| !view.dirty);
@@ -312,26 +380,25 @@ impl App {
         self.request = Some(TerminalRequest::Copy(text));
     }
 
-    fn switch_mouse(&mut self) {
-        self.mouse = !self.mouse;
-        self.request = Some(TerminalRequest::Mouse(self.mouse));
-        let text = match self.mouse {
-            true => "the workbench handles the mouse; {mouse} switches",
-            false => "the terminal handles the mouse, for example to select text; {mouse} switches",
+    /// Leaves what is open or selected on the screen, or else the screen.
+    pub fn back(&mut self) {
+        let is_past = matches!(self.subject.choice(), Choice::Past(_));
+        let choice = match self.tab {
+            Tab::Scene | Tab::Edit if self.screens.scene.drop_dragged().is_some() => None,
+            Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => Some(self.screens.scene.put_tool_down()),
+            Tab::Scene | Tab::Edit if is_past => Some(Choice::Latest),
+            Tab::Scene | Tab::Edit if self.screens.scene.selected().is_some() => {
+                return self.screens.scene.select(None);
+            }
+            Tab::Training if self.screens.curves.leave() => None,
+            Tab::Training if is_past => Some(Choice::Latest),
+            Tab::Runs if self.screens.runs.leave() => None,
+            Tab::Figures if self.screens.lists.composer.leave() => None,
+            _ => return self.show(Tab::Scene),
         };
-        self.show_message(Level::Info, self.keymap.fill(text));
-    }
-
-    fn back(&mut self) {
-        let effects = match self.tab {
-            Tab::Scene | Tab::Edit => self.screens.scene.back(&self.subject),
-            Tab::Training if self.screens.curves.leave() => Vec::new(),
-            Tab::Training if matches!(self.subject.choice(), Choice::Past(_)) => vec![Effect::Show(Choice::Latest)],
-            Tab::Runs if self.screens.runs.leave() => Vec::new(),
-            Tab::Figures if self.screens.lists.composer.leave() => Vec::new(),
-            _ => vec![Effect::Perform(UiAction::Screen(Tab::Scene))],
-        };
-        self.carry_out(effects);
+        if let Some(choice) = choice {
+            self.choose_subject(Some(choice), false);
+        }
     }
 
     /// Keeps the preview of the selected figure up to date.
@@ -343,19 +410,18 @@ impl App {
         }
     }
 
-    /// Selects a row of a list: an object, a run, a model or a figure.
+    /// Selects a row of a list: an object, a run, a model or a figure. A run that is selected already is watched.
     pub(super) fn select_row(&mut self, row: usize) {
-        match self.tab {
-            Tab::Edit => {
-                let object = self.workspace.view().objects().all().get(row).copied();
-                self.screens.scene.select(object);
+        let tab = self.tab;
+        let (screens, ui) = self.screens_and_ui();
+        match tab {
+            Tab::Edit => screens.scene.select(ui.view.objects().all().get(row).copied()),
+            Tab::Runs if screens.runs.is_selected(&ui, row) => {
+                let effects = runs::on_line(&mut screens.runs, &ui, runs::watch);
+                self.carry_out(effects);
             }
-            Tab::Runs if self.screens.runs.is_selected(&self.ui(), row) => self.perform(UiAction::Confirm),
-            Tab::Runs => {
-                let (screens, ui) = self.screens_and_ui();
-                screens.runs.select(&ui, row);
-            }
-            tab => lists::select_row(&mut self.screens.lists, tab, row),
+            Tab::Runs => screens.runs.select(&ui, row),
+            tab => lists::select_row(&mut screens.lists, tab, row),
         }
     }
 }

@@ -12,7 +12,7 @@ use mge_workbench::{Command, command};
 
 impl App {
     /// Opens a layer over the screen.
-    pub(super) fn open(&mut self, layer: impl Layer + 'static) {
+    pub fn open(&mut self, layer: impl Layer + 'static) {
         self.layers.push(Box::new(layer));
     }
 
@@ -23,7 +23,11 @@ impl App {
     /// Asks before a task with unsaved edits is left.
     pub(super) fn ask_to_discard(&mut self, command: Command) {
         let text = format!("The edits of {} are not saved and will be lost.", self.workspace.view().task.name);
-        self.ask("lose the edits?", text, vec![('y', "open the other task", Effect::ApplyConfirmed(command))]);
+        self.ask(
+            "lose the edits?",
+            text,
+            vec![('y', "open the other task", Effect::new(|app| app.apply_confirmed(command)))],
+        );
     }
 
     /// The file that a command would overwrite, other than the task's own.
@@ -40,34 +44,34 @@ impl App {
         if matches!(command, Command::Figure(_)) && table.exists() {
             text += &format!(" So will what is in {}.", table.display());
         }
-        let overwrite = Effect::ApplyConfirmed(command.forced());
+        let overwrite = Effect::new(|app| app.apply_confirmed(command.forced()));
         self.ask("overwrite the file?", text, vec![('y', "overwrite it", overwrite)]);
     }
 
-    pub(super) fn ask_for_epsilon(&mut self) {
+    pub fn ask_for_epsilon(&mut self) {
         let now = self.workspace.view().settings.epsilon.to_string();
         let hint = "0.1 · linear:0.8:0.05:2000 · exp:0.8:0.05:0.999 · step:0.8:0.5:500 · points:0=0.8,1000=0.3 · \
                     need:0.5:0.25:20";
         self.open(Prompt::arguments("epsilon", "epsilon schedule", hint, now));
     }
 
-    pub(super) fn ask_for_seed(&mut self) {
+    pub fn ask_for_seed(&mut self) {
         let now = self.workspace.view().settings.seed.to_string();
         self.open(Prompt::arguments("seed", "seed", "a whole number; it determines everything random", now));
     }
 
-    pub(super) fn ask_for_seeds(&mut self) {
+    pub fn ask_for_seeds(&mut self) {
         let first = self.workspace.view().settings.seed;
         let hint = format!("a number of seeds, from {first} on: a run is trained for each, and they are one group");
         self.open(Prompt::arguments("train seeds", "train: how many seeds?", hint, "1"));
     }
 
-    pub(super) fn ask_for_episodes(&mut self) {
+    pub fn ask_for_episodes(&mut self) {
         let now = self.workspace.view().settings.episodes.to_string();
         self.open(Prompt::arguments("episodes", "episodes", "episodes of the next run", now));
     }
 
-    pub(super) fn choose_method(&mut self) {
+    pub fn choose_method(&mut self) {
         let item = |method: Method| {
             (method.name().to_owned(), method.label().to_owned(), Effect::apply(command::Method(method)))
         };
@@ -77,7 +81,7 @@ impl App {
         self.open(Question::list("method of the next run", items, selected));
     }
 
-    pub(super) fn choose_task(&mut self) {
+    pub fn choose_task(&mut self) {
         let item = |task: task::Task| {
             let open = Effect::apply(command::Task(task.name.clone()));
             (task.name, task.description, open)
@@ -96,7 +100,7 @@ impl App {
         self.open(Question::list("open a task", items, selected));
     }
 
-    pub(super) fn choose_model(&mut self) {
+    pub fn choose_model(&mut self) {
         let view = self.workspace.view();
         let choose = |name: &str| Effect::apply(command::Model(PriorSource::from(name.to_owned())));
         let items = view.models.iter().map(|m| (m.name.clone(), m.about.clone(), choose(&m.name))).collect();
@@ -104,7 +108,7 @@ impl App {
         self.open(Question::list("what predicts the rollouts?", items, selected));
     }
 
-    pub(super) fn ask_where_to_save(&mut self) {
+    pub fn ask_where_to_save(&mut self) {
         let view = self.workspace.view();
         let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
         let read = |path: &str| Ok(Effect::apply(command::Save(Some((&expanded(path)).into()))));

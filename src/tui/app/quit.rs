@@ -2,11 +2,12 @@
 
 use super::{App, QuitState};
 use crate::tui::effect::Effect;
+use crate::tui::view::Level;
 use mge_run::RunState;
 
 impl App {
     /// Leaves the workbench; asks first if something would be lost or stopped. Does nothing while a question is open.
-    pub(super) fn quit(&mut self) {
+    pub fn quit(&mut self) {
         if self.layers.iter().any(|layer| layer.is_warning()) {
             return;
         }
@@ -39,13 +40,31 @@ impl App {
             return;
         }
         let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
-        let mut answers = vec![('y', leave, Effect::Quit)];
+        let mut answers = vec![('y', leave, Effect::call(|app| app.leave(QuitState::Now)))];
         if view.training_runs().next().is_some() {
-            answers.push(('b', "leave it training in the background", Effect::QuitToBackground));
-            answers.push(('w', "wait: leave when all runs are done", Effect::QuitWhenIdle));
+            answers.push(('b', "leave it training in the background", Effect::call(Self::leave_to_background)));
+            answers.push((
+                'w',
+                "wait: leave when all runs are done",
+                Effect::call(|app| app.leave(QuitState::WhenIdle)),
+            ));
         }
         self.leaving = QuitState::No;
         self.changed = true;
         self.ask("leave the workbench?", text.join("\n"), answers);
+    }
+
+    /// Leaves the workbench now, or when all runs are done.
+    fn leave(&mut self, when: QuitState) {
+        self.leaving = when;
+        if when == QuitState::WhenIdle {
+            self.show_message(Level::Info, "leaving when all runs are done; quit again to change that");
+        }
+    }
+
+    /// Leaves the workbench; trainings continue in the background.
+    fn leave_to_background(&mut self) {
+        self.background = self.workspace.view().training_runs().map(|run| run.path.clone()).collect();
+        self.leave(QuitState::Now);
     }
 }

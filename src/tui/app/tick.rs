@@ -134,7 +134,7 @@ impl App {
     }
 
     /// Updates what the scene shows from the current view.
-    pub(super) fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
+    pub fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
         let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
         // A player that has stopped repeating its episode moves on as soon as there is another.
         let next = next || self.screens.scene.player.is_resting();

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::tui::actions::{Context, Entry, UiAction, entries, named};
+use crate::tui::actions::{Context, Entry, entries, named};
 use crate::tui::input::{Key, KeyError};
 use mge_base::bounded;
 use mge_base::spelling::suggestion;
@@ -97,12 +97,8 @@ impl Keymap {
         Ok(map)
     }
 
-    /// The action of a key in the given contexts, innermost first.
-    pub fn action(&self, key: Key, contexts: &[Context]) -> Option<UiAction> {
-        self.entry(key, contexts).map(|entry| entry.action)
-    }
-
-    fn entry(&self, key: Key, contexts: &[Context]) -> Option<&'static Entry> {
+    /// The entry of a key in the given contexts, innermost first.
+    pub fn entry(&self, key: Key, contexts: &[Context]) -> Option<&'static Entry> {
         contexts.iter().find_map(|context| {
             let bound = self.bindings.iter().find(|(bound, entry)| *bound == key && entry.context == *context);
             bound.map(|(_, entry)| *entry)
@@ -130,8 +126,8 @@ impl Keymap {
         filled
     }
 
-    /// Key, word and action of each hint in the footer for the given contexts, innermost first.
-    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, UiAction)> {
+    /// Key and entry of each hint in the footer for the given contexts, innermost first.
+    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static Entry)> {
         let of_context = |context: &Context| {
             let context = *context;
             entries().iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
@@ -140,7 +136,7 @@ impl Keymap {
             let (key, _) = self.bindings.iter().find(|(_, bound)| bound.name == entry.name)?;
             // A key of an inner context shadows the same key of an outer one.
             let reached = self.entry(*key, contexts).is_some_and(|reached| reached.name == entry.name);
-            reached.then(|| (key.to_string(), entry.hint, entry.action))
+            reached.then(|| (key.to_string(), entry))
         };
         contexts.iter().flat_map(of_context).filter_map(hint).collect()
     }
@@ -192,23 +188,28 @@ mod tests {
         }
     }
 
+    /// The name of the action of a key on every screen; empty if it has none.
+    fn action(map: &Keymap, key: &str) -> &'static str {
+        let entry = map.entry(key.parse().unwrap(), &[Context::Everywhere, Context::Typed]);
+        entry.map_or("", |entry| entry.name)
+    }
+
     #[test]
     fn a_file_changes_and_removes_keys() {
         let map = Keymap::parse("# mine\ntrain = f10 f9  # go\nquit =\n", "keys").unwrap();
-        let action = |key: &str| map.action(key.parse().unwrap(), &[Context::Everywhere]);
-        assert_eq!(action("f10"), Some(UiAction::Train));
-        assert_eq!(action("f9"), Some(UiAction::Train));
-        assert_eq!(action("t"), None);
-        assert_eq!(action("q"), None);
+        assert_eq!(action(&map, "f10"), "train");
+        assert_eq!(action(&map, "f9"), "train");
+        assert_eq!(action(&map, "t"), "");
+        assert_eq!(action(&map, "q"), "");
         let typed = Keymap::parse("set = f9", "keys").unwrap();
-        assert_eq!(typed.action("f9".parse().unwrap(), &[Context::Typed]), Some(UiAction::Type("set")));
+        assert_eq!(action(&typed, "f9"), "set");
         let hash = Keymap::parse("train = #\npause = # none", "keys").unwrap();
-        assert_eq!(hash.action("#".parse().unwrap(), &[Context::Everywhere]), Some(UiAction::Train));
-        assert_eq!(hash.action("p".parse().unwrap(), &[Context::Everywhere]), None);
+        assert_eq!(action(&hash, "#"), "train");
+        assert_eq!(action(&hash, "p"), "");
         let comment = Keymap::parse("pause = #none", "keys").unwrap();
-        assert_eq!(comment.action("p".parse().unwrap(), &[Context::Everywhere]), None);
+        assert_eq!(action(&comment, "p"), "");
         let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
-        assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(UiAction::Train));
+        assert_eq!(action(&swapped, "p"), "train");
     }
 
     #[test]
@@ -253,12 +254,12 @@ mod tests {
     fn inner_contexts_come_first() {
         let map = Keymap::default();
         let contexts = [Context::Hand, Context::Everywhere];
-        assert_eq!(map.action("space".parse().unwrap(), &contexts), Some(UiAction::Confirm));
-        assert_eq!(map.action("t".parse().unwrap(), &contexts), Some(UiAction::Train));
+        let name = |key: &str| map.entry(key.parse().unwrap(), &contexts).unwrap().name;
+        assert_eq!((name("space"), name("t")), ("hand-place", "train"));
         let hints = map.hints(&contexts);
-        assert_eq!(hints[1], ("enter".to_owned(), "place", UiAction::Confirm));
-        assert_eq!(hints.iter().filter(|(key, ..)| key == "enter").count(), 1);
-        let over_the_scene = map.hints(&[Context::Hand, Context::Scene]);
-        assert!(over_the_scene.iter().all(|(.., action)| *action != UiAction::PlayPause), "space places the tool");
+        assert_eq!((hints[0].0.as_str(), hints[0].1.name), ("enter", "hand-place"));
+        assert_eq!(hints.iter().filter(|(key, _)| key == "enter").count(), 1);
+        let over_the_scene = map.hints(&[Context::Hand, Context::Playback]);
+        assert!(over_the_scene.iter().all(|(_, entry)| entry.name != "play"), "space places the tool");
     }
 }

@@ -111,8 +111,8 @@ impl Layer for Help {
 
 /// The description of an entry, with its usage if it can only be typed.
 fn about(entry: &Entry) -> String {
-    match entry.verb().filter(|_| entry.context == Context::Typed) {
-        Some(verb) => format!("{}: {}", verb.usage(), entry.about),
-        None => entry.about.to_owned(),
+    match entry.same_verb().filter(|_| entry.context == Context::Typed) {
+        Some(verb) => format!("{}: {}", verb.usage(), verb.help),
+        None => entry.about().to_owned(),
     }
 }

@@ -51,7 +51,7 @@ impl Prompt {
         text: impl Into<String>,
     ) -> Self {
         Self::new(title, hint, text, move |answer| match Command::parse(&format!("{verb} {answer}")) {
-            Ok(Some(command)) => Ok(Effect::Apply(command)),
+            Ok(Some(command)) => Ok(Effect::apply(command)),
             Ok(None) => Err("nothing entered".to_owned()),
             Err(error) => Err(error.to_string()),
         })

@@ -17,7 +17,7 @@ pub struct CurvesState {
     /// The selected curve.
     pub(super) selected: usize,
     /// Whether only the selected curve is shown.
-    pub(super) alone: bool,
+    pub alone: bool,
     /// Whether several runs are shown, not only the watched one.
     pub comparing: bool,
     /// Whether runs that differ in the seed only are one curve.
@@ -30,7 +30,7 @@ pub struct CurvesState {
 }
 
 /// Numbers of episodes over which values can be averaged.
-pub(super) const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
+const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
 
 impl Default for CurvesState {
     fn default() -> Self {
@@ -72,7 +72,25 @@ impl CurvesState {
         self.selected = Metric::CURVES.iter().position(|drawn| *drawn == metric).unwrap_or(0);
     }
 
-    pub(super) fn switch_scale(&mut self) {
+    /// Selects the curve that is `by` after the selected one.
+    pub fn select_neighbour(&mut self, by: isize) {
+        let count = Metric::CURVES.len();
+        self.selected = (self.selected + count).wrapping_add_signed(by) % count;
+    }
+
+    /// Shows the latest episodes.
+    pub fn show_recent(&mut self) {
+        self.range = Range::Recent;
+    }
+
+    /// Averages over the next number of episodes.
+    pub fn next_smoothing(&mut self) {
+        let index = SMOOTHINGS.iter().position(|count| *count == self.smoothing).unwrap_or(0);
+        self.smoothing = SMOOTHINGS[(index + 1) % SMOOTHINGS.len()];
+    }
+
+    /// Makes the axis of the selected curve logarithmic, or linear.
+    pub fn switch_scale(&mut self) {
         let metric = Metric::CURVES[self.selected];
         if !self.logarithmic.remove(&metric) {
             self.logarithmic.insert(metric);

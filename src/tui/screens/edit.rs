@@ -2,90 +2,89 @@
 //! proposed subgoals.
 
 use super::scene::{Scene, moved};
-use super::{Ui, tools};
-use crate::tui::actions::UiAction;
+use super::{Screens, Ui, tools};
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
 use mge_task::{Edit, STANDARD_RADIUS};
 
-/// The effects of an editing action; None for any other action.
-pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
-    let step = action.direction(0.01, 0.1);
-    match action {
-        UiAction::AddSubgoal => Some(add_subgoal(ui)),
-        UiAction::AddTool => Some(vec![tools::choose_tool(ui)]),
-        UiAction::Placeable => Some(vec![tools::choose_placeable()]),
-        UiAction::Properties => Some(vec![tools::ask_for_properties(scene, ui)]),
-        UiAction::Propose => Some(vec![ask_for_proposals(ui)]),
-        UiAction::AcceptProposals | UiAction::RejectProposals => {
-            Some(answer_proposals(scene, ui, action == UiAction::AcceptProposals))
-        }
-        UiAction::Coordinates
-        | UiAction::DeleteObject
-        | UiAction::Grow
-        | UiAction::Shrink
-        | UiAction::Earlier
-        | UiAction::Later => Some(edit_selected(scene, ui, action, step)),
-        _ => step.map(|_| edit_selected(scene, ui, action, step)),
-    }
+/// The effects of an edit of the selected object, given its position.
+fn on_selected(scene: &Scene, ui: &Ui, edit: impl FnOnce(Object, [f32; 2]) -> Effect) -> Vec<Effect> {
+    let selected = scene.selected().and_then(|object| Some((object, ui.view.objects().position(object)?)));
+    vec![match selected {
+        Some((object, position)) => edit(object, position),
+        None => Effect::info(ui.text("nothing is selected: {next-object} or a click selects an object")),
+    }]
 }
 
-fn edit_selected(scene: &mut Scene, ui: &Ui, action: UiAction, step: Option<[f32; 2]>) -> Vec<Effect> {
-    let objects = ui.view.objects();
-    let selected = scene.selected().and_then(|object| Some((object, objects.position(object)?)));
-    let Some((object, position)) = selected else {
-        return vec![Effect::info(ui.text("nothing is selected: {next-object} or a click selects an object"))];
-    };
-    if let Some(by) = step {
-        return vec![Effect::apply(object.moved_to(moved(position, by)))];
-    }
-    match (action, object) {
-        (UiAction::Coordinates, _) => vec![ask_for_coordinates(object, objects.name(object), position)],
-        (UiAction::Grow | UiAction::Shrink, Object::Tool(_)) => {
-            let steps = if action == UiAction::Grow { 1.0 } else { -1.0 };
-            tools::step_property(scene, ui, None, steps).unwrap_or_default()
-        }
-        (UiAction::Earlier | UiAction::Later, Object::Tool(_)) => {
-            if let Some((_, kind)) = tools::selected(scene, &ui.view.task) {
-                tools::choose_property(scene, kind, action == UiAction::Later);
-                let text = format!("{{shrink}} and {{grow}} change the {} of the {kind}", scene.property(kind));
-                return vec![Effect::info(ui.text(&text))];
-            }
-            Vec::new()
-        }
-        (UiAction::Grow | UiAction::Shrink, _) => {
-            let by = if action == UiAction::Grow { 0.5 } else { -0.5 };
-            let size = (objects.size(object).unwrap_or(0.0) + by).max(0.5);
-            match object.resized(size) {
-                Some(edit) => vec![Effect::apply(edit)],
-                None => vec![Effect::info(format!("{} has a fixed size", objects.name(object)))],
-            }
-        }
-        (UiAction::DeleteObject, _) => match object.deleted() {
-            Some(edit) => vec![Effect::apply(edit)],
-            None if matches!(object, Object::Part(_)) => {
-                vec![Effect::info("it is part of the level and can only be removed in its file")]
-            }
-            None => vec![Effect::info("a task needs its ball and its goal")],
-        },
-        (_, Object::Subgoal(index)) => reorder(index, action == UiAction::Later, ui.view.task.subgoals.len()),
-        _ => vec![Effect::info("only subgoals have an order")],
-    }
+/// Moves the selected object.
+pub fn move_by(scene: &Scene, ui: &Ui, by: [f32; 2]) -> Vec<Effect> {
+    on_selected(scene, ui, |object, position| Effect::apply(object.moved_to(moved(position, by))))
 }
 
-fn add_subgoal(ui: &Ui) -> Vec<Effect> {
+/// Makes the selected object larger or smaller by some steps; of a tool, changes the chosen property.
+pub fn resize(screens: &mut Screens, ui: &Ui, steps: f64) -> Vec<Effect> {
+    if let Some(effects) = tools::step_property(&screens.scene, ui, None, steps) {
+        return effects;
+    }
+    on_selected(&screens.scene, ui, |object, _| {
+        let objects = ui.view.objects();
+        let size = (objects.size(object).unwrap_or(0.0) + 0.5 * steps as f32).max(0.5);
+        let fixed = || Effect::info(format!("{} has a fixed size", objects.name(object)));
+        object.resized(size).map_or_else(fixed, Effect::apply)
+    })
+}
+
+/// Deletes the selected object.
+pub fn delete(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    on_selected(&screens.scene, ui, |object, _| match object.deleted() {
+        Some(edit) => Effect::apply(edit),
+        None if matches!(object, Object::Part(_)) => {
+            Effect::info("it is part of the level and can only be removed in its file")
+        }
+        None => Effect::info("a task needs its ball and its goal"),
+    })
+}
+
+/// Swaps the selected subgoal with its neighbour in the order; of a tool, chooses the next property.
+pub fn reorder(screens: &mut Screens, ui: &Ui, later: bool) -> Vec<Effect> {
+    let scene = &mut screens.scene;
+    if let Some((_, kind)) = tools::selected(scene, &ui.view.task) {
+        tools::choose_property(scene, kind, later);
+        let text = format!("{{shrink}} and {{grow}} change the {} of the {kind}", scene.property(kind));
+        return vec![Effect::info(ui.text(&text))];
+    }
+    let count = ui.view.task.subgoals.len();
+    on_selected(scene, ui, |object, _| match object {
+        Object::Subgoal(first) => {
+            let second = if later { first + 1 } else { first.wrapping_sub(1) };
+            if second >= count {
+                return Effect::info(if later { "it is the last one" } else { "it is the first one" });
+            }
+            let swap = Effect::apply(Edit::SwapSubgoals { first, second });
+            Effect::all(vec![swap, Effect::select(Some(Object::Subgoal(second)))])
+        }
+        _ => Effect::info("only subgoals have an order"),
+    })
+}
+
+/// Adds a subgoal between the last one, or the ball, and the goal.
+pub fn add_subgoal(ui: &Ui) -> Vec<Effect> {
     let task = &ui.view.task;
     let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
     let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
     let added = Object::Subgoal(task.subgoals.len());
     let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: STANDARD_RADIUS };
-    vec![Effect::apply(edit), Effect::Select(Some(added))]
+    vec![Effect::apply(edit), Effect::select(Some(added))]
 }
 
-fn ask_for_coordinates(object: Object, name: String, [x, y]: [f32; 2]) -> Effect {
-    let read = move |text: &str| Ok(Effect::apply(object.moved_to(read_position(text)?)));
-    Effect::open(Prompt::new(name, "x and y; the screen is from -1 to 1", format!("{x} {y}"), read))
+/// Asks for the coordinates of the selected object.
+pub fn ask_for_coordinates(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    on_selected(&screens.scene, ui, |object, [x, y]| {
+        let read = move |text: &str| Ok(Effect::apply(object.moved_to(read_position(text)?)));
+        let name = ui.view.objects().name(object);
+        Effect::open(Prompt::new(name, "x and y; the screen is from -1 to 1", format!("{x} {y}"), read))
+    })
 }
 
 fn read_position(text: &str) -> Result<[f32; 2], String> {
@@ -96,28 +95,18 @@ fn read_position(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
-/// Swaps a subgoal with its neighbour in the order; it stays selected.
-fn reorder(index: usize, later: bool, count: usize) -> Vec<Effect> {
-    let other = if later { index + 1 } else { index.wrapping_sub(1) };
-    if other >= count {
-        return vec![Effect::info(if later { "it is the last one" } else { "it is the first one" })];
-    }
-    let swap = Edit::SwapSubgoals { first: index, second: other };
-    vec![Effect::apply(swap), Effect::Select(Some(Object::Subgoal(other)))]
-}
-
 /// Asks how many subgoals to propose; the default is the present number of subgoals.
-fn ask_for_proposals(ui: &Ui) -> Effect {
+pub fn ask_for_proposals(ui: &Ui) -> Vec<Effect> {
     let hint = format!(
         "how many subgoals, found by the model `{}`; they are only shown until you accept them",
         ui.view.model_name()
     );
     let count = ui.view.task.subgoals.len().max(1).to_string();
-    Effect::open(Prompt::arguments("propose", "propose subgoals", hint, count))
+    vec![Effect::open(Prompt::arguments("propose", "propose subgoals", hint, count))]
 }
 
 /// Accepts or rejects the selected proposal, or all of them.
-fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
+pub fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
     if ui.view.proposed.is_empty() {
         return vec![Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals"))];
     }
@@ -129,7 +118,7 @@ fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
     let mut effects = vec![Effect::apply(edit)];
     if index.is_some() {
         let accepted = Object::Subgoal(ui.view.task.subgoals.len());
-        effects.push(Effect::Select(Some(accepted).filter(|_| accept)));
+        effects.push(Effect::select(Some(accepted).filter(|_| accept)));
     }
     effects
 }

@@ -10,7 +10,7 @@ use super::pane::{level_style, lines};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
-use crate::tui::actions::{Context, Tab, UiAction};
+use crate::tui::actions::{Context, Entry, Tab};
 use crate::tui::view::{Level, span};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body, split};
@@ -148,26 +148,26 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
 
 fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let theme = ui.theme;
-    let mut put = |x: u16, key: &str, word: &str, action: UiAction| {
+    let mut put = |x: u16, key: &str, entry: &'static Entry| {
         let (after, _) = buffer.set_stringn(x, area.y, key, key.len(), theme.strong());
-        buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
-        regions.add(Rect { x, width: hint_width(key, word) - 2, ..area }, HitRegion::Hint(action));
+        buffer.set_stringn(after + 1, area.y, entry.hint, entry.hint.len(), theme.faint());
+        regions.add(Rect { x, width: hint_width(key, entry.hint) - 2, ..area }, HitRegion::Hint(entry));
     };
     // The key for help is always shown, at the right.
     let (always, others): (Vec<_>, Vec<_>) =
-        ui.keymap.hints(chrome.contexts).into_iter().partition(|(.., action)| *action == UiAction::Help);
+        ui.keymap.hints(chrome.contexts).into_iter().partition(|(_, entry)| entry.name == "help");
     let mut end = area.right();
-    for (key, word, action) in always {
-        end = end.saturating_sub(hint_width(&key, word) - 2).max(area.x);
-        put(end, &key, word, action);
+    for (key, entry) in always {
+        end = end.saturating_sub(hint_width(&key, entry.hint) - 2).max(area.x);
+        put(end, &key, entry);
     }
     let mut x = area.x;
-    for (key, word, action) in others {
-        let width = hint_width(&key, word);
+    for (key, entry) in others {
+        let width = hint_width(&key, entry.hint);
         if x + width > end {
             break;
         }
-        put(x, &key, word, action);
+        put(x, &key, entry);
         x += width;
     }
 }

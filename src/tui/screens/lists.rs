@@ -1,7 +1,9 @@
 //! The selected lines of the Models, Figures and Log screens.
 
 use super::figures::composer::Composer;
+use super::{Screens, Ui};
 use crate::tui::actions::Tab;
+use mge_workbench::FigureKind;
 
 /// The selected line of each screen; the Log counts from its end.
 #[derive(Debug, Default)]
@@ -23,5 +25,23 @@ pub fn select_row(lists: &mut Lists, tab: Tab, row: usize) {
         Tab::Figures if lists.composer.is_open() => lists.composer.select(row),
         Tab::Figures => lists.figure = row,
         _ => {}
+    }
+}
+
+/// Selects the line of the list on a screen that `line` returns for the selected and the last one, or the last one.
+pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize, usize) -> usize) {
+    let line = |now: usize, last: usize| line(now.min(last), last).min(last);
+    let lists = &mut screens.lists;
+    match tab {
+        Tab::Runs => screens.runs.select_line(ui, line),
+        Tab::Models => lists.model = line(lists.model, ui.view.models.len().saturating_sub(1)),
+        Tab::Figures if lists.composer.is_open() => lists.composer.select_line(line),
+        Tab::Figures => lists.figure = line(lists.figure, FigureKind::ALL.len() - 1),
+        Tab::Log => {
+            let last = ui.view.log.len().saturating_sub(1);
+            // Counted from the end.
+            lists.log = last - line(last - lists.log.min(last), last);
+        }
+        Tab::Scene | Tab::Edit | Tab::Schedule | Tab::Training => {}
     }
 }

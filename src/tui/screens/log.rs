@@ -8,8 +8,6 @@ use ratatui::widgets::Widget;
 use super::Ui;
 use super::lists::Lists;
 use super::pane::{hint, level_style, pane};
-use crate::tui::actions::UiAction;
-use crate::tui::effect::Effect;
 use crate::tui::view::LogLine;
 use crate::tui::widgets::popup::wrap;
 
@@ -38,14 +36,4 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         view.log[..end].iter().rev().flat_map(of_entry).take(usize::from(inside.height)).collect();
     lines.reverse();
     Text::from(lines).render(inside, buffer);
-}
-
-/// What an action does on this screen: the selected line is counted from the end.
-pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    let last = ui.view.log.len().saturating_sub(1);
-    let now = last - lists.log.min(last);
-    if let Some(selected) = action.line(now, last) {
-        lists.log = last - selected;
-    }
-    Vec::new()
 }

@@ -12,7 +12,6 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
-use crate::tui::actions::UiAction;
 use crate::tui::chart::{ChartCache, Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
@@ -154,36 +153,29 @@ fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'stati
 
 const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} evaluates it, {train-model} trains another one; models in the folder models/ are listed here.";
 
-/// What an action does on this screen.
-pub fn perform(lists: &mut Lists, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    let models = &ui.view.models;
-    let last = models.len().saturating_sub(1);
-    if let Some(selected) = action.line(lists.model, last) {
-        lists.model = selected;
-        return Vec::new();
-    }
-    match (action, models.get(lists.model.min(last))) {
-        (UiAction::Confirm, Some(model)) => {
-            vec![Effect::apply(command::Model(PriorSource::from(model.name.clone())))]
-        }
-        (UiAction::EvaluateModel, Some(model)) => vec![evaluate(model)],
-        (UiAction::TrainModel, _) => vec![train(ui)],
-        (UiAction::StopModel, _) => vec![Effect::apply(command::ModelStop)],
-        _ => Vec::new(),
-    }
+fn selected<'a>(lists: &Lists, ui: &Ui<'a>) -> Option<&'a ModelSummary> {
+    ui.view.models.get(lists.model).or(ui.view.models.last())
 }
 
-fn evaluate(model: &ModelSummary) -> Effect {
-    match model.name.as_str() {
+/// Chooses the selected model for the next clusters.
+pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {
+    let choose = |model: &ModelSummary| Effect::apply(command::Model(PriorSource::from(model.name.clone())));
+    selected(lists, ui).map(choose).into_iter().collect()
+}
+
+/// Evaluates the selected model.
+pub fn evaluate(lists: &Lists, ui: &Ui) -> Vec<Effect> {
+    let evaluate = |model: &ModelSummary| match model.name.as_str() {
         "rapier" => Effect::info("its errors are listed beside those of every evaluated model"),
         "true" | "uniform" => Effect::info("there is nothing to evaluate: it is not a model"),
         "learned" => Effect::info("select the shipped model itself: `learned` stands for that of the task's tool set"),
         name => Effect::apply(command::ModelEvaluate(name.to_owned())),
-    }
+    };
+    selected(lists, ui).map(evaluate).into_iter().collect()
 }
 
 /// Asks what to train. The default is the task's tool set, or all of CREATE's tools if it has types not in the paper.
-fn train(ui: &Ui) -> Effect {
+pub fn train(ui: &Ui) -> Vec<Effect> {
     let kinds = ui.view.task.tool_set();
     let mut tools: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
     tools.sort_unstable();
@@ -192,5 +184,5 @@ fn train(ui: &Ui) -> Effect {
     }
     let text = format!("{} models/{}.safetensors", tools.join(","), tools.join("-"));
     let hint = "tool types, file, and epochs if not the usual number: box,bucket models/mine.safetensors 3000";
-    Effect::open(Prompt::arguments("model train", "train a dynamics model", hint, text))
+    vec![Effect::open(Prompt::arguments("model train", "train a dynamics model", hint, text))]
 }

@@ -2,7 +2,7 @@
 
 use ratatui::layout::Rect;
 
-use crate::tui::actions::{Tab, UiAction};
+use crate::tui::actions::{Entry, Tab};
 use crate::tui::chart::Axes;
 use crate::tui::scene::View;
 use mge_run::Metric;
@@ -18,7 +18,7 @@ pub enum HitRegion {
     /// A tab.
     Tab(Tab),
     /// A hint in the last line.
-    Hint(UiAction),
+    Hint(&'static Entry),
     /// The scene.
     Scene(View),
     /// The schedule's plot.

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::tui::actions::{Tab, UiAction};
 use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
@@ -27,7 +26,7 @@ pub struct Scene {
     /// The held tool, during hand play.
     pub hand: Option<Hand>,
     /// The chosen overlays.
-    pub(super) chosen: Overlays,
+    pub chosen: Overlays,
     /// Whether agent and prediction are shown regardless of `chosen`, as beside the curves.
     all: bool,
     selected: Option<Object>,
@@ -218,7 +217,7 @@ impl Scene {
         if over && self.hand.is_some() {
             self.player.playing = false;
         } else if over {
-            effects.push(Effect::NextEpisode);
+            effects.push(Effect::call(|app| app.choose_subject(None, true)));
         }
         let mut changed = step.min(steps) != self.player.step().min(steps);
         let action = subject.episode().at(self.player.step()).action.saturating_sub(1);
@@ -236,29 +235,17 @@ impl Scene {
         (changed, effects)
     }
 
-    /// Begins hand play, with the tool below the ball.
-    pub(super) fn take_tool(&mut self, view: &ViewModel) -> Effect {
+    /// Begins hand play, with the tool below the ball; returns what is shown then.
+    pub(super) fn take_tool(&mut self, view: &ViewModel) -> Choice {
         let [x, y] = view.task.ball.position;
         self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], tool: None, ghost: None });
         self.select(None);
-        Effect::Show(Choice::Hand)
+        Choice::Hand
     }
 
-    /// Cancels a drag, or else leaves hand play, a past episode, the selection or the screen.
-    pub fn back(&mut self, subject: &Subject) -> Vec<Effect> {
-        if self.drop_dragged().is_some() {
-            return Vec::new();
-        }
-        if self.hand.take().is_some() {
-            self.player = Player::default();
-            return vec![Effect::Show(Choice::Latest)];
-        }
-        if matches!(subject.choice(), Choice::Past(_)) {
-            return vec![Effect::Show(Choice::Latest)];
-        }
-        if self.selected.take().is_none() {
-            return vec![Effect::Perform(UiAction::Screen(Tab::Scene))];
-        }
-        Vec::new()
+    /// Ends hand play; returns what is shown then.
+    pub fn put_tool_down(&mut self) -> Choice {
+        (self.hand, self.player) = (None, Player::default());
+        Choice::Latest
     }
 }

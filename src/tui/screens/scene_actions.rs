@@ -1,101 +1,58 @@
-//! Actions of the Scene and Edit screens.
+//! Actions of the Scene and Edit screens, other than edits of the task.
 
-use super::edit::edit;
 use super::scene::{Scene, moved};
-use super::{Ui, tools};
-use crate::tui::actions::UiAction;
+use super::{Ui, edit};
 use crate::tui::effect::Effect;
-use crate::tui::view::{Choice, Subject, ViewModel};
+use crate::tui::view::{Choice, Subject};
 use mge_workbench::command;
 
-/// What an action does on the Scene and the Edit screen.
-pub fn perform(scene: &mut Scene, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    if let Some(effects) = play_by_hand(scene, action, ui) {
-        return effects;
-    }
-    if let Some(effects) = watch(scene, ui, action).or_else(|| edit(scene, ui, action)) {
-        return effects;
-    }
-    match action {
-        UiAction::HandPlay => {
-            let text = ui.text("hand play: move the tool, {hand-place} or a click places it, esc ends");
-            vec![scene.take_tool(ui.view), Effect::info(text)]
-        }
-        UiAction::NextObject | UiAction::PreviousObject => {
-            select_neighbour(scene, ui.view, action == UiAction::NextObject);
-            leave_past(ui.subject)
-        }
-        _ => Vec::new(),
-    }
+/// Moves the tool in hand, or else the selected object.
+pub fn move_by(scene: &mut Scene, ui: &Ui, direction: [f32; 2], far: bool) -> Vec<Effect> {
+    let Some(hand) = &mut scene.hand else {
+        return edit::move_by(scene, ui, direction.map(|axis| axis * if far { 0.1 } else { 0.01 }));
+    };
+    hand.cursor = moved(hand.cursor, direction.map(|axis| axis * if far { 0.1 } else { 0.02 }));
+    Vec::new()
 }
 
 /// Leaves a past episode, to show the task that is edited.
 fn leave_past(subject: &Subject) -> Vec<Effect> {
     let is_past = matches!(subject.choice(), Choice::Past(_));
-    is_past.then_some(Effect::Show(Choice::Latest)).into_iter().collect()
+    is_past.then(|| Effect::show(Choice::Latest)).into_iter().collect()
 }
 
-/// Handles playback and overlays; None for any other action.
-fn watch(scene: &mut Scene, ui: &Ui, action: UiAction) -> Option<Vec<Effect>> {
-    let steps = ui.subject.episode().steps();
-    match action {
-        UiAction::PlayPause => scene.player.toggle(),
-        UiAction::StepForward => scene.player.nudge(1, steps),
-        UiAction::StepBack => scene.player.nudge(-1, steps),
-        UiAction::Faster => scene.player.change_speed(true),
-        UiAction::Slower => scene.player.change_speed(false),
-        UiAction::Restart => scene.player.restart(),
-        UiAction::PreviousEpisode | UiAction::NextEpisode | UiAction::First | UiAction::Last => {
-            return Some(vec![replay(scene, ui, action)]);
-        }
-        UiAction::Source => {
-            let effect = match ui.subject.choice() {
-                // The scene is untouched already, and the next training's episodes are to appear in it.
-                Choice::Latest if !ui.subject.is_of_run() => Effect::info(no_episode(ui)),
-                Choice::Latest => Effect::Show(Choice::Untouched),
-                _ => Effect::Show(Choice::Latest),
-            };
-            return Some(vec![effect]);
-        }
-        UiAction::ShowClusters => scene.chosen.clusters = !scene.chosen.clusters,
-        UiAction::ShowSamples => scene.chosen.samples = !scene.chosen.samples,
-        UiAction::ShowCritic => scene.chosen.critic = !scene.chosen.critic,
-        UiAction::ShowActor => scene.chosen.actor = !scene.chosen.actor,
-        UiAction::ShowModel => scene.chosen.model = !scene.chosen.model,
-        UiAction::ShowLegend => scene.chosen.legend = !scene.chosen.legend,
-        UiAction::ShowStage => {
-            let next = scene.chosen.stage.map_or(0, |stage| stage + 1);
-            scene.chosen.stage = Some(next).filter(|stage| *stage < ui.subject.task().stage_count());
-        }
-        _ => return None,
-    }
-    Some(explain(scene, ui, action).into_iter().collect())
+/// Selects the object that is `by` after the selected one.
+pub fn select_neighbour(scene: &mut Scene, ui: &Ui, by: isize) -> Vec<Effect> {
+    let objects = ui.view.objects().all();
+    let now = scene.selected().and_then(|selected| objects.iter().position(|object| *object == selected));
+    let before_first = if by > 0 { objects.len() - 1 } else { 0 };
+    let next = (now.unwrap_or(before_first) + objects.len()).wrapping_add_signed(by) % objects.len();
+    scene.select(Some(objects[next]));
+    leave_past(ui.subject)
 }
 
-/// Whether an action controls playback; these also work where the scene is beside the curves.
-pub fn is_playback(action: UiAction) -> bool {
-    use UiAction::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepForward};
-    matches!(action, PlayPause | StepForward | StepBack | PreviousEpisode | NextEpisode)
+/// Shows the latest training episode, or if that is shown the scene without tools.
+pub fn next_source(ui: &Ui) -> Vec<Effect> {
+    vec![match ui.subject.choice() {
+        // The scene is untouched already, and the next training's episodes are to appear in it.
+        Choice::Latest if !ui.subject.is_of_run() => Effect::info(no_episode(ui)),
+        Choice::Latest => Effect::show(Choice::Untouched),
+        _ => Effect::show(Choice::Latest),
+    }]
 }
 
-/// Replays another past episode of the watched run.
-fn replay(scene: &mut Scene, ui: &Ui, action: UiAction) -> Effect {
+/// Replays the past episode of the watched run that `choose` returns for the one shown, if one is, and the last one.
+pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -> Vec<Effect> {
     let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
-        return Effect::info("no run with episodes is being watched: the Runs screen has them");
+        return vec![Effect::info("no run with episodes is being watched: the Runs screen has them")];
     };
     scene.select(None);
-    let last = run.done;
     let now = match ui.subject.choice() {
         Choice::Past(episode) => Some(episode.trace.episode),
         _ => None,
     };
-    let episode = match action {
-        UiAction::First => 1,
-        UiAction::Last => last,
-        UiAction::PreviousEpisode => now.map_or(last, |now| now.saturating_sub(1)),
-        _ => now.map_or(1, |now| now + 1),
-    };
-    Effect::Replay(episode.clamp(1, last))
+    let episode = choose(now, run.done).clamp(1, run.done);
+    vec![Effect::new(move |app| app.replay(episode))]
 }
 
 /// Why no training episode is shown.
@@ -106,58 +63,50 @@ fn no_episode(ui: &Ui) -> String {
     }
 }
 
-/// Says what an action changed that the scene does not show.
-fn explain(scene: &Scene, ui: &Ui, action: UiAction) -> Option<Effect> {
-    let subject = ui.subject;
-    let text = match action {
-        UiAction::ShowClusters | UiAction::ShowSamples if subject.clusters().is_none() => {
-            ui.text("no action clusters yet: {clusters} computes them")
-        }
-        UiAction::ShowCritic | UiAction::ShowActor | UiAction::ShowModel if !subject.is_of_run() => no_episode(ui),
-        UiAction::Faster | UiAction::Slower if !scene.player.is_moving() => format!("speed x{}", scene.player.speed),
-        UiAction::ShowStage => match scene.chosen.stage {
-            None => "clusters of all stages".to_owned(),
-            Some(stage) if stage == subject.task().subgoals.len() => "clusters of the goal".to_owned(),
-            Some(stage) => format!("clusters of subgoal {}", stage + 1),
-        },
-        _ => return None,
-    };
-    Some(Effect::info(text))
+/// Shows or hides an overlay of the clusters; says why nothing is to be seen.
+pub fn show_clusters(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
+    *overlay = !*overlay;
+    let missing = || Effect::info(ui.text("no action clusters yet: {clusters} computes them"));
+    ui.subject.clusters().is_none().then(missing).into_iter().collect()
 }
 
-fn select_neighbour(scene: &mut Scene, view: &ViewModel, next: bool) {
-    let objects = view.objects().all();
-    let now = scene.selected().and_then(|selected| objects.iter().position(|object| *object == selected));
-    let index = match (now, next) {
-        (None, true) => 0,
-        (None, false) => objects.len() - 1,
-        (Some(now), true) => (now + 1) % objects.len(),
-        (Some(now), false) => (now + objects.len() - 1) % objects.len(),
-    };
-    scene.select(Some(objects[index]));
+/// Shows or hides an overlay of the agent or the model; says why nothing is to be seen.
+pub fn show_agent(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
+    *overlay = !*overlay;
+    (!ui.subject.is_of_run()).then(|| Effect::info(no_episode(ui))).into_iter().collect()
 }
 
-/// Handles actions of hand play; None outside hand play and for any other action.
-fn play_by_hand(scene: &mut Scene, action: UiAction, ui: &Ui) -> Option<Vec<Effect>> {
-    let hand = scene.hand.as_mut()?;
-    if let Some(by) = action.direction(0.02, 0.1) {
-        hand.cursor = moved(hand.cursor, by);
-        return Some(Vec::new());
+/// Shows the clusters of the next stage, or after the last one those of all stages.
+pub fn show_next_stage(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
+    let task = ui.subject.task();
+    let next = scene.chosen.stage.map_or(0, |stage| stage + 1);
+    scene.chosen.stage = Some(next).filter(|stage| *stage < task.stage_count());
+    vec![Effect::info(match scene.chosen.stage {
+        None => "clusters of all stages".to_owned(),
+        Some(stage) if stage == task.subgoals.len() => "clusters of the goal".to_owned(),
+        Some(stage) => format!("clusters of subgoal {}", stage + 1),
+    })]
+}
+
+/// Begins or ends hand play.
+pub fn play_by_hand(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
+    if scene.hand.is_some() {
+        return vec![Effect::show(scene.put_tool_down())];
     }
-    Some(match action {
-        UiAction::Confirm => vec![Effect::apply(command::Place(hand.cursor, hand.tool))],
-        UiAction::HandTool => vec![tools::choose_in_hand(ui.subject.task())],
-        UiAction::Restart => vec![Effect::apply(command::Reset)],
-        UiAction::HandPlay => scene.back(ui.subject),
-        _ => return None,
-    })
+    let text = ui.text("hand play: move the tool, {hand-place} or a click places it, esc ends");
+    vec![Effect::show(scene.take_tool(ui.view)), Effect::info(text)]
+}
+
+/// Places the tool in hand.
+pub fn place(scene: &Scene) -> Vec<Effect> {
+    scene.hand.iter().map(|hand| Effect::apply(command::Place(hand.cursor, hand.tool))).collect()
 }
 
 /// Handles a mouse press in the scene: places the held tool, or selects an object.
 pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<Effect> {
     if let Some(hand) = &mut scene.hand {
         hand.hold(position);
-        return vec![Effect::apply(command::Place(hand.cursor, hand.tool))];
+        return place(scene);
     }
     let objects = ui.view.objects();
     let object = objects.at(position, reach);

@@ -9,7 +9,6 @@ use ratatui::widgets::Widget;
 use super::pane::{lines, pane};
 use super::schedule_points;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::actions::UiAction;
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, ViewModel};
@@ -49,6 +48,11 @@ impl Schedule {
             }
         }
         false
+    }
+
+    /// Goes back to the schedule in use.
+    pub fn discard(&mut self) {
+        (self.draft, self.before) = (None, Vec::new());
     }
 
     /// Keeps the present draft, for undo.
@@ -201,43 +205,61 @@ pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, ro
     }
 }
 
-/// What an action does on this screen.
-pub fn perform(state: &mut Schedule, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    let in_use = &ui.view.settings.epsilon;
-    let episodes = ui.view.settings.episodes;
-    let shown = state.shown(in_use);
-    let points = schedule_points::points(&shown);
-    let index = state.point.min(points.len() - 1);
+/// The schedule shown and the index of the selected point, before an edit that can be undone.
+fn begin_edit(state: &mut Schedule, ui: &Ui) -> (EpsilonSchedule, usize) {
     state.remember();
-    if let Some([right, up]) = action.direction(0.01, 0.1) {
-        let (episode, value) = points[index];
-        let episode = episode as f32 + right * span(state, ui.view) as f32;
-        let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value + up);
-        state.change(moved, in_use);
-        return Vec::new();
-    }
-    match action {
-        UiAction::NextPoint => state.point = (index + 1) % points.len(),
-        UiAction::PreviousPoint => state.point = (index + points.len() - 1) % points.len(),
-        UiAction::AddPoint => {
-            let (schedule, added) = schedule_points::add_point(&shown, episodes, index);
-            state.change(schedule, in_use);
-            state.point = added;
-        }
-        UiAction::DeletePoint if !matches!(shown, EpsilonSchedule::Points(_)) => {
-            let text = "only a hand-drawn schedule has points to delete; {add-point} makes it one";
-            return vec![Effect::info(ui.text(text))];
-        }
-        UiAction::DeletePoint => state.change(schedule_points::delete_point(&shown, index), in_use),
-        UiAction::Kind => state.change(schedule_points::next_kind(&shown, episodes), in_use),
-        UiAction::Discard => (state.draft, state.before) = (None, Vec::new()),
-        UiAction::Confirm => {
-            (state.draft, state.before) = (None, Vec::new());
-            return vec![Effect::apply(command::Epsilon(shown))];
-        }
-        _ => {}
-    }
+    let shown = state.shown(&ui.view.settings.epsilon);
+    let index = state.point.min(schedule_points::points(&shown).len() - 1);
+    (shown, index)
+}
+
+/// Moves the selected point in a direction.
+pub fn move_by(state: &mut Schedule, ui: &Ui, [right, up]: [f32; 2], far: bool) -> Vec<Effect> {
+    let (shown, index) = begin_edit(state, ui);
+    let (episode, value) = schedule_points::points(&shown)[index];
+    let step = if far { 0.1 } else { 0.01 };
+    let episode = episode as f32 + step * right * span(state, ui.view) as f32;
+    let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value + step * up);
+    state.change(moved, &ui.view.settings.epsilon);
     Vec::new()
+}
+
+/// Selects the point that is `by` after the selected one.
+pub fn select_neighbour(state: &mut Schedule, ui: &Ui, by: isize) {
+    let count = schedule_points::points(&state.shown(&ui.view.settings.epsilon)).len();
+    state.point = (state.point.min(count - 1) + count).wrapping_add_signed(by) % count;
+}
+
+/// Adds a point after the selected one.
+pub fn add_point(state: &mut Schedule, ui: &Ui) {
+    let (shown, index) = begin_edit(state, ui);
+    let (schedule, added) = schedule_points::add_point(&shown, ui.view.settings.episodes, index);
+    state.change(schedule, &ui.view.settings.epsilon);
+    state.point = added;
+}
+
+/// Deletes the selected point of a hand-drawn schedule.
+pub fn delete_point(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
+    let (shown, index) = begin_edit(state, ui);
+    if !matches!(shown, EpsilonSchedule::Points(_)) {
+        let text = "only a hand-drawn schedule has points to delete; {add-point} makes it one";
+        return vec![Effect::info(ui.text(text))];
+    }
+    state.change(schedule_points::delete_point(&shown, index), &ui.view.settings.epsilon);
+    Vec::new()
+}
+
+/// Changes to the next kind of schedule.
+pub fn next_kind(state: &mut Schedule, ui: &Ui) {
+    let (shown, _) = begin_edit(state, ui);
+    state.change(schedule_points::next_kind(&shown, ui.view.settings.episodes), &ui.view.settings.epsilon);
+}
+
+/// Uses the schedule as edited.
+pub fn apply(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
+    let shown = state.shown(&ui.view.settings.epsilon);
+    state.discard();
+    vec![Effect::apply(command::Epsilon(shown))]
 }
 
 #[cfg(test)]

@@ -33,16 +33,16 @@ fn written(item: &ToolItem) -> (Option<f32>, Values) {
 }
 
 /// Opens the palette to add a tool. It is added at the valid place that is nearest to the middle.
-pub(super) fn choose_tool(ui: &Ui) -> Effect {
+pub fn choose_tool(ui: &Ui) -> Vec<Effect> {
     let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone() };
     let add = move |item: &ToolItem| {
         let (size, values) = written(item);
         let at = |position| Edit::AddTool { kind: item.tool.kind, position, size, values: values.clone() };
         let place = places().find(|place| at(*place).apply(&draft).is_ok());
-        let added = Effect::Select(Some(Object::Tool(draft.task.tools.len())));
-        Effect::All(vec![Effect::apply(at(place.unwrap_or_default())), added])
+        let added = Effect::select(Some(Object::Tool(draft.task.tools.len())));
+        Effect::all(vec![Effect::apply(at(place.unwrap_or_default())), added])
     };
-    Effect::open(ToolPalette::new("add a tool", ToolItem::all(), add))
+    vec![Effect::open(ToolPalette::new("add a tool", ToolItem::all(), add))]
 }
 
 /// A grid of places over the scene, those near the middle first.
@@ -53,25 +53,29 @@ fn places() -> impl Iterator<Item = [f32; 2]> {
 }
 
 /// Opens the palette to choose the tool that the agent places.
-pub(super) fn choose_placeable() -> Effect {
+pub fn choose_placeable() -> Vec<Effect> {
     let give = |item: &ToolItem| {
         let (size, values) = written(item);
         Effect::apply(Edit::SetPlaceable { kind: item.tool.kind, size, values })
     };
-    Effect::open(ToolPalette::new("the agent's tool", ToolItem::all(), give))
+    vec![Effect::open(ToolPalette::new("the agent's tool", ToolItem::all(), give))]
 }
 
 /// Opens the palette to choose the tool for hand play: the task's own, or one of CREATE's.
-pub(super) fn choose_in_hand(task: &Arc<Task>) -> Effect {
+pub fn choose_in_hand(task: &Arc<Task>) -> Vec<Effect> {
     let own = ToolItem::new(task.placeable.tool([0.0; 2]), None, "the task's own");
     let items = [own].into_iter().chain(ToolItem::catalogue()).collect();
-    Effect::open(ToolPalette::new("the tool in your hand", items, |item| Effect::Hold(item.number)))
+    let hold = |item: &ToolItem| {
+        let number = item.number;
+        Effect::call(move |app| app.screens.scene.hold(number))
+    };
+    vec![Effect::open(ToolPalette::new("the tool in your hand", items, hold))]
 }
 
 /// Asks for the properties of the selected tool.
-pub(super) fn ask_for_properties(scene: &Scene, ui: &Ui) -> Effect {
+pub fn ask_for_properties(scene: &Scene, ui: &Ui) -> Vec<Effect> {
     let Some((index, kind)) = selected(scene, &ui.view.task) else {
-        return Effect::info(ui.text("no tool is selected: {next-object} or a click selects one"));
+        return vec![Effect::info(ui.text("no tool is selected: {next-object} or a click selects one"))];
     };
     let tool = ui.view.task.tools[index].tool();
     let values = Property::of_kind(kind).map(|property| format!("{property}={}", property.of(&tool)));
@@ -79,7 +83,7 @@ pub(super) fn ask_for_properties(scene: &Scene, ui: &Ui) -> Effect {
     let title = format!("tool {number} ({kind})");
     let hint = "the number of the tool, then any of its properties; angles in degrees, lengths in units";
     let text = format!("{number} {}", values.collect::<Vec<_>>().join(" "));
-    Effect::open(Prompt::arguments("tool set", title, hint, text))
+    vec![Effect::open(Prompt::arguments("tool set", title, hint, text))]
 }
 
 /// Changes a property of the selected tool by some steps: `property` if the tool has it, or else the chosen one. None

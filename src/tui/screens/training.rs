@@ -10,12 +10,11 @@ use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
-use super::curves::{CurvesState, SMOOTHINGS};
+use super::curves::CurvesState;
 use super::pane::{hint, pane, system_line};
 use super::runs::Runs;
 use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
-use crate::tui::actions::UiAction;
 use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
@@ -245,65 +244,60 @@ fn nothing(curves: &CurvesState, ui: &Ui) -> String {
     })
 }
 
-/// Why an action on this screen would change nothing that is shown; None if it may.
-pub fn without_effect(curves: &CurvesState, ui: &Ui, action: UiAction) -> Option<&'static str> {
-    let is_past = matches!(ui.subject.choice(), Choice::Past(_));
-    match action {
-        UiAction::PlayPause | UiAction::StepForward | UiAction::StepBack if !is_past => {
-            Some("no episode is beside the curves: {crosshair-left} moves the crosshair to one")
-        }
-        UiAction::FarLeft | UiAction::FarRight | UiAction::WholeRange if curves.range == Range::Whole => {
-            Some("all episodes are shown: {zoom-in} shows fewer")
-        }
-        _ => None,
-    }
-}
-
-/// What an action does on this screen.
-pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
+/// Moves the crosshair left or right, or far so the window of episodes, or selects the curve above or below.
+pub fn move_by(screens: &mut Screens, ui: &Ui, [right, up]: [f32; 2], far: bool) -> Vec<Effect> {
+    let Screens { curves, runs, .. } = screens;
     let episodes = episodes(curves, runs, ui);
-    let last = Metric::CURVES.len() - 1;
-    match action {
-        UiAction::Up => curves.selected = curves.selected.checked_sub(1).unwrap_or(last),
-        UiAction::Down => curves.selected = if curves.selected == last { 0 } else { curves.selected + 1 },
-        UiAction::Confirm => curves.alone = !curves.alone,
-        UiAction::Left | UiAction::Right => {
+    match (right == 0.0, far) {
+        (true, true) => {}
+        (true, false) => curves.select_neighbour(if up > 0.0 { -1 } else { 1 }),
+        (false, true) if curves.range == Range::Whole => return whole(ui),
+        (false, true) => curves.range = curves.range.pan(0.25 * right, episodes),
+        (false, false) => {
             let window = curves.range.window(episodes);
-            let step = ((window.to - window.from) / 100.0).max(1.0).round();
-            let by = if action == UiAction::Left { -step } else { step };
+            let by = right * ((window.to - window.from) / 100.0).max(1.0).round();
             let now = curves.crosshair.unwrap_or(window.to - by);
             let to = (now.min(episodes as f32 - by.min(0.0)) + by).clamp(window.from.ceil(), window.to);
             return move_crosshair(curves, runs, ui, to);
         }
-        UiAction::FarLeft => curves.range = curves.range.pan(-0.25, episodes),
-        UiAction::FarRight => curves.range = curves.range.pan(0.25, episodes),
-        UiAction::ZoomIn => curves.range = curves.range.zoom(0.5, curves.crosshair, episodes),
-        UiAction::ZoomOut => curves.range = curves.range.zoom(2.0, curves.crosshair, episodes),
-        UiAction::WholeRange => curves.range = Range::Whole,
-        UiAction::RecentRange => curves.range = Range::Recent,
-        UiAction::Smoothing => {
-            let index = SMOOTHINGS.iter().position(|n| *n == curves.smoothing).unwrap_or(0);
-            curves.smoothing = SMOOTHINGS[(index + 1) % SMOOTHINGS.len()];
-        }
-        UiAction::LogAxis => curves.switch_scale(),
-        UiAction::Compare => {
-            curves.comparing = !curves.comparing;
-            let is_marked = ui.view.runs.iter().any(|run| runs.is_marked(run));
-            let text = match (curves.comparing, is_marked) {
-                (false, _) => "the watched run",
-                (true, true) => "the marked runs",
-                (true, false) => "all runs on the task of the watched one",
-            };
-            return vec![Effect::info(text)];
-        }
-        UiAction::Fold => {
-            curves.folded = !curves.folded;
-            let text = if curves.folded { "groups: interquartile mean and quartiles" } else { "single seeds" };
-            return vec![Effect::info(text)];
-        }
-        _ => {}
     }
     Vec::new()
+}
+
+/// Shows fewer episodes, for a factor below 1, or more.
+pub fn zoom(screens: &mut Screens, ui: &Ui, factor: f32) {
+    let episodes = episodes(&screens.curves, &screens.runs, ui);
+    let curves = &mut screens.curves;
+    curves.range = curves.range.zoom(factor, curves.crosshair, episodes);
+}
+
+/// Shows all episodes.
+pub fn show_all_episodes(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    match std::mem::replace(&mut screens.curves.range, Range::Whole) {
+        Range::Whole => whole(ui),
+        _ => Vec::new(),
+    }
+}
+
+fn whole(ui: &Ui) -> Vec<Effect> {
+    vec![Effect::info(ui.text("all episodes are shown: {zoom-in} shows fewer"))]
+}
+
+/// Shows several runs together, or only the watched one.
+pub fn compare(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    screens.curves.comparing ^= true;
+    let is_marked = ui.view.runs.iter().any(|run| screens.runs.is_marked(run));
+    vec![Effect::info(match (screens.curves.comparing, is_marked) {
+        (false, _) => "the watched run",
+        (true, true) => "the marked runs",
+        (true, false) => "all runs on the task of the watched one",
+    })]
+}
+
+/// Shows groups as one curve, or each run.
+pub fn fold(curves: &mut CurvesState) -> Vec<Effect> {
+    curves.folded ^= true;
+    vec![Effect::info(if curves.folded { "groups: interquartile mean and quartiles" } else { "single seeds" })]
 }
 
 /// Moves the crosshair to an episode; the scene follows if the watched run has episodes.
@@ -316,5 +310,5 @@ pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -
     }
     let to = to.round().clamp(1.0, last as f32);
     (curves.crosshair, curves.hovered) = (Some(to), None);
-    if done > 0 { vec![Effect::Scrub(to as u64)] } else { Vec::new() }
+    if done > 0 { vec![Effect::new(move |app| app.scrub(to as u64))] } else { Vec::new() }
 }

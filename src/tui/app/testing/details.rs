@@ -155,7 +155,7 @@ fn a_picture_is_drawn_once_it_is_finished_unless_it_would_show_through_a_layer()
 #[test]
 fn a_tool_that_could_be_placed_is_no_error() {
     let (mut app, asked) = app(empty());
-    app.carry_out(vec![Effect::Apply(Command::parse("place 0 0.9").unwrap().unwrap())]);
+    app.carry_out(vec![Effect::apply(Command::parse("place 0 0.9").unwrap().unwrap())]);
     assert_eq!(*asked.borrow(), ["place 0 0.9"]);
     assert_eq!(app.message.map(|(message, _)| message.level), Some(Level::Good));
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::{app, change_run, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
-use crate::tui::actions::{Tab, UiAction};
+use crate::tui::actions::Tab;
 use crate::tui::view::{RunSummary, ViewModel};
 use mge_run::Practised;
 use mge_trainer::Phase;
@@ -139,7 +139,7 @@ fn layers_over_the_screen() {
             format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
         });
         let (mut app, _) = app(empty());
-        app.perform(UiAction::Tour);
+        app.show_tour();
         shots.concat() + "=== tour\n" + &text(&shot(&mut app, width, height))
     });
 }

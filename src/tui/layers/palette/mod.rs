@@ -35,8 +35,8 @@ struct Item {
 impl Item {
     /// The usage of its command, or its name, with a description, in one line.
     fn line(self) -> String {
-        let usage = self.entry.verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
-        format!("{usage:<28} {}", self.entry.about)
+        let usage = self.entry.same_verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
+        format!("{usage:<28} {}", self.entry.about())
     }
 }
 
@@ -68,7 +68,7 @@ impl CommandPalette {
             Item { entry, applies }
         });
         let items: Vec<Item> = items
-            .filter(|item| item.applies || item.entry.verb().is_some() || item.entry.context.tab().is_some())
+            .filter(|item| item.applies || item.entry.same_verb().is_some() || item.entry.context.tab().is_some())
             .collect();
         let (found, rows) = (items.clone(), Vec::new());
         Self {
@@ -103,9 +103,12 @@ impl CommandPalette {
             return self.command();
         }
         match self.selected_item() {
-            Some(item) if item.applies => Response::Do(Effect::Perform(item.entry.action)),
-            Some(item) => match (item.entry.verb(), item.entry.context.tab()) {
-                (None, Some(tab)) => Response::Do(Effect::PerformOn(tab, item.entry.action)),
+            Some(Item { entry, applies: true }) => Response::Do(Effect::call(|app| app.perform(entry))),
+            Some(item) => match (item.entry.same_verb(), item.entry.context.tab()) {
+                (None, Some(tab)) => Response::Do(Effect::call(move |app| {
+                    app.show(tab);
+                    app.perform(item.entry);
+                })),
                 // A command whose arguments may be left out.
                 (Some(verb), _) if text == verb.name && Command::parse(text).is_ok() => self.command(),
                 _ => {
@@ -121,8 +124,11 @@ impl CommandPalette {
     fn command(&mut self) -> Response {
         match Command::parse(self.input.text()) {
             Ok(Some(command)) => {
-                let line = Effect::Remember(self.input.text().trim().to_owned());
-                return Response::Try(Effect::All(vec![line, Effect::Apply(command)]));
+                let line = self.input.text().trim().to_owned();
+                return Response::Try(Effect::new(|app| {
+                    app.remember(line);
+                    app.try_apply(command)
+                }));
             }
             Ok(None) => return Response::Leave,
             Err(error) => self.error = Some(error.to_string()),
@@ -142,7 +148,7 @@ impl CommandPalette {
             let text = if text.ends_with('=') { text.into() } else { shell_words::quote(&text) };
             self.input = TextInput::new(format!("{before}{text}{end}"));
             self.search();
-        } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.verb()) {
+        } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.same_verb()) {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
@@ -179,7 +185,7 @@ impl CommandPalette {
         }
         let text = written.trim();
         if is_command(text) {
-            let begins = |item: &&Item| item.entry.verb().is_some_and(|verb| begins_with(text, verb.name));
+            let begins = |item: &&Item| item.entry.same_verb().is_some_and(|verb| begins_with(text, verb.name));
             self.found = self.items.iter().filter(begins).copied().collect();
             return;
         }
@@ -188,8 +194,8 @@ impl CommandPalette {
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
         let scored = self.items.iter().filter_map(|item| {
-            let name = score(item.entry.name).max(item.entry.verb().and_then(|verb| score(verb.name)));
-            name.map(|score| 2 * score).max(score(item.entry.about)).map(|score| (score, *item))
+            let name = score(item.entry.name).max(item.entry.same_verb().and_then(|verb| score(verb.name)));
+            name.map(|score| 2 * score).max(score(item.entry.about())).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
@@ -251,7 +257,7 @@ impl Layer for CommandPalette {
         }
         // If the line has little room for the description, show it at the bottom.
         if let Some(item) = self.selected_item().filter(|item| columns::width(&item.line()) + 12 > width) {
-            let lines = wrap(item.entry.about, width);
+            let lines = wrap(item.entry.about(), width);
             below.height = below.height.saturating_sub(lines.len() as u16);
             let bottom = Rect { y: below.bottom(), height: inside.bottom() - below.bottom(), ..inside };
             Text::from_iter(lines).style(theme.faint()).render(bottom, buffer);
@@ -261,7 +267,7 @@ impl Layer for CommandPalette {
                 let Value { text, about } = &self.values[index - self.found.len()];
                 return Row::new([Line::raw(shortened(&format!("  {text:<30} {about}"), width, false))]);
             };
-            let keys = match item.entry.context.tab().filter(|_| item.entry.verb().is_none()) {
+            let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
                 _ if item.applies => keymap.keys(item.entry).join(" "),
                 Some(tab) => format!("on {}", tab.title()),
                 None => String::new(),
@@ -301,37 +307,37 @@ mod tests {
         CommandPalette::new(contexts, arguments, history.iter().map(|line| (*line).to_owned()).collect())
     }
 
-    /// The response after typing a text and pressing enter.
+    /// What is shown after typing a text into the palette of the Scene screen and pressing enter: the error or the line
+    /// in the palette, or else the commands given and the screen.
     fn entered(typed: &str) -> String {
         let mut palette = palette(&[Context::Scene, Context::Everywhere], &[]);
         palette.paste(typed);
-        match palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)) {
-            Response::Try(Effect::All(effects)) => match effects.as_slice() {
-                [Effect::Remember(line), Effect::Apply(command)] if *line == typed => format!("command {command}"),
-                _ => "something else".to_owned(),
-            },
-            Response::Do(Effect::Perform(action)) => format!("action {action:?}"),
-            Response::Do(Effect::PerformOn(tab, action)) => format!("perform on {} {action:?}", tab.title()),
-            Response::Stay => palette.error.unwrap_or_else(|| palette.input.text().to_owned()),
-            _ => "something else".to_owned(),
+        let (mut app, asked) = crate::tui::testing::app(crate::tui::testing::typical());
+        match palette.key(KeyCode::Enter.into()) {
+            Response::Try(effect) | Response::Do(effect) => {
+                effect.carry_out(&mut app).unwrap();
+                let screen = crate::tui::testing::text(&crate::tui::testing::shot(&mut app, 120, 40));
+                format!("{:?} {screen}", asked.borrow())
+            }
+            _ => palette.error.unwrap_or_else(|| palette.input.text().to_owned()),
         }
     }
 
     #[test]
     fn typed_commands_are_carried_out_and_other_text_is_searched() {
         for (typed, expected) in [
-            ("epsilon 0.3", "command epsilon 0.3"),
-            ("undo", "command undo"),
-            ("subgoal move 1 0 0.5", "command subgoal move 1 0 0.5"),
-            ("train", "action Train"),
-            ("hplay", "action HandPlay"),
-            ("seed", "action Seed"),
+            ("epsilon 0.3", "[\"epsilon 0.3\"]"),
+            ("undo", "[\"undo\"]"),
+            ("subgoal move 1 0 0.5", "[\"subgoal move 1 0 0.5\"]"),
+            ("train", "[\"train\"]"),
+            ("hplay", "hand play: move the tool"),
+            ("seed", "it determines everything random"),
             ("subgoal mo", "subgoal move "),
             ("subgoal move", "subgoal move "),
-            ("resume", "command resume"),
-            ("continue", "command continue"),
+            ("resume", "[\"resume\"]"),
+            ("continue", "[\"continue\"]"),
             ("epsilon 7", "7 is not between 0 and 1"),
-            ("whole-range", "perform on Training WholeRange"),
+            ("whole-range", "all episodes are shown"),
             ("quarrel 7", "unknown command `quarrel 7`"),
         ] {
             let response = entered(typed);
@@ -345,7 +351,7 @@ mod tests {
         let mut empty = palette(&[Context::Everywhere], &[]);
         assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Leave));
         press(&mut empty, KeyCode::Down);
-        assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Do(Effect::Perform(_))));
+        assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Do(_)));
         empty.paste("train");
         (0..5).for_each(|_| drop(press(&mut empty, KeyCode::Backspace)));
         assert!(matches!(press(&mut empty, KeyCode::Enter), Response::Leave), "all is erased");

@@ -12,7 +12,6 @@ use ratatui::widgets::Row;
 use super::super::pane::pane;
 use super::super::runs::Runs;
 use super::super::{HitRegions, Ui};
-use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::RunSummary;
@@ -111,25 +110,13 @@ impl Composer {
         Composition { runs: marked, curves, ..self.composition.clone() }
     }
 
-    /// Handles an action while it has the focus; None if the action is not for it.
-    pub(super) fn perform(&mut self, action: UiAction) -> Option<Vec<Effect>> {
-        if let Some(row) = action.line(self.row, self.last()) {
-            self.row = row;
-            return Some(Vec::new());
-        }
-        match action {
-            UiAction::Left => self.change(false),
-            UiAction::Right => self.change(true),
-            UiAction::Mark | UiAction::Rename | UiAction::Earlier | UiAction::Later => {
-                return Some(self.change_curve(action));
-            }
-            _ => return None,
-        }
-        Some(Vec::new())
+    /// Selects the row that `line` returns for the selected and the last one.
+    pub(in super::super) fn select_line(&mut self, line: impl Fn(usize, usize) -> usize) {
+        self.row = line(self.row, self.last());
     }
 
     /// Sets the selected option to its next or previous value.
-    fn change(&mut self, forward: bool) {
+    pub fn change(&mut self, forward: bool) {
         let Composition { reference, success, against, style, .. } = &mut self.composition;
         match self.row {
             0 => style.single = !style.single,
@@ -163,35 +150,49 @@ impl Composer {
         }
     }
 
-    fn change_curve(&mut self, action: UiAction) -> Vec<Effect> {
-        let Some(place) = self.row.checked_sub(OPTIONS) else {
-            return vec![Effect::info("select a curve below the options first")];
-        };
-        match action {
-            UiAction::Mark => {
-                let shown = self.curves.iter().filter(|curve| !curve.hidden).count();
-                if shown == 1 && !self.curves[place].hidden {
-                    return vec![Effect::info("a figure has at least one curve")];
-                }
-                self.curves[place].hidden = !self.curves[place].hidden;
+    /// What is done with the selected curve, if the selected row is one.
+    fn on_curve(&mut self, change: impl FnOnce(&mut Self, usize) -> Option<Effect>) -> Vec<Effect> {
+        let none = || Some(Effect::info("select a curve below the options first"));
+        self.row.checked_sub(OPTIONS).map_or_else(none, |place| change(self, place)).into_iter().collect()
+    }
+
+    /// Shows the selected curve, or leaves it out.
+    pub fn show_or_hide(&mut self) -> Vec<Effect> {
+        self.on_curve(|composer, place| {
+            let shown = composer.curves.iter().filter(|curve| !curve.hidden).count();
+            if shown == 1 && !composer.curves[place].hidden {
+                return Some(Effect::info("a figure has at least one curve"));
             }
-            UiAction::Rename => {
-                let Curve { label, name, .. } = self.curves[place].clone();
-                let of = label.clone();
-                let read = move |name: &str| Ok(Effect::NameCurve { label: of.clone(), name: name.to_owned() });
-                let hint = format!("name of {label} in the legend; empty for the default");
-                return vec![Effect::open(Prompt::new("name of the curve", hint, name.unwrap_or(label), read))];
+            composer.curves[place].hidden ^= true;
+            composer.touched = true;
+            None
+        })
+    }
+
+    /// Asks for another name of the selected curve.
+    pub fn ask_for_name(&mut self) -> Vec<Effect> {
+        self.on_curve(|composer, place| {
+            let Curve { label, name, .. } = composer.curves[place].clone();
+            let of = label.clone();
+            let read = move |name: &str| {
+                let (label, name) = (of.clone(), name.to_owned());
+                Ok(Effect::call(move |app| app.screens.lists.composer.name(&label, &name)))
+            };
+            let hint = format!("name of {label} in the legend; empty for the default");
+            Some(Effect::open(Prompt::new("name of the curve", hint, name.unwrap_or(label), read)))
+        })
+    }
+
+    /// Moves the selected curve one earlier or later in the legend.
+    pub fn reorder(&mut self, later: bool) -> Vec<Effect> {
+        self.on_curve(|composer, place| {
+            let other = if later { place + 1 } else { place.wrapping_sub(1) };
+            if other < composer.curves.len() {
+                composer.curves.swap(place, other);
+                (composer.row, composer.touched) = (OPTIONS + other, true);
             }
-            UiAction::Earlier | UiAction::Later => {
-                let other = if action == UiAction::Earlier { place.checked_sub(1) } else { Some(place + 1) };
-                let Some(other) = other.filter(|other| *other < self.curves.len()) else { return Vec::new() };
-                self.curves.swap(place, other);
-                self.row = OPTIONS + other;
-            }
-            _ => {}
-        }
-        self.touched = true;
-        Vec::new()
+            None
+        })
     }
 
     /// Rows that it needs inside its pane.

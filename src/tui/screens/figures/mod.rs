@@ -15,9 +15,7 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
-use crate::tui::actions::UiAction;
 use crate::tui::by_address::ByAddress;
-use crate::tui::effect::Effect;
 use crate::tui::view::ViewModel;
 use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
@@ -153,7 +151,8 @@ fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut
     hint(&ui.text(text), below, theme, buffer);
 }
 
-fn selected(lists: &Lists) -> FigureKind {
+/// The selected figure.
+pub fn selected(lists: &Lists) -> FigureKind {
     FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
 }
 
@@ -193,36 +192,11 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     hasher.finish()
 }
 
-/// What an action does on this screen.
-pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    if action == UiAction::Compose {
-        return compose(lists, runs, ui);
-    }
-    if lists.composer.is_open()
-        && let Some(effects) = lists.composer.perform(action)
-    {
-        return effects;
-    }
-    if let Some(selected) = action.line(lists.figure, FigureKind::ALL.len() - 1) {
-        lists.figure = selected;
-        return Vec::new();
-    }
-    let kind = selected(lists);
-    let format = match (action, kind) {
-        (UiAction::Confirm | UiAction::Vector | UiAction::Pdf, FigureKind::Episode) => "gif",
-        (UiAction::Confirm, _) => "png",
-        (UiAction::Vector, _) => "svg",
-        (UiAction::Pdf, _) => "pdf",
-        _ => return Vec::new(),
-    };
-    vec![Effect::Export(vec![(kind, format)])]
-}
-
 /// Gives the keyboard focus to the composer, or takes it away.
-fn compose(lists: &mut Lists, runs: &Runs, ui: &Ui) -> Vec<Effect> {
+pub fn compose(screens: &mut Screens, ui: &Ui) {
+    let lists = &mut screens.lists;
     if !lists.composer.leave() {
         lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
-        lists.composer.open(runs, ui);
+        lists.composer.open(&screens.runs, ui);
     }
-    Vec::new()
 }

@@ -2,7 +2,6 @@
 
 use super::super::Ui;
 use super::super::figures::path_of;
-use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Question;
 use crate::tui::view::{Level, RunSummary};
@@ -12,42 +11,31 @@ use mge_workbench::{Command, FigureKind, command};
 /// Number of runs that a question before their deletion names.
 const MAX_NAMED: usize = 6;
 
-/// Applies an action to runs, after one question if something would be lost.
-pub(super) fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: UiAction) -> Vec<Effect> {
-    let count = runs.len();
-    let what = match runs {
-        [run] => run.name.clone(),
-        _ => format!("{count} runs"),
+/// Pauses runs, or resumes paused ones. Of several, paused ones stay paused unless all are paused.
+pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let all_paused = runs.iter().all(|run| run.state == RunState::Paused);
+    let wanted = runs.iter().filter(|run| runs.len() == 1 || all_paused || run.state == RunState::Running);
+    let command = |run: &RunSummary| -> Command {
+        match run.state {
+            RunState::Paused => command::Resume { until: None }.into(),
+            _ => command::Pause.into(),
+        }
     };
-    match action {
-        UiAction::Pause => {
-            // Of several runs, paused ones stay paused unless all are paused.
-            let all_paused = runs.iter().all(|run| run.state == RunState::Paused);
-            let wanted = runs.iter().filter(|run| count == 1 || all_paused || run.state == RunState::Running);
-            let command = |run: &RunSummary| -> Command {
-                match run.state {
-                    RunState::Paused => command::Resume { until: None }.into(),
-                    _ => command::Pause.into(),
-                }
-            };
-            on_each(wanted.map(|run| (*run, command(run))), ui)
-        }
-        UiAction::Stop => stop(runs, ui),
-        UiAction::Continue => go_on(runs, ui),
-        UiAction::DeleteRun => delete(runs, ui),
-        UiAction::Export => {
-            let dashboard = |run: &&RunSummary| {
-                let path = path_of(FigureKind::Dashboard, Some(&run.name), "png");
-                let figure = command::Figure::with_defaults(FigureKind::Dashboard, &path);
-                [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
-            };
-            let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
-            effects.extend(back(ui));
-            effects.push(Effect::ShowMessage(Level::Good, format!("drawing the dashboards of {what} into figures/")));
-            effects
-        }
-        _ => Vec::new(),
-    }
+    on_each(wanted.map(|run| (*run, command(run))), ui)
+}
+
+/// Exports the dashboards of runs.
+pub fn export(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let what = if let [run] = runs { run.name.clone() } else { format!("{} runs", runs.len()) };
+    let dashboard = |run: &&RunSummary| {
+        let path = path_of(FigureKind::Dashboard, Some(&run.name), "png");
+        let figure = command::Figure::with_defaults(FigureKind::Dashboard, &path);
+        [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
+    };
+    let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
+    effects.extend(back(ui));
+    effects.push(Effect::message(Level::Good, format!("drawing the dashboards of {what} into figures/")));
+    effects
 }
 
 /// Whether a run is queued, being trained or paused.
@@ -56,7 +44,7 @@ fn is_going(run: &RunSummary) -> bool {
 }
 
 /// Continues runs; of several, not those that are finished and get no more episodes.
-fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let is_over = |run: &&RunSummary| {
         let gets_more = ui.view.extends_to.is_some_and(|episodes| u64::from(episodes) > run.episodes());
         runs.len() > 1 && run.state == RunState::Finished && run.done >= run.episodes() && !gets_more
@@ -72,7 +60,7 @@ fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 }
 
 /// Deletes runs after a question, except those that are queued, being trained or paused.
-fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+pub fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let (going, ended): (Vec<&RunSummary>, Vec<&RunSummary>) = runs.iter().copied().partition(|run| is_going(run));
     let what = match (ended.as_slice(), going.as_slice()) {
         ([], [run]) if run.queued => {
@@ -100,7 +88,7 @@ fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
         several => format!("delete {several} runs?"),
     };
     let delete = ended.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
-    vec![Effect::open(Question::warning(&title, text, vec![('y', "delete", Effect::All(delete))]))]
+    vec![Effect::open(Question::warning(&title, text, vec![('y', "delete", Effect::all(delete))]))]
 }
 
 /// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.
@@ -128,7 +116,7 @@ pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     if !asks {
         return stop;
     }
-    vec![Effect::open(Question::warning(title, text, vec![('y', answer, Effect::All(stop))]))]
+    vec![Effect::open(Question::warning(title, text, vec![('y', answer, Effect::all(stop))]))]
 }
 
 /// Opens each run and applies its command. After several runs, the watched run is opened again.
@@ -141,7 +129,7 @@ fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -
             effects.push(Effect::apply(command::Open(run.path.clone())));
         }
         last_is_watched = ui.is_watched(run);
-        effects.push(Effect::Apply(command));
+        effects.push(Effect::apply(command));
         count += 1;
     }
     // A single run stays open.

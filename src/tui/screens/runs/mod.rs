@@ -1,6 +1,7 @@
 //! The Runs screen: past and running runs, in groups of those that differ in the seed only. Actions apply to all
 //! marked runs, or else to the selected run or group.
 
+mod actions;
 mod bulk;
 mod columns;
 mod filter;
@@ -22,20 +23,20 @@ use ratatui::widgets::Widget;
 use super::curves::CurvesState;
 use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Ui};
-use crate::tui::actions::UiAction;
 use crate::tui::effect::Effect;
-use crate::tui::layers::Prompt;
-use crate::tui::view::{Level, RunGroup, RunSummary, ViewModel};
-pub use bulk::stop;
+use crate::tui::view::{RunGroup, RunSummary, ViewModel};
+pub use actions::{
+    ask_for_columns, ask_for_filter, ask_for_run, ask_to_fork, compare, edit_note, edit_tags, evaluate, fold, fork,
+    mark, on_all, on_line, pin_baseline, watch,
+};
+pub use bulk::{delete, export, go_on, pause, stop};
 use columns::Column;
 use filter::Filter;
 use line::{Line, LineKey};
 use list::Sort;
-use mge_base::paths::expanded;
 use mge_run::RunState;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
-use mge_workbench::command;
 
 /// State of the list of runs.
 #[derive(Debug, Default)]
@@ -45,7 +46,8 @@ pub struct Runs {
     row: usize,
     filter: Filter,
     sort: Sort,
-    reversed: bool,
+    /// Whether the order is reversed.
+    pub reversed: bool,
     /// Groups whose runs are shown one by one.
     unfolded: HashSet<LineKey>,
     marked: HashSet<PathBuf>,
@@ -136,13 +138,26 @@ impl Runs {
         (self.selected, self.row) = (lines.get(row).map(Line::key), row);
     }
 
+    /// Selects the line that `line` returns for the rows of the selected and the last one.
+    pub fn select_line(&mut self, ui: &Ui, line: impl Fn(usize, usize) -> usize) {
+        let lines = list::lines(self, ui);
+        self.select_of(&lines, line(self.selected_row(&lines), lines.len().saturating_sub(1)));
+    }
+
+    /// Changes to the next order.
+    pub fn sort_by_next(&mut self) -> Vec<Effect> {
+        let now = Sort::ALL.iter().position(|sort| *sort == self.sort).unwrap_or(0);
+        self.sort = Sort::ALL[(now + 1) % Sort::ALL.len()];
+        vec![Effect::info(format!("sorted by {}", self.sort.name()))]
+    }
+
     /// Whether the line in a row of the list is the selected one.
     pub fn is_selected(&self, ui: &Ui, row: usize) -> bool {
         self.selected_row(&list::lines(self, ui)) == row
     }
 
     /// The runs that actions apply to: the marked ones, or else those of the selected line.
-    fn acted_on<'a>(&self, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
+    pub fn acted_on<'a>(&self, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
         let marked = self.marked(ui.view);
         if !marked.is_empty() {
             return marked;
@@ -286,158 +301,6 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
         None if group.is_baseline => format!("{text}, the baseline of the others"),
         None => text,
     }
-}
-
-/// What an action does on this screen.
-pub fn perform(state: &mut Runs, ui: &Ui, action: UiAction) -> Vec<Effect> {
-    let lines = list::lines(state, ui);
-    let selected = state.selected_row(&lines);
-    if let Some(row) = action.line(selected, lines.len().saturating_sub(1)) {
-        state.select_of(&lines, row);
-        return Vec::new();
-    }
-    match action {
-        UiAction::Filter => {
-            let read = |text: &str| Ok(Effect::Filter(text.to_owned()));
-            let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
-            return vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))];
-        }
-        UiAction::Columns => {
-            let read = |text: &str| Ok(Effect::Columns(text.to_owned()));
-            let now = state.columns.clone().unwrap_or_else(columns::defaults);
-            let now: Vec<String> = now.into_iter().map(|column| column.heading).collect();
-            let hint = format!(
-                "{}, or settings in which runs differ, such as ddpg.gamma; none for the default ones",
-                columns::names()
-            );
-            return vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))];
-        }
-        UiAction::OpenRun => {
-            let read = |path: &str| Ok(Effect::apply(command::Open(expanded(path))));
-            return vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))];
-        }
-        UiAction::Sort => {
-            let place = Sort::ALL.iter().position(|sort| *sort == state.sort).unwrap_or(0);
-            state.sort = Sort::ALL[(place + 1) % Sort::ALL.len()];
-            return vec![Effect::info(format!("sorted by {}", state.sort.name()))];
-        }
-        UiAction::Reverse => {
-            state.reversed = !state.reversed;
-            return Vec::new();
-        }
-        _ => {}
-    }
-    let Some(line) = lines.get(selected) else { return vec![Effect::info("there is no run in the list")] };
-    match action {
-        UiAction::Confirm => watch(line, ui),
-        UiAction::Fold => fold(state, &lines, line, ui),
-        UiAction::Mark => mark(state, line, ui),
-        UiAction::PinBaseline => match line {
-            Line::Group(group, _) => vec![Effect::PinBaseline(group.label.clone())],
-            Line::Run(run, _) => match ui.view.groups.of(&run.path) {
-                Some(group) => vec![Effect::PinBaseline(group.label.clone())],
-                None => vec![Effect::info("the runs are still being grouped")],
-            },
-        },
-        UiAction::Evaluate => match line.runs().as_slice() {
-            [run] => vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)],
-            _ => {
-                vec![Effect::info(ui.text("only a single run can be evaluated: {fold-group} shows those of the group"))]
-            }
-        },
-        UiAction::Compare => {
-            if state.marked.is_empty() {
-                state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
-            }
-            compare_marked(state, ui)
-        }
-        UiAction::Fork => match line.runs().as_slice() {
-            [run] => vec![Effect::apply(command::Open(run.path.clone())), ask_to_fork(run, run.done)],
-            _ => vec![Effect::info(ui.text("only a single run can be forked: {fold-group} shows those of the group"))],
-        },
-        UiAction::EditNote => edit_note(line.runs()[0]),
-        UiAction::EditTags => edit_tags(&state.acted_on(ui)),
-        _ => bulk::act_on_all(&state.acted_on(ui), ui, action),
-    }
-}
-
-/// Shows the marked runs together. If there are two, one is watched, to show its episodes beside the other's.
-fn compare_marked(state: &Runs, ui: &Ui) -> Vec<Effect> {
-    let marked = state.acted_on(ui);
-    let watch = match marked.as_slice() {
-        [first, second] if !ui.is_watched(first) && !ui.is_watched(second) => Some(first.path.clone()),
-        _ => None,
-    };
-    watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([Effect::Compare]).collect()
-}
-
-/// Watches a run, or the first of a group, and reports where it is shown.
-fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
-    let run = line.runs()[0];
-    let places = ui.text(
-        "{screen-training} shows its curves, {screen-scene} its episodes ({previous-episode} and {next-episode})",
-    );
-    let text = format!("watching {}: {places}", run.name);
-    vec![Effect::apply(command::Open(run.path.clone())), Effect::ShowMessage(Level::Good, text)]
-}
-
-/// Unfolds or folds a group: that of the selected line, or the one that its run belongs to.
-fn fold(state: &mut Runs, lines: &[Line], line: &Line, ui: &Ui) -> Vec<Effect> {
-    let key = match line {
-        Line::Group(..) => Some(line.key()),
-        Line::Run(run, _) => {
-            let group = ui.view.groups.of(&run.path);
-            group.map(|group| LineKey::Group(group.task.clone(), group.label.clone()))
-        }
-    };
-    let Some((row, key)) = key.and_then(|key| Some((lines.iter().position(|line| line.key() == key)?, key))) else {
-        return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
-    };
-    if !state.unfolded.remove(&key) {
-        state.unfolded.insert(key);
-    }
-    state.select_of(lines, row);
-    Vec::new()
-}
-
-/// Marks or unmarks the runs of a line.
-fn mark(state: &mut Runs, line: &Line, ui: &Ui) -> Vec<Effect> {
-    let runs = line.runs();
-    if runs.iter().all(|run| state.is_marked(run)) {
-        runs.iter().for_each(|run| _ = state.marked.remove(&run.path));
-        return Vec::new();
-    }
-    state.marked.extend(runs.iter().map(|run| run.path.clone()));
-    let together = ui.text("actions apply to all of them; {compare-runs} shows their curves together");
-    vec![Effect::info(format!("{} marked: {together}", state.marked.len()))]
-}
-
-/// Asks at which episode, and with what changes, a run is forked.
-pub fn ask_to_fork(run: &RunSummary, episode: u64) -> Effect {
-    let hint = "the episode, and what to change there: epsilon=0.1 ddpg.gamma=0.95 episodes=4000; task=edited takes \
-                the task as it is edited";
-    Effect::open(Prompt::arguments("fork", format!("fork {}", run.name), hint, format!("{episode} ")))
-}
-
-fn edit_note(run: &RunSummary) -> Vec<Effect> {
-    let folder = run.path.clone();
-    let read = move |text: &str| Ok(Effect::apply(command::Note { folder: folder.clone(), text: text.to_owned() }));
-    vec![Effect::open(Prompt::new(format!("note on {}", run.name), "kept in the run's folder", run.note.clone(), read))]
-}
-
-fn edit_tags(runs: &[&RunSummary]) -> Vec<Effect> {
-    let folders: Vec<PathBuf> = runs.iter().map(|run| run.path.clone()).collect();
-    let read = move |text: &str| {
-        let tags: Vec<String> = text.split([' ', ',']).filter(|tag| !tag.is_empty()).map(str::to_owned).collect();
-        let tag = |folder: &PathBuf| Effect::apply(command::Tag { folder: folder.clone(), tags: tags.clone() });
-        Ok(Effect::All(folders.iter().map(tag).collect()))
-    };
-    let title = if let [run] = runs { format!("tags of {}", run.name) } else { format!("tags of {} runs", runs.len()) };
-    let on_all = |tag: &&String| runs.iter().all(|run| run.tags.contains(tag));
-    let now: Vec<&str> =
-        runs.first().map_or(&[][..], |run| &run.tags).iter().filter(on_all).map(String::as_str).collect();
-    let hint = "words with spaces between them; the filter finds tag:WORD";
-    vec![Effect::open(Prompt::new(title, hint, now.join(" "), read))]
 }
 
 #[cfg(test)]

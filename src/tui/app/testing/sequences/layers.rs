@@ -199,7 +199,7 @@ fn layers_stay_during_playback_and_disappear_without_room() {
 #[test]
 fn an_effect_that_fails_skips_the_rest() {
     let (mut app, asked) = app(typical());
-    app.carry_out(vec![Effect::Filter("epsilo<1".to_owned()), Effect::apply(command::Stop)]);
+    app.carry_out(vec![Effect::new(|app| app.screens.runs.filter("epsilo<1")), Effect::apply(command::Stop)]);
     assert!(asked.borrow().is_empty() && app.message().contains("did you mean `epsilon`?"));
 }
 

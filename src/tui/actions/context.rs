@@ -1,0 +1,71 @@
+//! Where actions apply.
+
+use super::Tab;
+
+/// Where an action applies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Context {
+    /// On every screen.
+    Everywhere,
+    /// Where a scene is shown: the Scene and the Edit screen.
+    Scene,
+    /// Where an episode is played: with a scene, and beside the curves.
+    Playback,
+    /// Where something can be moved in two directions: with a scene, a schedule or curves.
+    Move,
+    /// In hand play, where a person places the tools.
+    Hand,
+    /// The Schedule screen.
+    Schedule,
+    /// The Training screen.
+    Curves,
+    /// The Runs screen.
+    Runs,
+    /// The Models screen.
+    Models,
+    /// The Figures screen.
+    Figures,
+    /// The composer of the learning figure, on the Figures screen.
+    Compose,
+    /// The Runs, Models, Figures and Log screens.
+    List,
+    /// Typed into the palette or a script; no default key.
+    Typed,
+}
+
+impl Context {
+    /// All of them, in the order of the help.
+    pub const ALL: [Self; 13] = [
+        Self::Everywhere,
+        Self::Scene,
+        Self::Playback,
+        Self::Move,
+        Self::Hand,
+        Self::Schedule,
+        Self::Curves,
+        Self::Runs,
+        Self::Models,
+        Self::Figures,
+        Self::Compose,
+        Self::List,
+        Self::Typed,
+    ];
+
+    /// The screen it belongs to, if it belongs to a single one.
+    pub fn tab(self) -> Option<Tab> {
+        match self {
+            Self::Scene | Self::Playback => Some(Tab::Scene),
+            Self::Schedule => Some(Tab::Schedule),
+            Self::Curves => Some(Tab::Training),
+            Self::Runs => Some(Tab::Runs),
+            Self::Models => Some(Tab::Models),
+            Self::Figures | Self::Compose => Some(Tab::Figures),
+            Self::Everywhere | Self::Move | Self::Hand | Self::List | Self::Typed => None,
+        }
+    }
+
+    /// Heading in the help and in the manual.
+    pub fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
+    }
+}

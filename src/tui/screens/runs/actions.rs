@@ -1,0 +1,193 @@
+//! What keys do with the selected line of the list, and with the list itself.
+
+use std::path::PathBuf;
+
+use super::super::Ui;
+use super::line::{Line, LineKey};
+use super::{Runs, columns, list};
+use crate::tui::actions::Tab;
+use crate::tui::effect::Effect;
+use crate::tui::layers::Prompt;
+use crate::tui::view::{Level, RunSummary};
+use mge_base::paths::expanded;
+use mge_workbench::command;
+
+fn no_run() -> Vec<Effect> {
+    vec![Effect::info("there is no run in the list")]
+}
+
+/// What an action does with the selected line.
+pub fn on_line(state: &mut Runs, ui: &Ui, act: fn(&mut Runs, &Ui, &Line) -> Vec<Effect>) -> Vec<Effect> {
+    let lines = list::lines(state, ui);
+    match lines.get(state.selected_row(&lines)) {
+        Some(line) => act(state, ui, line),
+        None => no_run(),
+    }
+}
+
+/// What an action does with all marked runs, or else those of the selected line.
+pub fn on_all(state: &Runs, ui: &Ui, act: fn(&[&RunSummary], &Ui) -> Vec<Effect>) -> Vec<Effect> {
+    match state.acted_on(ui).as_slice() {
+        [] => no_run(),
+        runs => act(runs, ui),
+    }
+}
+
+/// Watches a run, or the first of a group, and reports where it is shown.
+pub fn watch(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    let run = line.runs()[0];
+    let places = ui.text(
+        "{screen-training} shows its curves, {screen-scene} its episodes ({previous-episode} and {next-episode})",
+    );
+    let text = format!("watching {}: {places}", run.name);
+    vec![Effect::apply(command::Open(run.path.clone())), Effect::message(Level::Good, text)]
+}
+
+/// Marks or unmarks the runs of a line.
+pub fn mark(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    let runs = line.runs();
+    if runs.iter().all(|run| state.is_marked(run)) {
+        runs.iter().for_each(|run| _ = state.marked.remove(&run.path));
+        return Vec::new();
+    }
+    state.marked.extend(runs.iter().map(|run| run.path.clone()));
+    let together = ui.text("actions apply to all of them; {compare-runs} shows their curves together");
+    vec![Effect::info(format!("{} marked: {together}", state.marked.len()))]
+}
+
+/// Unfolds or folds a group: that of the selected line, or the one that its run belongs to.
+pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    let key = match line {
+        Line::Group(..) => Some(line.key()),
+        Line::Run(run, _) => {
+            let group = ui.view.groups.of(&run.path);
+            group.map(|group| LineKey::Group(group.task.clone(), group.label.clone()))
+        }
+    };
+    let lines = list::lines(state, ui);
+    let Some((row, key)) = key.and_then(|key| Some((lines.iter().position(|line| line.key() == key)?, key))) else {
+        return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
+    };
+    if !state.unfolded.remove(&key) {
+        state.unfolded.insert(key);
+    }
+    state.select_of(&lines, row);
+    Vec::new()
+}
+
+/// Compares groups with that of a line.
+pub fn pin_baseline(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    let group = match line {
+        Line::Group(group, _) => Some(*group),
+        Line::Run(run, _) => ui.view.groups.of(&run.path),
+    };
+    let Some(label) = group.map(|group| group.label.clone()) else {
+        return vec![Effect::info("the runs are still being grouped")];
+    };
+    vec![Effect::call(move |app| app.pin_baseline(&label))]
+}
+
+/// Shows the marked runs together, or else those of a line. If there are two, one is watched, to show its episodes
+/// beside the other's.
+pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    if state.marked.is_empty() {
+        state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
+    }
+    let watch = match state.acted_on(ui).as_slice() {
+        [first, second] if !ui.is_watched(first) && !ui.is_watched(second) => Some(first.path.clone()),
+        _ => None,
+    };
+    let show = Effect::call(|app| {
+        app.screens.curves.comparing = true;
+        app.show(Tab::Training);
+    });
+    watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).collect()
+}
+
+/// The run of a line, if it is a single one; otherwise says that only such can be `done`.
+fn single<'a>(ui: &Ui, line: &Line<'a>, done: &str) -> Result<&'a RunSummary, Vec<Effect>> {
+    match line.runs()[..] {
+        [run] => Ok(run),
+        _ => Err(vec![Effect::info(
+            ui.text(&format!("only a single run can be {done}: {{fold-group}} shows those of the group")),
+        )]),
+    }
+}
+
+/// Plays the greedy policy of the run of a line.
+pub fn evaluate(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    match single(ui, line, "evaluated") {
+        Ok(run) => vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)],
+        Err(refusal) => refusal,
+    }
+}
+
+/// Asks how the run of a line is forked.
+pub fn fork(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    match single(ui, line, "forked") {
+        Ok(run) => vec![Effect::apply(command::Open(run.path.clone())), ask_to_fork(run, run.done)],
+        Err(refusal) => refusal,
+    }
+}
+
+/// Asks at which episode, and with what changes, a run is forked.
+pub fn ask_to_fork(run: &RunSummary, episode: u64) -> Effect {
+    let hint = "the episode, and what to change there: epsilon=0.1 ddpg.gamma=0.95 episodes=4000; task=edited takes \
+                the task as it is edited";
+    Effect::open(Prompt::arguments("fork", format!("fork {}", run.name), hint, format!("{episode} ")))
+}
+
+/// Asks for the note on the first run of a line.
+pub fn edit_note(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
+    let run = line.runs()[0];
+    let folder = run.path.clone();
+    let read = move |text: &str| Ok(Effect::apply(command::Note { folder: folder.clone(), text: text.to_owned() }));
+    vec![Effect::open(Prompt::new(format!("note on {}", run.name), "kept in the run's folder", run.note.clone(), read))]
+}
+
+/// Asks for the tags of runs; those that all have now are typed in.
+pub fn edit_tags(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
+    let folders: Vec<PathBuf> = runs.iter().map(|run| run.path.clone()).collect();
+    let read = move |text: &str| {
+        let tags: Vec<String> = text.split([' ', ',']).filter(|tag| !tag.is_empty()).map(str::to_owned).collect();
+        let tag = |folder: &PathBuf| Effect::apply(command::Tag { folder: folder.clone(), tags: tags.clone() });
+        Ok(Effect::all(folders.iter().map(tag).collect()))
+    };
+    let title = if let [run] = runs { format!("tags of {}", run.name) } else { format!("tags of {} runs", runs.len()) };
+    let on_all = |tag: &&String| runs.iter().all(|run| run.tags.contains(tag));
+    let now: Vec<&str> =
+        runs.first().map_or(&[][..], |run| &run.tags).iter().filter(on_all).map(String::as_str).collect();
+    let hint = "words with spaces between them; the filter finds tag:WORD";
+    vec![Effect::open(Prompt::new(title, hint, now.join(" "), read))]
+}
+
+/// Asks which runs are listed.
+pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
+    let read = |text: &str| {
+        let text = text.to_owned();
+        Ok(Effect::new(move |app| app.screens.runs.filter(&text)))
+    };
+    let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
+    vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))]
+}
+
+/// Asks which columns are shown.
+pub fn ask_for_columns(state: &Runs) -> Vec<Effect> {
+    let read = |text: &str| {
+        let text = text.to_owned();
+        Ok(Effect::new(move |app| app.screens.runs.show_columns(&text)))
+    };
+    let now = state.columns.clone().unwrap_or_else(columns::defaults);
+    let now: Vec<String> = now.into_iter().map(|column| column.heading).collect();
+    let hint = format!(
+        "{}, or settings in which runs differ, such as ddpg.gamma; none for the default ones",
+        columns::names()
+    );
+    vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))]
+}
+
+/// Asks for the folder of a run to open.
+pub fn ask_for_run() -> Vec<Effect> {
+    let read = |path: &str| Ok(Effect::apply(command::Open(expanded(path))));
+    vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))]
+}
