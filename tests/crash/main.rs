@@ -10,7 +10,7 @@
 // Notes what was skipped and how much was tested.
 #![allow(clippy::print_stderr)]
 
-#[path = "../program/mod.rs"]
+#[path = "../cli/program.rs"]
 #[allow(dead_code, reason = "shared: each test file needs a part of it")]
 mod program;
 

@@ -1,7 +1,8 @@
 //! The stop request that all long-running work polls, and the signals that make one.
 
+mod flag;
+
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,47 +13,19 @@ use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU};
 
 use crate::sync::lock;
 
+pub use flag::{Stop, Stopped};
+
+/// Atomics of the flag: those of loom in `tests/loom.rs`.
+mod atomic {
+    pub(super) use std::sync::atomic::{AtomicBool, Ordering};
+}
+
 /// The signals that ask a program to save its work and end: those of users and systems, and the warnings of batch
 /// systems before a time limit.
 pub const ENDING_SIGNALS: [i32; 5] = [SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU];
 /// Further signals within this time count as the first one: a terminal, a shell and a batch system may all send theirs
 /// to the program for one and the same event.
 pub const SAME_SIGNAL: Duration = Duration::from_millis(500);
-
-/// A flag that asks work to stop. Clones share the flag. Whoever sees the request also sees everything that the
-/// requesting thread did before it.
-#[derive(Debug, Clone, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-/// Work ended early because it was asked to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("stopped before its end")]
-pub struct Stopped;
-
-impl Stop {
-    /// Asks all work that polls this flag to stop.
-    pub fn request(&self) {
-        self.0.store(true, Ordering::Release);
-    }
-
-    /// Whether the work should stop.
-    pub fn is_requested(&self) -> bool {
-        self.0.load(Ordering::Acquire)
-    }
-
-    /// The items of a long loop, which ends early once a stop is requested: [`check`](Self::check) after it.
-    pub fn until<I: IntoIterator>(&self, items: I) -> impl Iterator<Item = I::Item> {
-        items.into_iter().take_while(|_| !self.is_requested())
-    }
-
-    /// Ends work by `?` once a stop is requested.
-    ///
-    /// # Errors
-    /// When a stop is requested.
-    pub fn check(&self) -> Result<(), Stopped> {
-        if self.is_requested() { Err(Stopped) } else { Ok(()) }
-    }
-}
 
 /// Work in pieces of about the same length, such as episodes. A stop ends a piece that takes long.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ mod details;
 mod frame;
 mod golden;
 mod lists;
-#[path = "../../../../tests/terminal/mod.rs"]
+#[path = "../../../../tests/cli/terminal.rs"]
 #[allow(dead_code, reason = "shared: each test file uses a part of it")]
 mod pseudo_terminal;
 mod real_sessions;

@@ -15,7 +15,7 @@ use mge::run::{RunDirectory, RunState};
 use portable_pty::{CommandBuilder, PtySize, native_pty_system};
 use rustix::process::{Pid, Signal, kill_process};
 
-use super::program::{MGE, command, fail, mge, succeed, text};
+use crate::program::{MGE, command, fail, mge, succeed, text};
 
 /// A small training of a million episodes into `run`.
 const ENDLESS: &str = "train task1 --method ddpg --episodes 1000000 --quiet --set ddpg.hidden=4 --out run";
@@ -278,21 +278,6 @@ fn a_warned_slurm_task_is_saved_requeued_and_continued() {
         done = rows();
     }
     assert_eq!(std::fs::read_to_string(at("notes")).unwrap(), "requeue 71\n");
-}
-
-/// No flag is read before what it announces: the type of requests is the only one with an order of its own.
-#[test]
-fn no_flag_is_relaxed() {
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
-    while let Some(folder) = folders.pop() {
-        for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            if path.is_dir() {
-                folders.push(path);
-            } else if let Ok(source) = std::fs::read_to_string(&path) {
-                assert!(!source.contains("Relaxed"), "{}", path.display());
-            }
-        }
-    }
 }
 
 /// The workbench in a terminal of this size, with its line modes before it started.

@@ -4,10 +4,10 @@ use mge::physics::{NO_OP, ToolSplit, catalogue_tool};
 use mge::protocol::{self, Catalogue};
 use serde_json::Value;
 
-const LAUNCHES: &str = include_str!("data/create/launches.jsonl");
-const SCENES: &str = include_str!("data/create/scenes.jsonl");
-const LEVELS: &str = include_str!("data/create/levels.jsonl");
-const EPISODES: &str = include_str!("data/create/episodes.jsonl");
+const LAUNCHES: &str = include_str!("../data/create/launches.jsonl");
+const SCENES: &str = include_str!("../data/create/scenes.jsonl");
+const LEVELS: &str = include_str!("../data/create/levels.jsonl");
+const EPISODES: &str = include_str!("../data/create/episodes.jsonl");
 
 /// Pairs of records and our answers.
 fn pairs(records: &str, answers: &[u8]) -> Vec<(Value, Value)> {
@@ -149,21 +149,21 @@ fn assert_repeated(theirs: &Value, ours: &Value) {
 
 #[test]
 fn launches_of_every_type_are_repeated_to_the_last_digit() {
-    let launches = all(include_bytes!("data/create/all/launches.jsonl.gz"));
+    let launches = all(include_bytes!("../data/create/all/launches.jsonl.gz"));
     simulated(&launches).iter().for_each(|(theirs, ours)| assert_repeated(theirs, ours));
 }
 
 #[test]
 fn scenes_of_every_type_are_repeated_to_the_last_digit() {
-    let scenes = all(include_bytes!("data/create/all/scenes.jsonl.gz"));
+    let scenes = all(include_bytes!("../data/create/all/scenes.jsonl.gz"));
     simulated(&scenes).iter().for_each(|(theirs, ours)| assert_repeated(theirs, ours));
 }
 
 #[test]
 fn episodes_with_action_sets_agree_in_every_rule() {
-    let levels = all(include_bytes!("data/create/all/levels.jsonl.gz"));
-    let episodes = all(include_bytes!("data/create/all/episodes.jsonl.gz"));
-    let tools = all(include_bytes!("data/create/all/tools.jsonl.gz"));
+    let levels = all(include_bytes!("../data/create/all/levels.jsonl.gz"));
+    let episodes = all(include_bytes!("../data/create/all/episodes.jsonl.gz"));
+    let tools = all(include_bytes!("../data/create/all/tools.jsonl.gz"));
     let catalogue = Catalogue::read(tools.as_bytes(), "tools").unwrap();
     let keys = ["outcome", "goal_hit", "subgoals_hit", "placed_tools", "done_reasons"];
     played(&levels, &catalogue, &episodes, &keys);
@@ -171,7 +171,7 @@ fn episodes_with_action_sets_agree_in_every_rule() {
 
 #[test]
 fn the_catalogue_is_that_of_create() {
-    let tools = all(include_bytes!("data/create/all/tools.jsonl.gz"));
+    let tools = all(include_bytes!("../data/create/all/tools.jsonl.gz"));
     let mut split = ToolSplit::ALL.map(|_| Vec::new());
     for (number, line) in tools.lines().enumerate() {
         let record: Value = serde_json::from_str(line).unwrap();

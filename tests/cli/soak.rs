@@ -1,16 +1,9 @@
 //! Runs the workbench under a random script for a long time, with trainings: its memory, open files and threads must
 //! not grow.
 //!
-//! `MGE_SOAK_MINUTES=60 cargo test --release --test soak -- --ignored --nocapture` prints one line per
+//! `MGE_SOAK_MINUTES=60 cargo test --release --test cli soak -- --ignored --nocapture` prints one line per
 //! minute; the default is an hour. `MGE_SOAK_PROGRAM` names a binary other than the one built with the test,
 //! `MGE_SOAK_SEED` the seed of the random script.
-
-#![cfg(target_os = "linux")]
-// It prints measurements while it runs.
-#![allow(clippy::print_stderr)]
-
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod terminal;
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -21,7 +14,7 @@ use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use terminal::Terminal;
+use crate::terminal::Terminal;
 
 /// The program under test.
 fn mge() -> String {

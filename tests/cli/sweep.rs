@@ -1,17 +1,11 @@
 //! Sweeps as a user runs them: in one process, through GNU parallel, as a Slurm array; and the report.
 
-// Skipped tests print a note.
-#![allow(clippy::print_stderr)]
-
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use program::{MGE, fail, mge, succeed, text};
+use crate::program::{MGE, fail, mge, succeed, text};
 
 const SWEEP: &str = r#"{
   "task": ["task1", "task3"], "method": ["ddpg", "ddpg-mge"], "threshold": [0.2], "model": "true", "seed": [0, 1],

@@ -1,11 +1,8 @@
 //! The shipped scripts and other commands, run as a user would.
 
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-
 use std::path::Path;
 
-use program::{fail, mge, succeed};
+use crate::program::{fail, mge, succeed};
 
 #[test]
 fn the_tour_runs_and_its_recording_gives_the_same_figures() {

@@ -2,7 +2,6 @@
 //!
 //! Decided in `src/tui/terminal/parser.rs` (strings), `crates/base/src/text.rs` (`is_unsafe`, applied to every
 //! drawn screen by `Theme::make_safe`) and `src/tui/widgets/theme.rs` (background, character set).
-#![cfg(unix)]
 
 use std::fs;
 use std::thread::sleep;
@@ -10,12 +9,8 @@ use std::time::Duration;
 
 use portable_pty::CommandBuilder;
 
-#[path = "../terminal/mod.rs"]
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod terminal;
-
-use super::program::MGE;
-use terminal::Terminal;
+use crate::program::MGE;
+use crate::terminal::Terminal;
 
 /// The workbench with environment variables, after its tour.
 fn open(variables: &[(&str, &str)]) -> (tempfile::TempDir, Terminal) {

@@ -231,8 +231,8 @@ fn wrong_levels() {
 #[test]
 fn wrong_recordings() {
     let records = |text: &str| -> Vec<Value> { text.lines().map(|line| serde_json::from_str(line).unwrap()).collect() };
-    let level = records(include_str!("data/create/levels.jsonl"))[0].clone();
-    let mut episode = records(include_str!("data/create/episodes.jsonl"))[0].clone();
+    let level = records(include_str!("../data/create/levels.jsonl"))[0].clone();
+    let mut episode = records(include_str!("../data/create/episodes.jsonl"))[0].clone();
     assert_eq!(level["level"], episode["level"]);
     episode["steps"].as_array_mut().unwrap().truncate(1);
     let play = |level: &str, episode: &str| {

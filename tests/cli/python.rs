@@ -2,16 +2,10 @@
 //! The tests need a Python with the packages of `tests/python/requirements.txt`, named by `MGE_PYTHON`;
 //! without it they are skipped. The tests of the Python package are in `python/tests/`.
 
-// Skipped tests print a note.
-#![allow(clippy::print_stderr)]
-
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use program::{mge, succeed};
+use crate::program::{mge, succeed};
 
 /// The Python interpreter to test with, if any.
 fn python() -> Option<PathBuf> {

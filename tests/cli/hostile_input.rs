@@ -1,15 +1,12 @@
 //! Hostile conditions: closed or full outputs, text with terminal control sequences, endless lines, runs that were
 //! tampered with.
 
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use program::{command, fail, mge, succeed, text};
+use crate::program::{command, fail, mge, succeed, text};
 use serde_json::{Value, json};
 
 /// Runs the program with `input` on its standard input.

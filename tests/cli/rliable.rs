@@ -2,20 +2,14 @@
 //! `tests/python/rliable_numbers.py` wrote to `tests/data/rliable/`, and on a new report, if a Python with rliable is
 //! available (`MGE_PYTHON`).
 
-// Skipped tests print a note.
-#![allow(clippy::print_stderr)]
-
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::program::{mge, succeed};
 use mge::stats::aggregate::{iqm, mean, median, optimality_gap};
 use mge::stats::comparison::improvement_interval;
 use mge::stats::profile::profile_intervals;
 use mge::stats::{Bootstrap, Estimate, TaskScores};
-use program::{mge, succeed};
 use serde_json::Value;
 
 /// Largest allowed difference of point estimates.

@@ -1,17 +1,11 @@
 //! The workbench in a real pseudo-terminal: a whole session, and every way to end it.
-#![cfg(unix)]
-
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod terminal;
 
 use std::path::Path;
 
+use crate::program::{MGE, fail, mge};
+use crate::terminal::Terminal;
 use base64::Engine as _;
 use portable_pty::CommandBuilder;
-use program::{MGE, fail, mge};
-use terminal::Terminal;
 
 /// A terminal without graphics.
 const PLAIN: &str = "\x1b[?62;22c";

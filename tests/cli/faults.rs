@@ -1,13 +1,10 @@
 //! External failures: a full disk, an unwritable folder, a run in use, a file of an older version, signals. Each gives
 //! one clear line and loses nothing.
 
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
-mod program;
-
 use std::path::{Path, PathBuf};
 
+use crate::program::{self, fail, mge, succeed};
 use mge::run::{RunDirectory, RunState};
-use program::{fail, mge, succeed};
 
 /// Settings with which the log grows larger than a checkpoint.
 const SMALL: &str = "--method ddpg --quiet --set ddpg.hidden=4 --set ddpg.replay_capacity=20 --set ddpg.batch_size=4 \
