@@ -39,14 +39,16 @@ impl AppendFile {
         Ok(Self { path: path.to_path_buf(), file, summing: Summing::default() })
     }
 
-    fn length(&self) -> Result<u64> {
-        Ok(self.file.metadata().map_err(RunError::io("read", &self.path))?.len())
+    /// Replaces the file by one with this content and opens that.
+    pub fn anew(path: &Path, content: &[u8]) -> Result<Self> {
+        atomic::write(path, content).map_err(RunError::io("write", path))?;
+        Self::open(path)
     }
 
     /// Appends `bytes` as one piece.
     pub fn append(&mut self, bytes: &[u8]) -> Result<()> {
         // Not a length remembered from earlier: other processes may have appended in the meantime.
-        let length = self.length()?;
+        let length = self.file.metadata().map_err(RunError::io("read", &self.path))?.len();
         self.file.write_all(bytes).map_err(|source| {
             // Best effort: half a line would make the next line unreadable as well.
             let _ = self.file.set_len(length);
@@ -89,11 +91,6 @@ impl AppendFile {
         self.summing.sum()
     }
 
-    /// Whether the file is empty.
-    pub fn is_empty(&self) -> Result<bool> {
-        Ok(self.length()? == 0)
-    }
-
     /// Waits until everything is on disk.
     pub fn sync(&self) -> Result<()> {
         self.file.sync_data().map_err(RunError::io("write", &self.path))
@@ -106,11 +103,6 @@ impl AppendFile {
         let path = PathBuf::from("/dev/full");
         Self { file: File::options().append(true).open(&path).unwrap(), path, summing: Summing::default() }
     }
-
-    /// The path of the file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
 }
 
 #[cfg(test)]
@@ -122,7 +114,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log");
         let mut file = AppendFile::open(&path).unwrap();
-        assert!(file.is_empty().unwrap());
         file.append(b"one\n").unwrap();
         drop(file);
         let mut file = AppendFile::open(&path).unwrap();

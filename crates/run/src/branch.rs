@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::checkpoint::Checkpoint;
+use super::event::{Event, LoggedEvent};
 use super::log::EventLog;
+use super::projection::Projections;
 use super::retention::{CheckpointAction, CheckpointName};
 use super::sums::{LogSums, SUMS_SECTION};
-use super::{Result, RunDirectory, RunError, episodes, file, folder, metrics};
+use super::{Result, RunDirectory, RunError, episodes, file, folder};
 use mge_base::atomic::{NewFolder, parent_of, remove_leftovers};
 
 /// The folder of a run that is being created from another. It is moved to its place when it is complete, and
@@ -20,6 +22,8 @@ pub struct Branch {
     directory: RunDirectory,
     place: PathBuf,
     episode: u64,
+    /// The events so far.
+    events: Vec<LoggedEvent>,
     sums: LogSums,
 }
 
@@ -38,14 +42,8 @@ impl Branch {
         remove_leftovers(parent_of(place));
         let filled = folder::new_beside(place)?;
         let directory = RunDirectory::at(filled.path());
-        let copies = [
-            (source.events_path(), directory.events_path()),
-            (source.metrics_path(), directory.metrics_path()),
-            (source.episodes_path(), directory.episodes_path()),
-        ];
-        for (from, to) in copies {
-            file::copy(&from, &to)?;
-        }
+        file::copy(&source.events_path(), &directory.events_path())?;
+        file::copy(&source.episodes_path(), &directory.episodes_path())?;
         let of_source = |path: PathBuf| {
             move |error| match error {
                 RunError::LogTooShort { found, wanted, .. } => RunError::LogTooShort { path, found, wanted },
@@ -53,23 +51,22 @@ impl Branch {
                 error => error,
             }
         };
-        let events = EventLog::open(&directory.events_path(), episode).map_err(of_source(source.events_path()))?;
-        events.sync()?;
-        metrics::open(&directory.metrics_path(), &events.records)?.0.sync()?;
-        let (episodes, _) = episodes::open(&directory.episodes_path(), episode)?;
+        let (log, kept) = EventLog::open(&directory.events_path(), episode).map_err(of_source(source.events_path()))?;
+        log.sync()?;
+        let episodes = episodes::open(&directory.episodes_path(), episode)?;
         episodes.sync()?;
-        let sums = LogSums { events: events.sum(), episodes: episodes.sum() };
+        let sums = LogSums { events: log.sum(), episodes: episodes.sum() };
         let best = source.checkpoints();
         if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
             let best = best.load(CheckpointName::Best)?;
             directory.checkpoints().apply(&[CheckpointAction::Save(CheckpointName::Best)], &best)?;
         }
-        Ok(Self { filled, directory, place: place.to_owned(), episode, sums })
+        Ok(Self { filled, directory, place: place.to_owned(), episode, events: kept.events, sums })
     }
 
-    /// The run so far, without configuration and `last` checkpoint.
-    pub fn directory(&self) -> &RunDirectory {
-        &self.directory
+    /// The events so far, which are those of the other run.
+    pub fn events(&self) -> impl Iterator<Item = &Event> {
+        self.events.iter().map(|logged| &logged.event)
     }
 
     /// Writes the configuration, the file of its model, if given, and the checkpoint from which the run continues, both as `last` and as
@@ -83,11 +80,12 @@ impl Branch {
         model: Option<&[u8]>,
         mut checkpoint: Checkpoint,
     ) -> Result<RunDirectory> {
-        let Self { filled, directory, place, episode, sums } = self;
+        let Self { filled, directory, place, episode, events, sums } = self;
         checkpoint.insert_json(SUMS_SECTION, &sums)?;
         let names = [CheckpointName::Last, CheckpointName::Episode(episode)];
         directory.checkpoints().apply(&names.map(CheckpointAction::Save), &checkpoint)?;
         directory.write_config(config, model)?;
+        Projections::open(&directory, &events)?.sync()?;
         folder::sync(filled.path())?;
         // Any folder there is empty; not every system can rename over it.
         let _ = fs::remove_dir(&place);

@@ -10,6 +10,7 @@
 //! it is complete and on disk.
 
 use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -226,6 +227,7 @@ fn swap_in(new: NewFolder, path: &Path) -> Result<()> {
     let previous = previous_of(path);
     if path.exists() {
         remove(&previous)?;
+        keep_others(path)?;
         fs::rename(path, &previous).map_err(RunError::io("replace", path))?;
     }
     if let Err(error) = new.rename(path) {
@@ -239,27 +241,51 @@ fn swap_in(new: NewFolder, path: &Path) -> Result<()> {
 
 /// Removes a checkpoint, if it exists, atomically: even if the process is killed, no partial checkpoint remains.
 pub(super) fn remove_whole(path: &Path) -> Result<()> {
+    if !path.exists() {
+        return Ok(());
+    }
+    keep_others(path)?;
     // Folders with the new name are removed as leftovers. The rename replaces the empty folder.
     let leaving = folder::new_beside(path)?;
-    match fs::rename(path, leaving.path()) {
-        Ok(()) => {
-            // After a power failure it has its new name, or is complete under the old one.
-            let folder = parent_of(path);
-            folder::sync(folder)?;
-            leaving.close().map_err(RunError::io("remove", path))?;
-            folder::sync(folder)
-        }
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(error) => Err(RunError::io("remove", path)(error)),
-    }
+    fs::rename(path, leaving.path()).map_err(RunError::io("remove", path))?;
+    // After a power failure it has its new name, or is complete under the old one.
+    let folder = parent_of(path);
+    folder::sync(folder)?;
+    leaving.close().map_err(RunError::io("remove", path))?;
+    folder::sync(folder)
 }
 
-/// Removes a folder, if it exists.
+/// Removes an old checkpoint that was replaced, if it exists.
 pub(super) fn remove(path: &Path) -> Result<()> {
     match fs::remove_dir_all(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(RunError::io("remove", path)(error)),
         _ => Ok(()),
     }
+}
+
+/// Moves what is not of a checkpoint, such as a user's notes, out of its folder, to `kept-from-NAME` beside it.
+fn keep_others(path: &Path) -> Result<()> {
+    let own = match Manifest::read(path) {
+        // Then it is not known what belongs to it.
+        Err(RunError::NoCheckpoint(_) | RunError::Malformed { .. } | RunError::UnknownFormat { .. }) => Vec::new(),
+        manifest => manifest?.sections,
+    };
+    let is_own = |name: &OsStr| name == MANIFEST || own.iter().any(|section| name == section.name.as_str());
+    let names = fs::read_dir(path).and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect());
+    let mut others: Vec<OsString> = names.map_err(RunError::io("read", path))?;
+    others.retain(|name| !is_own(name));
+    if others.is_empty() {
+        return Ok(());
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let free = |number| path.with_file_name(format!("kept-from-{name}{number}"));
+    let numbers = std::iter::once(String::new()).chain((2..).map(|number| format!("-{number}")));
+    let Some(kept) = numbers.map(free).find(|kept| !kept.exists()) else { return Ok(()) };
+    folder::create(&kept)?;
+    for name in others {
+        fs::rename(path.join(&name), kept.join(&name)).map_err(RunError::io("keep", &path.join(&name)))?;
+    }
+    folder::sync(&kept)
 }
 
 fn previous_of(path: &Path) -> PathBuf {
@@ -297,7 +323,28 @@ mod tests {
         fs::create_dir(&path).unwrap();
         fs::write(path.join("file"), "").unwrap();
         remove_whole(&path).unwrap();
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(fs::read_to_string(folder.path().join("kept-from-best/file")).unwrap(), "");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn files_of_the_user_outlive_a_checkpoint_that_is_replaced_or_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("last");
+        sample(1).save(&path).unwrap();
+        for (episode, kept) in [(2, "kept-from-last"), (3, "kept-from-last-2")] {
+            fs::write(path.join("notes.txt"), "mine").unwrap();
+            fs::create_dir(path.join("plots")).unwrap();
+            sample(episode).save(&path).unwrap();
+            assert_eq!(fs::read_to_string(folder.path().join(kept).join("notes.txt")).unwrap(), "mine");
+            assert!(folder.path().join(kept).join("plots").is_dir());
+            assert_eq!(Checkpoint::load(&path).unwrap(), sample(episode));
+        }
+        // What belongs to a checkpoint with a damaged manifest is not known.
+        fs::write(path.join(MANIFEST), "{").unwrap();
+        remove_whole(&path).unwrap();
+        assert!(folder.path().join("kept-from-last-3/actor.safetensors").exists());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
     }
 
     fn sample(episode: u64) -> Checkpoint {

@@ -1,7 +1,7 @@
 //! `episodes.jsonl`: the actions of every episode, one line each, so that it can be replayed.
 //! Everything else follows from the physics.
 
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -85,25 +85,26 @@ pub struct PlayedEpisode {
 }
 
 /// Opens `episodes.jsonl` for writing and removes everything after `episode` and a half-written last line.
-/// Also returns the number of its last episode, which is less than `episode` if the file is too short.
-pub(super) fn open(path: &Path, episode: u64) -> Result<(AppendFile, u64)> {
+pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
-    let bytes = file::read(path)?;
-    let (kept, last) = until(&bytes, episode);
-    file.cut(kept)?;
-    Ok((file, last))
+    file.cut(until(&file::read(path)?, episode).0)?;
+    Ok(file)
 }
 
-/// Checks the file up to `episode` against its sum when that was the last episode. It may have been removed since, or
-/// have been begun anew: only replays need it.
+/// Checks the file up to `episode` against its sum when that was the last episode, or, without a sum, that it has the
+/// episode. Only replays need it.
 ///
 /// # Errors
-/// [`RunError::Malformed`], with the first line that is not the next episode, if there is one.
-pub(super) fn check(path: &Path, episode: u64, expected: &Sum) -> Result<()> {
+/// [`RunError::NoEpisode`] if it has no episode up to there: it was removed, and perhaps begun anew.
+/// [`RunError::Malformed`] otherwise, with the first line that is not an episode, if there is one.
+pub(super) fn check(path: &Path, episode: u64, expected: Option<&Sum>) -> Result<()> {
     let bytes = file::read_optional(path)?.unwrap_or_default();
     let (kept, last) = until(&bytes, episode);
-    if kept.is_empty() || Summing::of(kept).sum() == *expected {
+    if expected.map_or(last == episode, |expected| Summing::of(kept).sum() == *expected) {
         return Ok(());
+    }
+    if kept.is_empty() {
+        return Err(RunError::NoEpisode { path: path.to_path_buf(), episode });
     }
     let lines = (1..).zip(kept.split_inclusive(|byte| *byte == b'\n'));
     let damage = |(line, text): (u64, &[u8])| Some((line, json::message(&parse(text).err()?)));
@@ -139,72 +140,32 @@ fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
 /// [`RunError::Io`] if there is no such file, [`RunError::NoEpisode`] if it does not contain the
 /// episode or it is just being written, [`RunError::Malformed`] if its line is not an episode.
 pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
-    let find = || -> std::io::Result<Option<(u64, Vec<u8>)>> {
-        let file = file::open(path)?;
-        let length = file.metadata()?.len();
-        find_line(&mut BufReader::new(file), length, episode)
-    };
-    let Some((start, line)) = find().map_err(RunError::io("read", path))? else {
-        return Err(RunError::NoEpisode { path: path.to_path_buf(), episode });
-    };
-    parse(&line).map_err(|error| RunError::Malformed {
-        path: path.to_path_buf(),
-        line: line_number(path, start),
-        reason: format!("not an episode: {}", json::message(&error)),
-    })
-}
-
-/// Ranges of up to this many bytes are searched line by line.
-const NEAR: u64 = 1 << 16;
-
-/// The line of an episode and its offset. Episodes are in order, so binary search reads little of a long file.
-fn find_line(file: &mut (impl BufRead + Seek), length: u64, episode: u64) -> std::io::Result<Option<(u64, Vec<u8>)>> {
-    // The line, if it exists, begins in this range.
-    let (mut from, mut to) = (0, length);
+    let mut file = BufReader::new(file::open(path).map_err(RunError::io("read", path))?);
     let mut line = Vec::new();
-    while to - from > NEAR {
-        let middle = from + (to - from) / 2;
-        let mut at = file.seek(SeekFrom::Start(middle))?;
-        // Skips the rest of a line, then damaged lines, which have no number.
-        let found = loop {
-            line.clear();
-            let start = at;
-            at += file.read_until(b'\n', &mut line)? as u64;
-            match number_of(&line) {
-                _ if line.is_empty() || start >= to => break None,
-                Some(number) if start > middle => break Some((start, number)),
-                _ => {}
-            }
-        };
-        match found {
-            Some((start, number)) if number <= episode => from = start,
-            _ => to = middle,
-        }
-    }
-    let mut at = file.seek(SeekFrom::Start(from))?;
-    loop {
+    for number in 1.. {
         line.clear();
-        let start = at;
-        at += file.read_until(b'\n', &mut line)? as u64;
-        if !line.ends_with(b"\n") || number_of(&line).is_some_and(|number| number > episode) {
-            return Ok(None);
+        file.read_until(b'\n', &mut line).map_err(RunError::io("read", path))?;
+        if !line.ends_with(b"\n") {
+            break;
         }
-        if number_of(&line) == Some(episode) {
-            return Ok(Some((start, line)));
+        // Damaged lines have no number.
+        match number_of(&line) {
+            Some(found) if found == episode => {
+                let malformed = |error| {
+                    RunError::malformed(path, Some(number), format!("not an episode: {}", json::message(&error)))
+                };
+                return parse(&line).map_err(malformed);
+            }
+            Some(found) if found > episode => break,
+            _ => {}
         }
     }
+    Err(RunError::NoEpisode { path: path.to_path_buf(), episode })
 }
 
 /// The number of a line's episode, which is its first field.
 fn number_of(line: &[u8]) -> Option<u64> {
     file::leading_number(line, b"{\"episode\":")
-}
-
-/// The number, from 1, of the line at offset `start`; `None` if the file can no longer be read.
-fn line_number(path: &Path, start: u64) -> Option<u64> {
-    let mut before = Vec::new();
-    file::open(path).ok()?.take(start).read_to_end(&mut before).ok()?;
-    Some(before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1)
 }
 
 #[cfg(test)]
@@ -242,7 +203,6 @@ mod tests {
         let mut text = String::new();
         for episode in 1..=3000 {
             let line = serde_json::to_string(&played(episode)).unwrap();
-            // The damaged stretch is longer than the range that is searched line by line.
             let damaged = (1000..2000).contains(&episode);
             text += &if damaged { line.replace("episode", "epizode") } else { line };
             text.push('\n');
@@ -266,7 +226,7 @@ mod tests {
     fn episodes_round_trip_and_are_truncated_with_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("episodes.jsonl");
-        let (mut log, _) = open(&path, 0).unwrap();
+        let mut log = open(&path, 0).unwrap();
         (1..=5).for_each(|episode| log.append_json(&played(episode)).unwrap());
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
         let error = read_episode(&path, 6).unwrap_err().to_string();
@@ -278,15 +238,19 @@ mod tests {
             .and_then(|mut file| std::io::Write::write_all(&mut file, b"{\"episode\":6,\"shi"))
             .unwrap();
         assert!(matches!(read_episode(&path, 6), Err(RunError::NoEpisode { .. })));
-        let (mut log, last) = open(&path, 3).unwrap();
-        assert_eq!(last, 3);
+        let mut log = open(&path, 3).unwrap();
+        check(&path, 3, None).unwrap();
+        check(&path, 3, Some(&log.sum())).unwrap();
         log.append_json(&played(4)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 4);
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
 
         let damaged = std::fs::read_to_string(&path).unwrap().replacen("\"episode\":2", "\"epizode\":2", 1);
         std::fs::write(&path, damaged).unwrap();
-        assert_eq!(open(&path, 9).unwrap().1, 4, "the last of a file that is too short");
+        assert_eq!(open(&path, 9).unwrap().sum(), Summing::of(&std::fs::read(&path).unwrap()).sum());
+        let error = check(&path, 9, None).unwrap_err();
+        assert!(matches!(error, RunError::Malformed { line: Some(2), .. }), "{error}");
+        assert!(matches!(check(&path, 0, Some(&log.sum())), Err(RunError::NoEpisode { .. })));
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
     }
 }

@@ -32,6 +32,9 @@ pub enum RunError {
     /// A new run was requested in a folder that is not empty.
     #[error("{} is not empty: choose another folder", .0.display())]
     NotEmpty(PathBuf),
+    /// A run cannot be restored because something is in its place.
+    #[error("{} exists: move it elsewhere, then restore the run", .0.display())]
+    PlaceTaken(PathBuf),
     /// The folder has no `config.json`.
     #[error("{} is not a run: it has no config.json", .0.display())]
     NotARun(PathBuf),

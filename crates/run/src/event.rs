@@ -103,7 +103,7 @@ impl Practised {
 ///    then, if they apply to that episode, [`Evaluated`](Event::Evaluated), then
 ///    [`Checkpointed`](Event::Checkpointed). Anywhere between these there may be a
 ///    [`ScheduleChanged`](Event::ScheduleChanged), a [`ClustersChanged`](Event::ClustersChanged), a
-///    [`NeedsChanged`](Event::NeedsChanged), or a [`Paused`](Event::Paused) that is followed by
+///    [`NeedsChanged`](Event::NeedsChanged), a [`Warned`](Event::Warned), or a [`Paused`](Event::Paused) that is followed by
 ///    [`Resumed`](Event::Resumed) before the next `EpisodeFinished`;
 /// 3. exactly one of [`Finished`](Event::Finished), [`Stopped`](Event::Stopped) and
 ///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds
@@ -205,6 +205,13 @@ pub enum Event {
         /// depends on need.
         needs: Vec<f32>,
     },
+    /// Something was wrong that does not end the run, such as a request that cannot be carried out.
+    Warned {
+        /// Episodes finished so far.
+        episode: u64,
+        /// What was wrong, in one line.
+        problem: String,
+    },
     /// All episodes are done.
     Finished {
         /// Episodes finished.
@@ -237,6 +244,14 @@ impl Event {
         }
     }
 
+    /// The record of the episode, if it tells that one has finished.
+    pub fn record(&self) -> Option<&EpisodeRecord> {
+        match self {
+            Event::EpisodeFinished(record) => Some(record),
+            _ => None,
+        }
+    }
+
     /// Number of episodes finished when this happened.
     pub fn episode(&self) -> u64 {
         match self {
@@ -250,6 +265,7 @@ impl Event {
             | Event::ScheduleChanged { episode, .. }
             | Event::ClustersChanged { episode, .. }
             | Event::NeedsChanged { episode, .. }
+            | Event::Warned { episode, .. }
             | Event::Finished { episode }
             | Event::Stopped { episode, .. }
             | Event::Failed { episode, .. } => *episode,
@@ -262,8 +278,11 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Event::Started { origin, task, method, seed, episodes, episode, problems, changes } => {
-                let (version, first) = (&origin.mge_version, episode + 1);
-                write!(f, "mge {version}: {method} on {task}, seed {seed}, episodes {first} to {episodes}")?;
+                write!(f, "mge {}: {method} on {task}, seed {seed}, ", origin.mge_version)?;
+                match episode < episodes {
+                    true => write!(f, "episodes {} to {episodes}", episode + 1)?,
+                    false => write!(f, "no episode left of {episodes}")?,
+                }
                 problems.iter().try_for_each(|problem| write!(f, "; {problem}"))?;
                 match changes.join("; ") {
                     changes if changes.is_empty() => Ok(()),
@@ -312,6 +331,7 @@ impl fmt::Display for Event {
             Event::NeedsChanged { episode, needs } => {
                 write!(f, "episode {episode}: need for exploration {needs:.2?} by stage")
             }
+            Event::Warned { problem, .. } => f.write_str(problem),
             Event::Finished { episode } => write!(f, "finished after {}", counted(*episode, "episode")),
             Event::Stopped { episode, reason } => write!(f, "stopped after {}: {reason}", counted(*episode, "episode")),
             Event::Failed { episode, reason } => write!(f, "failed after {}: {reason}", counted(*episode, "episode")),

@@ -60,19 +60,19 @@ impl RunHistory {
     /// As [`read_events`](super::read_events) and [`RunDirectory::check_logs`].
     pub fn read(directory: &RunDirectory) -> Result<Self> {
         let mut history = Self::default();
-        for_each_event(&directory.events_path(), |logged| history.note(&logged.event))?;
+        for_each_event(&directory.events_path(), |logged| history.add(&logged.event))?;
         directory.check_logs(&history.records)?;
         Ok(history)
     }
 
     /// Adds the next event.
-    pub fn note(&mut self, event: &Event) {
+    pub fn add(&mut self, event: &Event) {
         match event {
             // A run that is resumed after an interruption repeats the episodes after its checkpoint.
             Event::Started { episode, .. } => {
                 self.records.truncate(*episode);
                 self.evaluations.truncate(*episode);
-                self.interventions.retain(|known| known.episode() <= *episode);
+                self.interventions.retain(|earlier| earlier.episode() <= *episode);
             }
             Event::EpisodeFinished(record) => self.records.push(record.clone()),
             Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
@@ -101,8 +101,8 @@ mod tests {
     fn results_of_practice_are_kept() {
         let practised = Practised { rollouts: vec![50, 25], reached: vec![43, 25], actions: 700 };
         let mut history = RunHistory::default();
-        history.note(&Event::Practised(practised.clone()));
-        history.note(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..Default::default() }));
+        history.add(&Event::Practised(practised.clone()));
+        history.add(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..Default::default() }));
         assert_eq!(history.practised, Some(practised));
     }
 
@@ -121,25 +121,25 @@ mod tests {
         let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() });
         let mut history = RunHistory::default();
         for event in [started(0), finished(1), finished(2), finished(3), started(2), finished(3), finished(4)] {
-            history.note(&event);
+            history.add(&event);
         }
         let episodes: Vec<u64> = history.records.iter().map(|record| record.episode).collect();
         assert_eq!(episodes, [1, 2, 3, 4]);
         assert_eq!(history.last, Some(finished(4)));
         let evaluated = |episode| Event::Evaluated { episode, episodes: 2, success: 0.5, mean_return: episode as f64 };
         for event in [evaluated(4), finished(5), evaluated(5), started(4)] {
-            history.note(&event);
+            history.add(&event);
         }
         let kept = EvaluationRecord { episode: 4, success: 0.5, mean_return: 4.0 };
         assert_eq!(*history.evaluations, [kept], "the evaluation of a repeated episode is discarded");
         assert_eq!(history.records.len(), 4);
         let changed = |episode| Event::ScheduleChanged { episode, schedule: "0.1".into() };
         for event in [changed(4), finished(5), changed(5), Event::Resumed { episode: 5 }, started(4)] {
-            history.note(&event);
+            history.add(&event);
         }
         assert_eq!(history.interventions, [started(2), started(4), changed(4), started(4)]);
-        history.note(&Event::Paused { episode: 4 });
-        history.note(&changed(4));
+        history.add(&Event::Paused { episode: 4 });
+        history.add(&changed(4));
         assert_eq!(history.last, Some(Event::Paused { episode: 4 }), "a change does not end a pause");
     }
 }

@@ -17,25 +17,44 @@ pub(super) struct EventLog {
     file: AppendFile,
     /// Of the results, without their times.
     summing: Summing,
-    /// The episodes that were kept when it was opened.
-    pub records: Vec<EpisodeRecord>,
-    /// Whether the log ends with the `Checkpointed` event of the checkpoint to which it was truncated.
-    pub checkpoint_logged: bool,
-    /// The origin of the latest episodes in it; none in an empty log.
-    pub origin: Option<Origin>,
+}
+
+/// The part of a log that belongs to a checkpoint.
+#[derive(Debug)]
+pub(super) struct KeptLog {
+    /// Its length in bytes.
+    length: usize,
+    /// Its events.
+    pub events: Vec<LoggedEvent>,
+    /// Whether it ends with the `Checkpointed` event of the checkpoint.
+    pub has_checkpoint: bool,
+}
+
+impl KeptLog {
+    /// The finished episodes.
+    pub fn records(&self) -> Vec<&EpisodeRecord> {
+        self.events.iter().filter_map(|logged| logged.event.record()).collect()
+    }
+
+    /// The origin of the latest episodes; none without episodes.
+    pub fn origin(&self) -> Option<&Origin> {
+        self.events.iter().rev().find_map(|logged| match &logged.event {
+            Event::Started { origin, .. } => Some(origin),
+            _ => None,
+        })
+    }
 }
 
 impl EventLog {
     /// Opens the log and removes everything after `episode` episodes: all that follows that
-    /// episode's `Checkpointed`, or, without one, the episode itself.
-    pub fn open(path: &Path, episode: u64) -> Result<Self> {
+    /// episode's `Checkpointed`, or, without one, the episode itself. Also returns what is left.
+    pub fn open(path: &Path, episode: u64) -> Result<(Self, KeptLog)> {
         let mut file = AppendFile::open(path)?;
         let bytes = file::read(path)?;
-        let (length, checkpoint_logged, records) = cut_point(path, &bytes, episode)?;
-        let kept = &bytes[..length];
-        file.cut(kept)?;
-        let (summing, origin) = (results_until(kept, episode), origin_of(kept));
-        Ok(Self { file, summing, records, checkpoint_logged, origin })
+        let kept = kept_until(path, &bytes, episode)?;
+        let bytes = &bytes[..kept.length];
+        file.cut(bytes)?;
+        Ok((Self { file, summing: results_until(bytes, episode) }, kept))
     }
 
     /// Appends one line.
@@ -84,18 +103,6 @@ fn result_of(line: &[u8]) -> Option<&[u8]> {
     RESULTS.iter().any(|start| after_time.starts_with(start)).then_some(after_time)
 }
 
-/// The origin of the last process that wrote a log.
-fn origin_of(bytes: &[u8]) -> Option<Origin> {
-    let started = |line: &[u8]| {
-        let after_time = &line[line.iter().position(|byte| *byte == b',')?..];
-        after_time.starts_with(b",\"type\":\"started\"").then(|| serde_json::from_slice::<LoggedEvent>(line).ok())?
-    };
-    match complete_lines(bytes).filter_map(|(_, line)| started(line)).last()?.event {
-        Event::Started { origin, .. } => Some(origin),
-        _ => None,
-    }
-}
-
 /// Checks that no episode is missing before that of an event; `last` is the last one before.
 fn check_order(path: &Path, line: u64, last: u64, event: &Event) -> Result<()> {
     match event {
@@ -107,53 +114,56 @@ fn check_order(path: &Path, line: u64, last: u64, event: &Event) -> Result<()> {
     }
 }
 
-/// Length of the part of a log that belongs to a checkpoint of `episode`, whether it ends with that checkpoint's event,
-/// and its episodes.
+/// The part of a log that belongs to a checkpoint of `episode`.
 ///
 /// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
 /// to the log as it was before the stop or the pause.
 ///
-/// Truncation also removes damage after the last kept episode, and the final events of a process that
+/// The rest has also the damage after the last kept episode, and the final events of a process that
 /// was killed before it could log the checkpoint.
-fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(usize, bool, Vec<EpisodeRecord>)> {
-    let mut after_checkpoint = None;
-    let (mut end, mut kept, mut is_over) = (0, 0, false);
-    let mut records: Vec<EpisodeRecord> = Vec::new();
+fn kept_until(path: &Path, bytes: &[u8], episode: u64) -> Result<KeptLog> {
+    let mut events: Vec<LoggedEvent> = Vec::new();
+    // The length after a line, and the number of events until there.
+    let (mut before_end, mut after_checkpoint) = ((0, 0), None);
+    let (mut length, mut last, mut is_over) = (0, 0, false);
     for (number, line) in complete_lines(bytes) {
-        let last = records.last().map_or(0, |record| record.episode);
-        let event = match parse(path, number, line) {
-            Ok(logged) => logged.event,
+        let logged = match parse(path, number, line) {
             Err(_) if last >= episode => break,
-            Err(error) => return Err(error),
+            parsed => parsed?,
         };
-        if let Event::EpisodeFinished(record) = &event {
+        let event = &logged.event;
+        if let Some(record) = event.record() {
             if record.episode > episode {
                 break;
             }
-            check_order(path, number, last, &event)?;
-            records.push(record.clone());
+            check_order(path, number, last, event)?;
+            last = record.episode;
         }
-        end += line.len() + 1;
+        length += line.len() + 1;
+        let here = (length, events.len() + 1);
         let ends = matches!(
             event,
             Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
         );
         is_over |= ends && event.episode() == episode;
         if !ends && !is_over {
-            kept = end;
+            before_end = here;
         }
-        if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
-            after_checkpoint = Some(end);
+        if matches!(event, Event::Checkpointed { episode: at, .. } if *at == episode) {
+            after_checkpoint = Some(here);
         }
+        events.push(logged);
     }
-    let found = records.last().map_or(0, |record| record.episode);
-    if found < episode {
-        return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
+    if last < episode {
+        return Err(RunError::LogTooShort { path: path.to_path_buf(), found: last, wanted: episode });
     }
     // Without a checkpoint the run starts over, and so does its log.
-    let unlogged = if episode == 0 { 0 } else { kept };
-    Ok((after_checkpoint.unwrap_or(unlogged), after_checkpoint.is_some(), records))
+    let unlogged = if episode == 0 { (0, 0) } else { before_end };
+    let (length, count) = after_checkpoint.unwrap_or(unlogged);
+    events.truncate(count);
+    Ok(KeptLog { length, events, has_checkpoint: after_checkpoint.is_some() })
 }
+
 /// Lines that end with a line feed, counted from 1; a half-written last line is left out.
 fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
     let lines = file::whole_lines(bytes).split_inclusive(|&byte| byte == b'\n');
@@ -270,8 +280,8 @@ pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
     Ok(events)
 }
 
-/// Calls `note` for each event of a log, in order; errors are those of [`read_events`].
-pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> Result<()> {
+/// Calls `visit` for each event of a log, in order; errors are those of [`read_events`].
+pub(super) fn for_each_event(path: &Path, mut visit: impl FnMut(LoggedEvent)) -> Result<()> {
     let mut file = BufReader::new(file::open(path).map_err(RunError::io("read", path))?);
     let (mut line, mut last) = (Vec::new(), 0);
     for number in 1.. {
@@ -282,10 +292,10 @@ pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> 
         }
         let logged = parse(path, number, &line)?;
         check_order(path, number, last, &logged.event)?;
-        if let Event::EpisodeFinished(record) = &logged.event {
+        if let Some(record) = logged.event.record() {
             last = record.episode;
         }
-        note(logged);
+        visit(logged);
     }
     Ok(())
 }
@@ -361,7 +371,7 @@ mod tests {
         }
 
         fn write(&mut self, from: u64, events: &[Event]) {
-            let mut log = EventLog::open(&self.path, from).unwrap();
+            let (mut log, _) = EventLog::open(&self.path, from).unwrap();
             for event in events {
                 self.clock += 1.0;
                 log.append(&LoggedEvent { time: self.clock, event: event.clone() }).unwrap();

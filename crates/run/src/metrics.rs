@@ -2,44 +2,24 @@
 
 use std::path::Path;
 
-use super::append::AppendFile;
 use super::event::EpisodeRecord;
 use super::{Result, RunError, file};
-use mge_base::atomic;
-
-/// Opens the table for writing, with the rows of these episodes; removes those after them. A table that does not have
-/// them is written anew. Then also returns what was wrong with it.
-pub(super) fn open(path: &Path, records: &[EpisodeRecord]) -> Result<(AppendFile, Option<RunError>)> {
-    let mut file = AppendFile::open(path)?;
-    let mut bytes = file::read(path)?;
-    let damage = check(path, records).err();
-    if damage.is_some() {
-        bytes = encoded(path, true, records)?;
-        atomic::write(path, &bytes).map_err(RunError::io("write", path))?;
-        file = AppendFile::open(path)?;
-    }
-    // With the header.
-    let lines = if records.is_empty() { 0 } else { 1 + records.len() };
-    let kept = bytes.split_inclusive(|byte| *byte == b'\n').take(lines).map(<[u8]>::len).sum();
-    file.cut(&bytes[..kept])?;
-    Ok((file, damage))
-}
 
 /// Checks that the table begins with the rows of these episodes, which are those of the event log.
 ///
 /// # Errors
 /// [`RunError::Malformed`] if it ends before, or a row is invalid or differs.
-pub(super) fn check(path: &Path, records: &[EpisodeRecord]) -> Result<()> {
+pub(super) fn check(path: &Path, records: &[&EpisodeRecord]) -> Result<()> {
     let bytes = file::read_optional(path)?.unwrap_or_default();
-    let (rows, damage) = parse(path, file::whole_lines(&bytes));
-    for (row, record) in rows.iter().zip(records) {
+    let (found, damage) = parse(path, file::whole_lines(&bytes));
+    for (row, record) in found.iter().zip(records) {
         // Rows with NaN differ from themselves, but not as text.
-        if row != record && encoded(path, false, [row])? != encoded(path, false, [record])? {
+        if row != *record && row_text(false, row)? != row_text(false, record)? {
             let reason = "it differs from events.jsonl: `mge resume` writes the table anew";
             return Err(RunError::malformed(path, Some(record.episode + 1), reason));
         }
     }
-    let (found, wanted) = (rows.len(), records.len());
+    let (found, wanted) = (found.len(), records.len());
     let reason = || format!("it ends at episode {found} of {wanted}: `mge resume` writes it anew");
     let short = || RunError::malformed(path, None, reason());
     if found < wanted { Err(damage.unwrap_or_else(short)) } else { Ok(()) }
@@ -54,18 +34,18 @@ pub(super) fn last_episode(path: &Path) -> Result<u64> {
     Ok(last.and_then(|row| file::leading_number(row, b"")).unwrap_or(0))
 }
 
-/// Appends one row, preceded by the header if it is the first.
-pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<()> {
-    let row = encoded(table.path(), table.is_empty()?, [record])?;
-    table.append(&row)
+/// The row of an episode as text, after the header if wanted.
+pub(super) fn row_text(header: bool, record: &EpisodeRecord) -> Result<Vec<u8>> {
+    let mut writer = csv::WriterBuilder::new().has_headers(header).from_writer(Vec::new());
+    let written = writer.serialize(record).map_err(|error| error.to_string());
+    let text = written.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
+    text.map_err(|reason| RunError::malformed(Path::new("metrics.csv"), None, reason))
 }
 
-/// Rows as text.
-fn encoded<'a>(path: &Path, header: bool, records: impl IntoIterator<Item = &'a EpisodeRecord>) -> Result<Vec<u8>> {
-    let mut writer = csv::WriterBuilder::new().has_headers(header).from_writer(Vec::new());
-    let rows = records.into_iter().try_for_each(|record| writer.serialize(record)).map_err(|error| error.to_string());
-    let rows = rows.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
-    rows.map_err(|reason| RunError::malformed(path, None, reason))
+/// Whether a file begins with the header of a table.
+pub(super) fn is_table(bytes: &[u8]) -> bool {
+    let header = row_text(true, &EpisodeRecord::default()).unwrap_or_default();
+    header.split_inclusive(|byte| *byte == b'\n').next().is_some_and(|header| bytes.starts_with(header))
 }
 
 /// All rows of a `metrics.csv`, which another process may still be writing.
@@ -137,65 +117,40 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
 ";
 
     #[test]
-    fn a_table_without_its_rows_is_written_anew() {
+    fn a_table_without_the_rows_of_the_log_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
         let records = [1, 2, 3].map(record);
-        let reopen = |table: &str, kept: usize| {
+        let damage = |table: &str, needed: usize| {
             std::fs::write(&path, table).unwrap();
-            let damage = open(&path, &records[..kept]).unwrap().1;
-            assert_eq!(last_episode(&path).unwrap(), kept as u64);
-            assert_eq!(check(&path, &records[..kept]).map_err(|error| error.to_string()), Ok(()));
-            damage
+            check(&path, &Vec::from_iter(&records[..needed])).err()
         };
+        assert!(damage(GOLDEN, 2).is_none());
+        assert_eq!(last_episode(&path).unwrap(), 2);
         let damaged = GOLDEN.replace("\n2,12,24", "\ntwo,12,24");
-        assert!(reopen(&damaged, 1).is_none(), "the damage is in rows that go");
-        assert!(matches!(reopen(&damaged, 2), Some(RunError::Malformed { line: Some(3), .. })));
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), GOLDEN);
-        assert!(reopen(GOLDEN, 2).is_none());
-        assert!(matches!(reopen(GOLDEN, 3), Some(RunError::Malformed { line: None, .. })));
-        assert!(matches!(reopen("", 2), Some(RunError::Malformed { line: None, .. })));
+        assert!(damage(&damaged, 1).is_none(), "the damage is in rows that are not needed");
+        assert!(matches!(damage(&damaged, 2), Some(RunError::Malformed { line: Some(3), .. })));
+        assert!(matches!(damage(GOLDEN, 3), Some(RunError::Malformed { line: None, .. })));
+        assert!(matches!(damage("", 2), Some(RunError::Malformed { line: None, .. })));
         let other = GOLDEN.replace("\n1,12,12,0.1", "\n1,12,12,0.9");
-        assert!(matches!(reopen(&other, 2), Some(RunError::Malformed { line: Some(2), .. })));
-        let missing =
-            GOLDEN.lines().enumerate().filter(|(number, _)| *number != 1).map(|(_, line)| line.to_owned() + "\n");
-        assert!(matches!(reopen(&missing.collect::<String>(), 2), Some(RunError::Malformed { line: Some(2), .. })));
+        assert!(matches!(damage(&other, 2), Some(RunError::Malformed { line: Some(2), .. })));
+        let missing = GOLDEN.replace("\n1,", "\n2,");
+        assert!(matches!(damage(&missing, 2), Some(RunError::Malformed { line: Some(2), .. })));
     }
 
     #[test]
     fn table_keeps_its_format_and_round_trips() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let (mut log, _) = open(&path, &[]).unwrap();
-        append(&mut log, &record(1)).unwrap();
-        append(&mut log, &record(2)).unwrap();
-        log.sync().unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), GOLDEN);
-
+        let table = [row_text(true, &record(1)).unwrap(), row_text(false, &record(2)).unwrap()].concat();
+        assert!(is_table(&table) && !is_table(b"episode,return\n1,2\n") && !is_table(b""));
+        assert_eq!(String::from_utf8(table).unwrap(), GOLDEN);
+        // A row is being written.
+        std::fs::write(&path, GOLDEN.to_owned() + "3,12,3").unwrap();
         let rows = read_metrics(&path).unwrap();
-        assert_eq!(rows[0], record(1));
+        assert_eq!((rows.len(), &rows[0]), (2, &record(1)));
         assert!(rows[1].critic_loss.unwrap().is_nan());
         assert_eq!(rows[1].mean_q, Some(1e-9));
-    }
-
-    #[test]
-    fn resumed_table_equals_an_uninterrupted_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("metrics.csv");
-        let records = [1, 2, 3].map(record);
-        let (mut log, _) = open(&path, &[]).unwrap();
-        records.iter().for_each(|record| append(&mut log, record).unwrap());
-        let whole = std::fs::read(&path).unwrap();
-        drop(log);
-
-        std::fs::write(&path, [&whole[..], b"4,12,4"].concat()).unwrap();
-        assert_eq!(read_metrics(&path).unwrap().len(), 3);
-        for kept in [1, 0] {
-            let (mut log, damage) = open(&path, &records[..kept]).unwrap();
-            assert!(damage.is_none());
-            records[kept..].iter().for_each(|record| append(&mut log, record).unwrap());
-            assert_eq!(std::fs::read(&path).unwrap(), whole);
-        }
     }
 
     fn check_refused(text: &str, line: u64, reason: &str) {

@@ -53,7 +53,8 @@ impl RunState {
             | Event::Checkpointed { .. }
             | Event::ScheduleChanged { .. }
             | Event::ClustersChanged { .. }
-            | Event::NeedsChanged { .. } => None,
+            | Event::NeedsChanged { .. }
+            | Event::Warned { .. } => None,
         }
     }
 }
@@ -70,10 +71,7 @@ pub struct RunStatus {
 impl RunStatus {
     /// Derives the status from the last events and from whether a process holds the lock.
     pub(super) fn derive(events: &[LoggedEvent], locked: bool) -> Self {
-        let last_episode = events.iter().rev().find_map(|logged| match &logged.event {
-            Event::EpisodeFinished(record) => Some(record.clone()),
-            _ => None,
-        });
+        let last_episode = events.iter().rev().find_map(|logged| logged.event.record()).cloned();
         let state = events.iter().rev().find_map(|logged| RunState::after(&logged.event, locked));
         let without_events = if locked { RunState::Running } else { RunState::NotStarted };
         Self { state: state.unwrap_or(without_events), last_episode }

@@ -4,95 +4,84 @@
 //! where masked means rotated right by 15 bits plus 0xa282ead8. The messages use a few fields of
 //! TensorFlow's `event.proto` and `summary.proto` and are encoded by hand.
 
+use std::fs;
 use std::path::Path;
 
 use super::append::AppendFile;
 use super::{Result, RunError, folder};
 
-/// Writes one event file. Every call appends one complete record, so that TensorBoard can follow live.
-#[derive(Debug)]
-pub(super) struct TensorBoardWriter {
-    file: AppendFile,
-}
+/// The part of a file's name that tells ours from those of other programs.
+const OURS: &str = ".mge.";
 
-impl TensorBoardWriter {
-    /// Starts a new event file in `folder`, which is created if necessary.
-    ///
-    /// Existing event files are never changed: a resumed run starts another one. `first_step` is
-    /// the first step it will write; readers then discard all older data from that step on.
-    /// `wall_time` is in seconds since 1970-01-01 UTC, here and below.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn create(folder: &Path, first_step: u64, wall_time: f64) -> Result<Self> {
-        folder::create(folder)?;
-        // Readers process the files in the order of their names.
-        let older = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?.count();
-        let name = format!("events.out.tfevents.{:010}.mge.{older:04}", wall_time as u64);
-        let mut writer = Self { file: AppendFile::open(&folder.join(name))? };
-        writer.event(wall_time, 0, |event| event.bytes(3, b"brain.Event:2"))?;
-        // SessionLog { status: START }
-        writer.event(wall_time, first_step, |event| event.message(7, |log| log.varint(1, 1)))?;
-        Ok(writer)
-    }
-
-    /// Waits until everything is on disk.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn sync(&self) -> Result<()> {
-        self.file.sync()
-    }
-
-    /// Writes numbers under their tags, such as `loss/critic`. TensorBoard stores them as `f32` and
-    /// shows non-finite ones as gaps.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn scalars(&mut self, step: u64, wall_time: f64, values: &[(&str, f64)]) -> Result<()> {
-        self.event(wall_time, step, |event| {
-            event.message(5, |summary| {
-                for (tag, value) in values {
-                    summary.message(1, |entry| {
-                        entry.bytes(1, tag.as_bytes());
-                        entry.float(2, *value as f32);
-                    });
-                }
-            });
-        })
-    }
-
-    /// Writes a text (Markdown) under a tag.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn text(&mut self, step: u64, wall_time: f64, tag: &str, text: &str) -> Result<()> {
-        const DT_STRING: u64 = 7;
-        self.event(wall_time, step, |event| {
-            event.message(5, |summary| {
-                summary.message(1, |entry| {
-                    entry.bytes(1, tag.as_bytes());
-                    entry.message(8, |tensor| {
-                        tensor.varint(1, DT_STRING);
-                        tensor.message(2, |shape| shape.message(2, |dim| dim.varint(1, 1)));
-                        tensor.bytes(8, text.as_bytes());
-                    });
-                    entry.message(9, |metadata| {
-                        metadata.message(1, |plugin| plugin.bytes(1, b"text"));
-                    });
+/// The records with which a file begins: its version, a mark after which readers discard all that they have read of
+/// earlier files, and the configuration as text. `wall_time` is in seconds since 1970-01-01 UTC, here and below.
+pub(super) fn beginning(wall_time: f64, config: &[u8]) -> Vec<u8> {
+    const DT_STRING: u64 = 7;
+    let config = format!("```json\n{}```\n", String::from_utf8_lossy(config));
+    let version = event(wall_time, 0, |event| event.bytes(3, b"brain.Event:2"));
+    // SessionLog { status: START }
+    let start = event(wall_time, 0, |event| event.message(7, |log| log.varint(1, 1)));
+    let text = event(wall_time, 0, |event| {
+        event.message(5, |summary| {
+            summary.message(1, |entry| {
+                entry.bytes(1, b"config");
+                entry.message(8, |tensor| {
+                    tensor.varint(1, DT_STRING);
+                    tensor.message(2, |shape| shape.message(2, |dim| dim.varint(1, 1)));
+                    tensor.bytes(8, config.as_bytes());
+                });
+                entry.message(9, |metadata| {
+                    metadata.message(1, |plugin| plugin.bytes(1, b"text"));
                 });
             });
-        })
-    }
+        });
+    });
+    [version, start, text].concat()
+}
 
-    /// Appends an `Event { wall_time = 1, step = 2, .. }` as one record.
-    fn event(&mut self, wall_time: f64, step: u64, fill: impl FnOnce(&mut Message)) -> Result<()> {
-        let mut event = Message::default();
-        event.double(1, wall_time);
-        event.varint(2, step);
-        fill(&mut event);
-        self.file.append(&record(&event.0))
+/// The record of numbers under their tags, such as `loss/critic`. TensorBoard stores them as `f32` and shows non-finite
+/// ones as gaps.
+pub(super) fn scalars(step: u64, wall_time: f64, values: &[(&str, f64)]) -> Vec<u8> {
+    event(wall_time, step, |event| {
+        event.message(5, |summary| {
+            for (tag, value) in values {
+                summary.message(1, |entry| {
+                    entry.bytes(1, tag.as_bytes());
+                    entry.float(2, *value as f32);
+                });
+            }
+        });
+    })
+}
+
+/// Starts a file in `folder`, which is created if necessary, and removes our earlier ones, which it replaces. An
+/// existing file is never changed: TensorBoard may be reading it, and goes on with the next one.
+pub(super) fn new_file(folder: &Path, wall_time: f64, content: &[u8]) -> Result<AppendFile> {
+    folder::create(folder)?;
+    let failed = || RunError::io("read", folder);
+    let names = fs::read_dir(folder).map_err(failed())?.map(|entry| Ok(entry?.file_name()));
+    let names = names.collect::<std::io::Result<Vec<_>>>().map_err(failed())?;
+    let number = |name: &str| name.strip_prefix("events.out.tfevents.")?.split_once(OURS)?.1.parse::<u64>().ok();
+    let earlier: Vec<_> =
+        names.iter().filter_map(|name| name.to_str()).filter_map(|name| Some((number(name)?, name))).collect();
+    let next = earlier.iter().map(|(number, _)| number + 1).max().unwrap_or(0);
+    // Readers process the files in the order of their names.
+    let name = format!("events.out.tfevents.{:010}{OURS}{next:04}", wall_time as u64);
+    let file = AppendFile::anew(&folder.join(name), content)?;
+    for (_, name) in earlier {
+        let path = folder.join(name);
+        fs::remove_file(&path).map_err(RunError::io("remove", &path))?;
     }
+    Ok(file)
+}
+
+/// An `Event { wall_time = 1, step = 2, .. }` as one record.
+fn event(wall_time: f64, step: u64, fill: impl FnOnce(&mut Message)) -> Vec<u8> {
+    let mut event = Message::default();
+    event.double(1, wall_time);
+    event.varint(2, step);
+    fill(&mut event);
+    record(&event.0)
 }
 
 /// TFRecord framing.
@@ -202,16 +191,13 @@ mod tests {
     }
 
     #[test]
-    fn scalar_event_has_the_expected_bytes() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut writer = TensorBoardWriter::create(folder.path(), 1, 2.0).unwrap();
-        writer.scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)]).unwrap();
-        let path = folder.path().join("events.out.tfevents.0000000002.mge.0000");
-        let bytes = std::fs::read(path).unwrap();
-        let [version, session, scalars] = records(&bytes)[..] else { panic!("three records") };
+    fn records_have_the_expected_bytes() {
+        let bytes = [beginning(2.0, b"{}\n"), scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)])].concat();
+        let [version, session, config, scalars] = records(&bytes)[..] else { panic!("four records") };
         let wall_time = [&[0x09][..], &2f64.to_le_bytes()].concat();
         assert_eq!(version, [&wall_time, &[0x10, 0, 0x1a, 13][..], b"brain.Event:2"].concat());
-        assert_eq!(session, [&wall_time, &[0x10, 1, 0x3a, 2, 0x08, 1][..]].concat());
+        assert_eq!(session, [&wall_time, &[0x10, 0, 0x3a, 2, 0x08, 1][..]].concat());
+        assert!(config.windows(15).any(|part| part == b"```json\n{}\n```\n"), "{config:?}");
         let first = [&[0x0a, 10, 0x0a, 3][..], b"a/b", &[0x15], &1f32.to_le_bytes()].concat();
         let second = [&[0x0a, 8, 0x0a, 1][..], b"c", &[0x15], &f32::NAN.to_le_bytes()].concat();
         let head = [&wall_time, &[0x10, 0xac, 0x02, 0x2a, 22][..]].concat();
@@ -219,14 +205,17 @@ mod tests {
     }
 
     #[test]
-    fn a_resumed_run_starts_a_later_file() {
+    fn a_new_file_has_a_later_name_and_replaces_ours_alone() {
         let folder = tempfile::tempdir().unwrap();
-        for first_step in [1, 11] {
-            let mut writer = TensorBoardWriter::create(folder.path(), first_step, 5.0).unwrap();
-            writer.text(0, 5.0, "config", "```json\n{}\n```").unwrap();
+        let others = ["events.out.tfevents.0000000005.host.0", "events.out.tfevents.0000000005.mge.mine", "notes"];
+        others.iter().for_each(|name| fs::write(folder.path().join(name), "mine").unwrap());
+        for number in 0..12 {
+            drop(new_file(folder.path(), 5.0, b"content").unwrap());
+            let names =
+                fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+            let ours: Vec<_> = names.filter(|name| !others.contains(&name.as_str())).collect();
+            assert_eq!(ours, [format!("events.out.tfevents.0000000005.mge.{number:04}")]);
         }
-        let mut names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-        names.sort();
-        assert_eq!(names, ["events.out.tfevents.0000000005.mge.0000", "events.out.tfevents.0000000005.mge.0001"]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1 + others.len());
     }
 }

@@ -1,4 +1,4 @@
-//! The trash: deleted runs, in the folder `.trash` beside them, until the user removes that folder.
+//! The trash: deleted runs, in the folder `.trash` beside them, until the user empties it.
 //!
 //! A deletion is one rename, so that a run is always either whole in its place or whole in the trash. It is
 //! `.trash/N/NAME` there, where `N` counts the deletions.
@@ -40,12 +40,12 @@ pub(super) fn discard(path: &Path) -> Result<PathBuf> {
 /// Moves the run that was last deleted from `path` back to it.
 ///
 /// # Errors
-/// [`RunError::NotInTrash`]; [`RunError::NotEmpty`] if something has taken its place; [`RunError::Io`].
+/// [`RunError::NotInTrash`]; [`RunError::PlaceTaken`] if something has taken its place; [`RunError::Io`].
 pub fn restore(path: &Path) -> Result<()> {
     let missing = || RunError::NotInTrash(path.to_owned());
     let (trash, to) = trash_of(path)?;
     if to.exists() {
-        return Err(RunError::NotEmpty(path.to_owned()));
+        return Err(RunError::PlaceTaken(path.to_owned()));
     }
     let name = to.file_name().ok_or_else(missing)?;
     let places = numbers(&trash)?.map(|number| (number, trash.join(number.to_string()).join(name)));
@@ -54,6 +54,25 @@ pub fn restore(path: &Path) -> Result<()> {
     // Fails if the user has added something there.
     let _ = from.parent().map(fs::remove_dir);
     folder::sync(trash.parent().unwrap_or(&trash))
+}
+
+/// Removes the runs in the trash of a folder of runs for good, and returns their number. What a user has put into the
+/// trash itself stays.
+///
+/// # Errors
+/// [`RunError::Io`]: then some of them may be left.
+pub fn empty_trash(folder: &Path) -> Result<usize> {
+    let trash = folder.join(TRASH);
+    folder::check(&trash)?;
+    let mut count = 0;
+    for number in numbers(&trash)? {
+        let place = trash.join(number.to_string());
+        fs::remove_dir_all(&place).map_err(RunError::io("remove", &place))?;
+        count += 1;
+    }
+    // Fails if the user has added something there.
+    let _ = fs::remove_dir(&trash);
+    Ok(count)
 }
 
 /// The trash for a run, and the absolute path of the run: `.` and a folder named with `..` have no name to keep.
@@ -96,11 +115,18 @@ mod tests {
         assert_eq!(fs::read_to_string(places[0].join("thesis.tex")).unwrap(), "first");
         restore(&path).unwrap();
         assert_eq!(RunDirectory::open(&path).unwrap().config::<String>().unwrap(), "second");
-        assert!(matches!(restore(&path), Err(RunError::NotEmpty(_))));
+        assert!(matches!(restore(&path), Err(RunError::PlaceTaken(_))));
         assert!(matches!(restore(&path.with_file_name("other")), Err(RunError::NotInTrash(_))));
         assert!(matches!(restore(&folder.path().join("no/run")), Err(RunError::NotInTrash(_))));
         RunDirectory::open(&path).unwrap().discard().unwrap();
         assert!(path.with_file_name(".trash/2/run").exists(), "the last deletion has the largest number");
+        let mine = folder.path().join(".trash/mine");
+        fs::write(&mine, "mine").unwrap();
+        assert_eq!(empty_trash(folder.path()).unwrap(), 2);
+        assert_eq!(fs::read_dir(folder.path().join(".trash")).unwrap().count(), 1, "the user's file");
+        fs::remove_file(mine).unwrap();
+        assert_eq!([(); 2].map(|()| empty_trash(folder.path()).unwrap()), [0, 0]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]

@@ -4,16 +4,15 @@ use std::time::SystemTime;
 
 use super::append::AppendFile;
 use super::checkpoint::Checkpoint;
-use super::directory::{RunDirectory, RunLock};
 use super::episodes::{self, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
+use super::lock::RunLock;
 use super::log::EventLog;
 use super::metrics;
+use super::projection::Projections;
 use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
-use super::scalars::Scalars;
 use super::sums::LogSums;
-use super::tensorboard::TensorBoardWriter;
-use super::{Result, RunError, file};
+use super::{Result, RunDirectory, RunError};
 use mge_base::atomic;
 use mge_base::identity::Origin;
 
@@ -21,15 +20,15 @@ use mge_base::identity::Origin;
 #[derive(Debug)]
 pub struct RunWriter {
     directory: RunDirectory,
-    events: EventLog,
-    metrics: AppendFile,
-    episodes: AppendFile,
-    tensorboard: TensorBoardWriter,
-    scalars: Scalars,
-    log: AppendFile,
-    opened: f64,
     lock: RunLock,
-    /// What was wrong with logs that are not needed to continue.
+    events: EventLog,
+    episodes: AppendFile,
+    projections: Projections,
+    /// The origin of the episodes that were kept.
+    origin: Option<Origin>,
+    /// Whether the log had the event of the checkpoint when it was opened.
+    has_checkpoint: bool,
+    /// What was wrong with files that are not needed to continue.
     problems: Vec<String>,
 }
 
@@ -41,47 +40,45 @@ impl RunWriter {
     /// [`RunError::InUse`] if another process writes the run; [`RunError::LogTooShort`] or
     /// [`RunError::Malformed`] if its logs do not reach `episode`; [`RunError::Io`].
     pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
-        Self::locked(directory, directory.lock()?, episode)
+        Self::locked(directory, directory.lock()?, &Checkpoint::new(episode))
     }
 
-    /// Like [`RunWriter::open`], for a run that is already locked.
+    /// Like [`RunWriter::open`], for a run that is already locked and continues from a checkpoint.
     ///
     /// # Errors
     /// As [`RunWriter::open`].
-    pub fn locked(directory: &RunDirectory, lock: RunLock, episode: u64) -> Result<Self> {
-        let time = now();
+    pub fn locked(directory: &RunDirectory, lock: RunLock, checkpoint: &Checkpoint) -> Result<Self> {
+        let episode = checkpoint.episode;
         directory.checkpoints().tidy()?;
         atomic::remove_leftovers(directory.path());
-        let events = EventLog::open(&directory.events_path(), episode)?;
-        let (metrics, damage) = metrics::open(&directory.metrics_path(), &events.records)?;
-        let mut problems = Vec::from_iter(damage.map(|damage| format!("{damage}; that has been done")));
-        let (episodes, last_played) = episodes::open(&directory.episodes_path(), episode)?;
-        // Training does not need the file, so the run goes on.
-        if last_played < episode {
-            problems.push(format!("episodes.jsonl ends after episode {last_played}: no replays up to {episode}"));
-        }
-        let first_step = if episode == 0 { 0 } else { episode + 1 };
-        let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
-        if episode == 0 {
-            let path = directory.config_path();
-            let config = file::read(&path)?;
-            tensorboard.text(0, time, "config", &format!("```json\n{}```\n", String::from_utf8_lossy(&config)))?;
+        let (events, kept) = EventLog::open(&directory.events_path(), episode)?;
+        let sums = checkpoint.sums()?;
+        let mut problems = Vec::new();
+        for checked in [
+            metrics::check(&directory.metrics_path(), &kept.records()),
+            episodes::check(&directory.episodes_path(), episode, sums.as_ref().map(|sums| &sums.episodes)),
+        ] {
+            match checked {
+                Ok(()) => {}
+                Err(damage @ (RunError::Malformed { .. } | RunError::NoEpisode { .. })) => {
+                    problems.push(format!("found on resuming: {damage}"));
+                }
+                Err(error) => return Err(error),
+            }
         }
         Ok(Self {
             directory: directory.clone(),
-            events,
-            metrics,
-            episodes,
-            tensorboard,
-            scalars: Scalars::default(),
-            log: AppendFile::open(&directory.log_path())?,
-            opened: time,
             lock,
+            events,
+            episodes: episodes::open(&directory.episodes_path(), episode)?,
+            projections: Projections::open(directory, &kept.events)?,
+            origin: kept.origin().cloned(),
+            has_checkpoint: kept.has_checkpoint,
             problems,
         })
     }
 
-    /// What was wrong with logs that are not needed to continue.
+    /// What was wrong with files that are not needed to continue.
     pub fn take_problems(&mut self) -> Vec<String> {
         std::mem::take(&mut self.problems)
     }
@@ -93,7 +90,7 @@ impl RunWriter {
 
     /// The origin of the episodes before those that are to be written, if there are any.
     pub fn origin(&self) -> Option<&Origin> {
-        self.events.origin.as_ref()
+        self.origin.as_ref()
     }
 
     /// Writes an event to the log and to all other files that record it. The order of events is
@@ -105,14 +102,7 @@ impl RunWriter {
     pub fn record(&mut self, event: &Event) -> Result<()> {
         let logged = LoggedEvent { time: now(), event: event.clone() };
         self.events.append(&logged)?;
-        match event {
-            Event::EpisodeFinished(record) => metrics::append(&mut self.metrics, record)?,
-            other => self.note(&other.to_string())?,
-        }
-        let values = self.scalars.of(&logged);
-        if !values.is_empty() {
-            self.tensorboard.scalars(event.episode(), logged.time, &values)?;
-        }
+        self.projections.add(&logged)?;
         self.check_in_place()
     }
 
@@ -131,14 +121,6 @@ impl RunWriter {
     /// [`RunError::Io`].
     pub fn record_actions(&mut self, episode: &PlayedEpisode) -> Result<()> {
         self.episodes.append_json(episode)
-    }
-
-    /// Writes a line to `log.txt`, with the seconds since this process opened the run.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn note(&mut self, message: &str) -> Result<()> {
-        self.log.append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
     }
 
     /// Carries out the actions of [`checkpoint_actions`], then records [`Event::Checkpointed`] if anything was
@@ -165,17 +147,15 @@ impl RunWriter {
     /// # Errors
     /// As [`RunWriter::checkpoint`].
     pub fn save_last(&mut self, checkpoint: &Checkpoint) -> Result<()> {
-        self.apply(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)?;
-        self.note(&format!("episode {}: saved as last", checkpoint.episode))
+        self.apply(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)
     }
 
     fn apply(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
         self.check_in_place()?;
         // The logs first: a resume requires them to reach at least as far as the checkpoint.
         self.events.sync()?;
-        self.metrics.sync()?;
         self.episodes.sync()?;
-        self.tensorboard.sync()?;
+        self.projections.sync()?;
         self.directory.checkpoints().apply(actions, checkpoint)
     }
 
@@ -186,7 +166,7 @@ impl RunWriter {
     /// # Errors
     /// As [`RunWriter::checkpoint`].
     pub fn finish_checkpoint(&mut self, policy: &Retention, checkpoint: &Checkpoint, is_finished: bool) -> Result<()> {
-        if self.events.checkpoint_logged {
+        if self.has_checkpoint {
             return Ok(());
         }
         let (store, episode) = (self.directory.checkpoints(), checkpoint.episode);
@@ -285,7 +265,20 @@ mod tests {
             .map(|logged| logged.event.episode())
             .collect();
         assert_eq!(episodes, Vec::from_iter(1..=20));
-        assert_eq!(fs::read_dir(broken.tensorboard_path()).unwrap().count(), 2);
+        assert_eq!(steps(&whole), steps(&broken));
+        let text = fs::read_to_string(broken.log_path()).unwrap();
+        assert_eq!(text.lines().filter(|line| line.contains("checkpoint saved")).count(), 4);
+        assert!(text.contains("episodes 11 to 20"), "{text}");
+    }
+
+    /// The steps of the numbers in the only file of TensorBoard.
+    fn steps(run: &RunDirectory) -> Vec<u64> {
+        let [file] =
+            &fs::read_dir(run.tensorboard_path()).unwrap().map(|file| file.unwrap().path()).collect::<Vec<_>>()[..]
+        else {
+            panic!("one file")
+        };
+        super::super::tensorboard::scalar_steps(&fs::read(file).unwrap())
     }
 
     #[test]
@@ -376,9 +369,7 @@ mod tests {
         train(&mut writer, 1..=3);
         writer.record(&Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 }).unwrap();
         drop(writer);
-        let file = fs::read_dir(run.tensorboard_path()).unwrap().next().unwrap().unwrap();
-        let steps = super::super::tensorboard::scalar_steps(&fs::read(file.path()).unwrap());
-        assert_eq!(steps, [0, 1, 2, 3, 3], "the configuration, episodes, an evaluation");
+        assert_eq!(steps(&run), [0, 1, 2, 3, 3], "the configuration, episodes, an evaluation");
     }
 
     #[test]
@@ -413,7 +404,7 @@ mod tests {
         let (_folder, run) = new_run();
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=5);
         let mut writer = RunWriter::open(&run, 5).unwrap();
-        writer.metrics = AppendFile::on_a_full_disk();
+        writer.projections = writer.projections.with_full_disk();
         let record = EpisodeRecord { episode: 6, ..Default::default() };
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err().to_string();
         assert!(error.starts_with("cannot write /dev/full: "), "{error}");

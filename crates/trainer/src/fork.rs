@@ -13,7 +13,7 @@ use super::prior::{PriorError, build_prior, build_priors};
 use super::run_loop::play;
 use super::training::{Training, TrainingError};
 use mge_base::stop::Stop;
-use mge_run::{Branch, Event, RunDirectory, RunError, RunHistory, read_events};
+use mge_run::{Branch, Event, RunDirectory, RunError, RunHistory};
 use mge_task::Task;
 
 impl RunConfig {
@@ -100,12 +100,9 @@ pub fn fork(
         return Err(ForkError::NotReached { done, wanted: episode });
     }
     let branch = Branch::new(source, place, episode)?;
-    // The log of the new run contains the events to repeat.
-    let events: Vec<Event> =
-        read_events(&branch.directory().events_path())?.into_iter().map(|logged| logged.event).collect();
     let mut training = begin(source, &old, episode, stop)?;
     training.stop_on(stop);
-    repeat(&mut training, &events, episode, progress)?;
+    repeat(&mut training, &branch, episode, progress)?;
     let mut priors = training.priors();
     priors.resize(config.tasks().count(), None);
     for (index, (task, prior)) in config.tasks().zip(&mut priors).enumerate() {
@@ -136,16 +133,16 @@ fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -
     })
 }
 
-/// Continues a training to `episode` and checks every episode against the log.
+/// Continues a training to `episode` and checks every episode against the log of the branch.
 fn repeat(
     training: &mut Training,
-    events: &[Event],
+    branch: &Branch,
     episode: u64,
     progress: impl Fn(u64, u64),
 ) -> Result<(), ForkError> {
     let first = training.episode();
     let mut history = RunHistory::default();
-    events.iter().for_each(|event| history.note(event));
+    branch.events().for_each(|event| history.add(event));
     for event in &history.interventions {
         // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
         if let Event::ClustersChanged { episode, given, .. } = *event

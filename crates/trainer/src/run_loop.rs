@@ -71,7 +71,8 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         return Err(TrainingError::MissingForkCheckpoint.into());
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
-    let mut writer = RunWriter::locked(directory, lock, episode)?;
+    let nothing = Checkpoint::default();
+    let mut writer = RunWriter::locked(directory, lock, checkpoint.as_ref().unwrap_or(&nothing))?;
     // Otherwise `last` is saved again, with what is left of the logs.
     let last = directory.last_with(&[]).ok().flatten().map(|last| last.episode);
     let is_saved = problems.is_empty()
@@ -101,6 +102,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         best_score,
         existing,
         problems,
+        warned: None,
         pieces: Pieces::default(),
         score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
         is_saved,
@@ -198,6 +200,8 @@ struct RunLoop<'a> {
     existing: Vec<CheckpointName>,
     /// What was wrong with the files, such as checkpoints that could not be used.
     problems: Vec<String>,
+    /// The latest problem with a request.
+    warned: Option<String>,
     /// Ends long episodes.
     pieces: Pieces,
     /// Score of the networks, if they were evaluated at the latest episode.
@@ -396,7 +400,7 @@ impl RunLoop<'_> {
     /// original error.
     fn fail(&mut self, error: &dyn std::fmt::Display) {
         for problem in std::mem::take(&mut self.problems) {
-            let _ = self.writer.note(&problem);
+            let _ = self.writer.record(&Event::Warned { episode: self.watch.episode(), problem });
         }
         let _ = self.writer.record(&Event::Failed { episode: self.watch.episode(), reason: error.to_string() });
     }
@@ -425,6 +429,7 @@ mod tests {
             best_score: None,
             existing: Vec::new(),
             problems: Vec::new(),
+            warned: None,
             pieces: Pieces::default(),
             score: None,
             is_saved: false,

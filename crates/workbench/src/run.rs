@@ -112,7 +112,7 @@ impl Past {
             }
             problem = problem.or(news.problems.first().map(ToString::to_string));
             for logged in news.events {
-                history.note(&logged.event);
+                history.add(&logged.event);
                 latest = latest.max(logged.time);
             }
             if !news.more {
@@ -328,7 +328,7 @@ impl RunView {
         }
         self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
         for LoggedEvent { time, event } in news.events {
-            self.history.note(&event);
+            self.history.add(&event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
             if let Event::Started { episode, .. } | Event::Checkpointed { episode, .. } | Event::Paused { episode } =
                 event

@@ -141,7 +141,7 @@ impl Reader {
             if news.restarted {
                 *history = RunHistory::bounded(EPISODES);
             }
-            news.events.iter().for_each(|logged| history.note(&logged.event));
+            news.events.iter().for_each(|logged| history.add(&logged.event));
             if !news.more {
                 break;
             }

@@ -117,7 +117,15 @@ impl RunLoop<'_> {
                 Err(problem) => problems.push(problem),
             }
         }
-        problems.iter().try_for_each(|problem| self.writer.note(&format!("a request cannot be carried out: {problem}")))
+        for problem in problems {
+            let problem = format!("a request cannot be carried out: {problem}");
+            // A file that cannot be read is found again and again.
+            if self.warned.as_ref() != Some(&problem) {
+                self.writer.record(&Event::Warned { episode, problem: problem.clone() })?;
+                self.warned = Some(problem);
+            }
+        }
+        Ok(())
     }
 
     /// Notes a change between two episodes; saves it at once during a pause.
