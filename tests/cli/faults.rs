@@ -427,7 +427,7 @@ fn a_run_whose_recorded_episodes_are_lost_goes_on_and_says_so() {
     std::fs::write(run.join("episodes.jsonl"), "").unwrap();
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
     let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
-    assert!(log.contains("episodes.jsonl ends after episode 0: no replays up to "), "{log}");
+    assert!(log.contains("episodes.jsonl: there is no episode 6 in it"), "{log}");
 }
 
 #[test]
@@ -604,15 +604,14 @@ fn runs_of_the_first_format_still_load() {
     let status = RunDirectory::open(&run).unwrap().status().unwrap();
     assert!(matches!(status.state, RunState::Stopped(_)), "{:?}", status.state);
     assert_eq!(status.last_episode.unwrap().episode, 6);
-    let recorded = metrics(&run);
+    let recorded = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
 
     succeed(mge(&folder, ["evaluate", "run"]));
     succeed(mge(&folder, ["figures", "run", "--out", "figures"]));
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
     assert_eq!(RunDirectory::open(&run).unwrap().status().unwrap().state, RunState::Finished);
-    let resumed = metrics(&run);
-    assert!(resumed.starts_with(&recorded), "recorded episodes have changed:\n{resumed}");
-    assert_eq!(resumed.lines().count(), 1 + 12);
+    let resumed = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
+    assert_eq!((resumed.len(), &resumed[..6]), (12, &recorded[..6]));
 }
 
 #[test]

@@ -41,7 +41,7 @@ impl From<dfdx::tensor::CpuError> for NnError {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum TensorFileError {
     /// The bytes are not a safetensors file.
-    #[error("not a safetensors file: {reason}")]
+    #[error("not a safetensors file ({reason}): choose another file")]
     NotSafetensors {
         /// What the reader found.
         reason: String,

@@ -156,7 +156,13 @@ impl RunDirectory {
             }
             error => error,
         })?;
-        check_format(&path, &bytes, FORMAT)?;
+        check_format(&path, &bytes, FORMAT).map_err(|error| match error {
+            RunError::Malformed { path, line, reason } => {
+                let reason = reason + ": it is not the configuration of a run, or damaged: restore it from a copy";
+                RunError::Malformed { path, line, reason }
+            }
+            error => error,
+        })?;
         Ok(bytes)
     }
 

@@ -1,7 +1,7 @@
 //! Links, pipes, filesystems without locks, and several writers of one file.
 //!
-//! Decided in `crates/run/src/`: `append.rs` and `RunDirectory::lock` (files with several names), `file.rs` (what is
-//! opened at all; also `crates/base/src/bounded.rs`), and `exclusive` in `directory.rs` (locks, and their absence).
+//! Decided in `crates/run/src/`: `append.rs` and `lock.rs` (files with several names), `file.rs` (what is
+//! opened at all; also `crates/base/src/bounded.rs`), and `exclusive` in `lock.rs` (locks, and their absence).
 
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,15 @@ fn a_copy_by_hard_links_does_not_change_the_original() {
     let copy = RunDirectory::open(folder.path().join("copy")).unwrap();
     copy.change_notes(|notes| notes.note = "a copy".to_owned()).unwrap();
     assert!(contents(&run) == before);
-    // Each has its own lock.
+    // Each has its own lock. Until then, the writer of one holds that of the other for a moment.
+    std::thread::scope(|scope| {
+        let held = copy.lock().unwrap();
+        scope.spawn(move || {
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            drop(held);
+        });
+        copy.check_free().unwrap();
+    });
     let _held = copy.lock().unwrap();
     drop(RunDirectory::open(&run).unwrap().lock().unwrap());
 }

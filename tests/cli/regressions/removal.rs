@@ -1,8 +1,8 @@
 //! Nothing is removed or replaced except what the program wrote.
 //!
 //! The kind: a deletion that a crash or another process divides, or that takes a user's files along; a result written
-//! over a user's file. Decided in `crates/run/src/trash.rs` (deletion is one rename into a trash), in
-//! `RunDirectory::make_room` and `deletable` (what counts as a run), and in `atomic::Target`, through which everything
+//! over a user's file. Decided in `crates/run/src/trash.rs` (deletion is one rename into a trash), in `place.rs` beside it
+//! (what a folder holds), in `checkpoint.rs` (files in the folder of a checkpoint), and in `atomic::Target`, through which everything
 //! goes that is written to a path named by the user.
 
 use std::fs;
@@ -83,6 +83,77 @@ fn what_is_left_of_an_interrupted_deletion_blocks_nothing() {
     fs::create_dir_all(here.join("fork")).unwrap();
     fs::write(here.join("fork/events.jsonl"), "").unwrap();
     succeed(mge(here, "fork fork-source --at 0 --out fork --quiet".split(' ')));
+}
+
+#[test]
+fn single_files_of_a_run_block_nothing_and_files_of_a_user_with_their_names_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "whole");
+    fs::write(here.join("whole/notes.json"), "{\"format\":1,\"note\":\"mine\"}").unwrap();
+    for name in ["metrics.csv", "log.txt", "notes.json", "checkpoint"] {
+        fs::create_dir(here.join("x")).unwrap();
+        fs::rename(here.join("whole").join(name), here.join("x").join(name)).unwrap();
+        train(here, "x");
+        assert!(here.join(".trash/1/x").join(name).exists(), "{name}");
+        fs::remove_dir_all(here.join("x")).unwrap();
+        fs::remove_dir_all(here.join(".trash")).unwrap();
+    }
+    for (name, content) in [
+        ("metrics.csv", "epoch,loss\n1,0.5\n"),
+        ("metrics.csv", ""),
+        ("log.txt", "[today] bought milk\n"),
+        ("notes.json", "{\"mine\":1}"),
+        ("checkpoint", "of a hike"),
+        ("checkpoint/last/weights.pt", "mine"),
+        ("control.jsonl", "{\"mine\":1}\n"),
+        ("lock", "of my door"),
+        ("config.json", "{\"mine\":1}"),
+    ] {
+        let file = here.join("mine").join(name);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(&file, content).unwrap();
+        let arguments = "train task1 --method ddpg --episodes 1 --quiet --out mine".split(' ');
+        fail(mge(here, arguments), "mine is not empty: choose another folder");
+        fail(mge(here, script(here, "delete mine")), "script.mge:1: ");
+        assert_eq!(
+            (files(&here.join("mine")), fs::read_to_string(&file).unwrap()),
+            (vec![name.to_owned()], content.to_owned())
+        );
+        fs::remove_dir_all(here.join("mine")).unwrap();
+    }
+}
+
+#[test]
+fn files_of_a_user_in_the_folder_of_a_checkpoint_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let options = "train task1 --method ddpg --episodes 4 --set ddpg.hidden=8 --set checkpoints.periodic_every=2";
+    let options = format!("{options} --set checkpoints.periodic_kept=1 --quiet --out run");
+    succeed(mge(here, options.split(' ')));
+    for name in ["last", "episode-4"] {
+        fs::write(here.join("run/checkpoint").join(name).join("thesis.tex"), "mine").unwrap();
+    }
+    succeed(mge(here, "resume run --episodes 8 --quiet".split(' ')));
+    let kept = files(&here.join("run/checkpoint"));
+    let thesis: Vec<_> = kept.iter().filter(|file| file.ends_with("thesis.tex")).collect();
+    assert_eq!(thesis, ["kept-from-episode-4/thesis.tex", "kept-from-last/thesis.tex"]);
+    assert!(!kept.iter().any(|file| file.starts_with("episode-4/")), "{kept:?}");
+    succeed(mge(here, ["evaluate", "run"]));
+}
+
+#[test]
+fn the_trash_is_emptied_on_request_alone_and_a_taken_place_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "runs/a");
+    succeed(mge(here, script(here, "delete runs/a")));
+    train(here, "runs/a");
+    fail(mge(here, script(here, "restore runs/a")), "runs/a exists: move it elsewhere, then restore the run");
+    succeed(mge(here, script(here, "delete runs/a\nempty-trash runs")));
+    assert_eq!(files(&here.join("runs")), [] as [&str; 0]);
+    fail(mge(here, script(here, "restore runs/a")), "runs/a is not in the trash");
+    succeed(mge(here, script(here, "empty-trash")));
 }
 
 #[test]
@@ -329,6 +400,6 @@ fn puzzles_replace_no_file_of_the_user() {
         fs::remove_file(here.join(file)).unwrap();
     }
     fs::write(here.join("index.json"), "{\"mine\": 1}").unwrap();
-    assert!(!mge(here, "puzzles generate --count 1 --out . --quiet".split(' ')).status.success());
+    fail(mge(here, "puzzles generate --count 1 --out . --quiet".split(' ')), "choose a folder that `mge puzzles");
     assert_eq!(fs::read_to_string(here.join("index.json")).unwrap(), "{\"mine\": 1}");
 }

@@ -23,9 +23,9 @@ pub enum PuzzleError {
     /// The index has another format version.
     #[error("{}: the index has format version {found}, this program reads version {wanted}: generate the puzzles again", path.display())]
     Version { path: PathBuf, found: u32, wanted: u32 },
-    /// A file has invalid JSON.
-    #[error(transparent)]
-    Syntax(#[from] SyntaxError),
+    /// The index is damaged, or a file of another kind.
+    #[error("{0}: it is no index of puzzles: choose a folder that `mge puzzles generate` has written")]
+    NoIndex(SyntaxError),
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },

@@ -120,7 +120,7 @@ impl Index {
     /// When it is invalid, has another version, or the name of a puzzle is not a plain file name.
     pub fn parse(text: &[u8], path: &Path) -> Result<Self, PuzzleError> {
         let origin = path.display().to_string();
-        let index: Self = json::parse(text, &origin)?;
+        let index: Self = json::parse(text, &origin).map_err(PuzzleError::NoIndex)?;
         if index.version != VERSION {
             return Err(PuzzleError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
         }

@@ -31,7 +31,8 @@ pub use mge_task::Edit;
 pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{
-    Checkpoint, Continue, Delete, Evaluate, Fork, Note, Open, Pause, Restore, Resume, Stop, Tag, Train, Watch,
+    Checkpoint, Continue, Delete, EmptyTrash, Evaluate, Fork, Note, Open, Pause, Restore, Resume, Stop, Tag, Train,
+    Watch,
 };
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
@@ -222,7 +223,7 @@ commands! {
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, Evaluate, Checkpoint, Note, Tag,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, EmptyTrash, Evaluate, Checkpoint, Note, Tag,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }
@@ -380,6 +381,7 @@ mod tests {
         "open runs/a",
         "watch 2",
         "delete runs/a",
+        "empty-trash runs",
         "restore runs/a",
         "continue runs/a until 300",
         "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",

@@ -222,6 +222,21 @@ impl Execute for Restore {
     }
 }
 
+/// Removes the runs in the trash of a folder of runs for good.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EmptyTrash(pub Option<PathBuf>);
+
+impl Execute for EmptyTrash {
+    syntax! {
+        "empty-trash" "[FOLDER]" "remove the deleted runs of the folder for runs, or of another one, for good"
+            => EmptyTrash { 0: Optional(Place("a folder of runs")) };
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.empty_trash(self.0.as_deref())
+    }
+}
+
 /// Plays the greedy policy of the current run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluate;

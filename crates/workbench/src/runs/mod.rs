@@ -15,7 +15,8 @@ use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use super::setup::Setup;
 use mge_base::paths::fitting;
-use mge_run::{CheckpointName, RunDirectory, RunState, restore};
+use mge_base::text::counted;
+use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, restore};
 use mge_trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
 
 impl Session {
@@ -258,6 +259,14 @@ impl Session {
         restore(&folder)?;
         self.deleted.retain(|deleted| *deleted != folder);
         Ok(format!("restored {}", folder.display()))
+    }
+
+    /// Removes the runs in the trash of a folder of runs, or else of the session's, for good.
+    pub(super) fn empty_trash(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
+        let folder = folder.unwrap_or(&self.folder);
+        let count = empty_trash(folder)?;
+        self.deleted.retain(|deleted| deleted.parent() != Some(folder));
+        Ok(format!("removed {} for good", counted(count, "deleted run")))
     }
 
     /// Starts playing an episode of the greedy policy of the current run.
