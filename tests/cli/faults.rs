@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::program::{self, fail, mge, succeed};
-use mge::run::{RunDirectory, RunState};
+use mge::run::{RunDirectory, RunHistory, RunState};
 
 /// Settings with which the log grows larger than a checkpoint.
 const SMALL: &str = "--method ddpg --quiet --set ddpg.hidden=4 --set ddpg.replay_capacity=20 --set ddpg.batch_size=4 \
@@ -33,7 +33,7 @@ fn a_full_disk_stops_a_run_that_can_be_resumed_when_there_is_space() {
     let message = fail(command.output().unwrap(), "cannot write");
     assert!(message.contains("broken"), "{message}");
     let directory = RunDirectory::open(&broken).unwrap();
-    let (checkpoint, problems) = directory.checkpoints().load_newest().unwrap();
+    let (Some(checkpoint), problems) = directory.newest_checkpoint().unwrap() else { panic!("a checkpoint") };
     assert!(problems.is_empty() && checkpoint.episode >= 10 && checkpoint.episode < 200, "{}", checkpoint.episode);
 
     succeed(mge(&folder, ["resume", "broken", "--quiet"]));
@@ -146,9 +146,9 @@ fn a_signal_saves_everything_and_says_how_to_continue() {
         let child = under_way(&arguments, &run, done + 30);
         signal(&child, number);
         let message = messages(&child.wait_with_output().unwrap(), status);
-        let records = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
         let directory = RunDirectory::open(&run).unwrap();
-        let (checkpoint, _) = directory.checkpoints().load_newest().unwrap();
+        let records = RunHistory::read(&directory).unwrap().records;
+        let (Some(checkpoint), _) = directory.newest_checkpoint().unwrap() else { panic!("a checkpoint") };
         assert_eq!(checkpoint.episode, records.len() as u64, "episodes were lost");
         assert!(matches!(directory.status().unwrap().state, RunState::Stopped(_)));
         assert!(records.iter().zip(1..).all(|(record, episode)| record.episode == episode));
@@ -325,8 +325,8 @@ fn a_sweep_and_a_study_end_on_a_signal_and_can_be_continued() {
     assert!(message.trim_end().lines().last().unwrap().contains("the same command continues"), "{message}");
     for path in metrics() {
         let directory = RunDirectory::open(path.parent().unwrap()).unwrap();
-        let records = mge::run::read_metrics(&path).unwrap();
-        assert_eq!(directory.checkpoints().load_newest().unwrap().0.episode, records.len() as u64);
+        let records = RunHistory::read(&directory).unwrap().records;
+        assert_eq!(directory.newest_checkpoint().unwrap().0.unwrap().episode, records.len() as u64);
     }
 
     let child = start("reproduce --quick --out study");
@@ -604,13 +604,14 @@ fn runs_of_the_first_format_still_load() {
     let status = RunDirectory::open(&run).unwrap().status().unwrap();
     assert!(matches!(status.state, RunState::Stopped(_)), "{:?}", status.state);
     assert_eq!(status.last_episode.unwrap().episode, 6);
-    let recorded = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
+    let records = || RunHistory::read(&RunDirectory::open(&run).unwrap()).unwrap().records;
+    let recorded = records();
 
     succeed(mge(&folder, ["evaluate", "run"]));
     succeed(mge(&folder, ["figures", "run", "--out", "figures"]));
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
     assert_eq!(RunDirectory::open(&run).unwrap().status().unwrap().state, RunState::Finished);
-    let resumed = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
+    let resumed = records();
     assert_eq!((resumed.len(), &resumed[..6]), (12, &recorded[..6]));
 }
 

@@ -7,12 +7,12 @@ use serde::Serialize;
 
 use super::checkpoint::Checkpoint;
 use super::event::{Event, LoggedEvent};
-use super::log::EventLog;
+use super::log::KeptLog;
 use super::projection::Projections;
 use super::retention::{CheckpointAction, CheckpointName};
-use super::sums::{LogSums, SUMS_SECTION};
-use super::{Result, RunDirectory, RunError, episodes, file, folder};
-use mge_base::atomic::{NewFolder, parent_of, remove_leftovers};
+use super::sums::{LogSums, SUMS_SECTION, Summing};
+use super::{Result, RunDirectory, RunError, episodes, folder};
+use mge_base::atomic::{self, NewFolder, parent_of, remove_leftovers};
 
 /// The folder of a run that is being created from another. It is moved to its place when it is complete, and
 /// removed if dropped before.
@@ -36,26 +36,18 @@ impl Branch {
     pub fn new(source: &RunDirectory, place: &Path, episode: u64) -> Result<Self> {
         RunDirectory::at(place).make_room()?;
         let is_taken = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_some());
-        if is_taken || place.is_file() {
+        if is_taken {
             return Err(RunError::NotEmpty(place.to_owned()));
         }
         remove_leftovers(parent_of(place));
         let filled = folder::new_beside(place)?;
         let directory = RunDirectory::at(filled.path());
-        file::copy(&source.events_path(), &directory.events_path())?;
-        file::copy(&source.episodes_path(), &directory.episodes_path())?;
-        let of_source = |path: PathBuf| {
-            move |error| match error {
-                RunError::LogTooShort { found, wanted, .. } => RunError::LogTooShort { path, found, wanted },
-                RunError::Malformed { line, reason, .. } => RunError::Malformed { path, line, reason },
-                error => error,
-            }
-        };
-        let (log, kept) = EventLog::open(&directory.events_path(), episode).map_err(of_source(source.events_path()))?;
-        log.sync()?;
-        let episodes = episodes::open(&directory.episodes_path(), episode)?;
-        episodes.sync()?;
-        let sums = LogSums { events: log.sum(), episodes: episodes.sum() };
+        let kept = KeptLog::read(&source.events_path(), episode)?;
+        let episodes = episodes::read_until(&source.episodes_path(), episode)?;
+        for (path, bytes) in [(directory.events_path(), &kept.bytes), (directory.episodes_path(), &episodes)] {
+            atomic::write(&path, bytes).map_err(RunError::io("write", &path))?;
+        }
+        let sums = LogSums { events: kept.sum(), episodes: Summing::of(&episodes).sum() };
         let best = source.checkpoints();
         if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
             let best = best.load(CheckpointName::Best)?;
@@ -98,7 +90,7 @@ impl Branch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{EpisodeRecord, Event, PlayedEpisode, RunWriter, read_events, read_metrics};
+    use crate::{EpisodeRecord, Event, PlayedEpisode, RunHistory, RunWriter, read_events};
 
     #[test]
     fn a_branch_has_the_first_episodes_of_the_other_and_its_checkpoint() {
@@ -120,13 +112,13 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");
         let branch = Branch::new(&source, &place, 4).unwrap();
         let made = branch.finish(&"other", None, Checkpoint::new(4)).unwrap();
-        assert_eq!(read_metrics(&made.metrics_path()).unwrap().len(), 4);
+        assert_eq!(RunHistory::read(&made).unwrap().records.len(), 4);
         assert_eq!(read_events(&made.events_path()).unwrap().len(), 4);
         assert_eq!(made.config::<String>().unwrap(), "other");
-        let (checkpoint, problems) = made.checkpoints().load_newest().unwrap();
-        assert_eq!((checkpoint.episode, problems.len()), (4, 0));
+        let (checkpoint, problems) = made.newest_checkpoint().unwrap();
+        assert_eq!((checkpoint.unwrap().episode, problems.len()), (4, 0));
         RunWriter::open(&made, 4).unwrap();
-        assert_eq!(read_metrics(&source.metrics_path()).unwrap().len(), 9, "the source is unchanged");
+        assert_eq!(RunHistory::read(&source).unwrap().records.len(), 9, "the source is unchanged");
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Whether the files of a run belong together: its logs, its checkpoints, and what its log says about its end.
 
-use super::checkpoint::Checkpoint;
+use std::cmp::Reverse;
+
+use super::checkpoint::{Checkpoint, Manifest};
 use super::event::EpisodeRecord;
 use super::retention::CheckpointName;
 use super::sums::{LogSums, SUMS_SECTION};
@@ -35,20 +37,29 @@ impl RunDirectory {
     /// Why none can be used, or the log was changed before that checkpoint.
     pub fn newest_checkpoint(&self) -> Result<(Option<Checkpoint>, Vec<RunError>)> {
         let store = self.checkpoints();
-        if store.names()?.is_empty() {
-            return Ok((None, Vec::new()));
-        }
-        let found = self.status()?.last_episode.map_or(0, |record| record.episode);
-        let newer = store.episodes()?.into_iter().map(|(wanted, _)| wanted).rfind(|wanted| *wanted > found);
-        let short = newer.map(|wanted| RunError::LogTooShort { path: self.events_path(), found, wanted });
-        let (newest, problems) = match (store.load_newest_until(found), short) {
-            (Err(RunError::NoCheckpoint(_)), Some(short)) => return Err(short),
-            (loaded, short) => {
-                loaded.map(|(newest, problems)| (newest, short.into_iter().chain(problems).collect()))?
+        let (mut candidates, mut problems) = (Vec::new(), Vec::new());
+        for name in store.names()? {
+            match Manifest::read(&store.path(name)) {
+                Ok(manifest) => candidates.push((Reverse(manifest.episode), name)),
+                Err(problem) => problems.push(problem),
             }
-        };
-        self.check_events(&newest)?;
-        Ok((Some(newest), problems))
+        }
+        candidates.sort_unstable();
+        let last = self.status()?.last_episode.map_or(0, |record| record.episode);
+        let newest = candidates.first().map_or(0, |(Reverse(episode), _)| *episode);
+        if newest > last {
+            problems.insert(0, RunError::LogTooShort { path: self.events_path(), last, checkpoint: newest });
+        }
+        for (_, name) in candidates.into_iter().filter(|(Reverse(episode), _)| *episode <= last) {
+            match store.load(name) {
+                Ok(checkpoint) => {
+                    self.check_events(&checkpoint)?;
+                    return Ok((Some(checkpoint), problems));
+                }
+                Err(problem) => problems.push(problem),
+            }
+        }
+        problems.into_iter().next().map_or(Ok((None, Vec::new())), Err)
     }
 
     /// Checks that the event log up to a checkpoint is that of when it was saved.
@@ -77,16 +88,16 @@ impl RunDirectory {
             return Ok(());
         }
         let Some(last) = self.last_with(&[SUMS_SECTION])? else { return Ok(()) };
-        let (found, wanted) = (records.last().map_or(0, |record| record.episode), last.episode);
-        if found < wanted {
-            return Err(RunError::LogTooShort { path: self.events_path(), found, wanted });
+        let (logged, episode) = (records.last().map_or(0, |record| record.episode), last.episode);
+        if logged < episode {
+            return Err(RunError::LogTooShort { path: self.events_path(), last: logged, checkpoint: episode });
         }
         // The log first, because the table is compared with it.
         self.check_events(&last)?;
-        let needed: Vec<_> = records.iter().take_while(|record| record.episode <= wanted).collect();
+        let needed: Vec<_> = records.iter().take_while(|record| record.episode <= episode).collect();
         metrics::check(&self.metrics_path(), &needed)?;
         let Some(sums) = last.sums()? else { return Ok(()) };
-        match episodes::check(&self.episodes_path(), wanted, Some(&sums.episodes)) {
+        match episodes::check(&self.episodes_path(), episode, Some(&sums.episodes)) {
             // It may have been removed.
             Err(RunError::NoEpisode { .. }) => Ok(()),
             checked => checked,
@@ -106,13 +117,43 @@ impl RunDirectory {
 }
 
 impl Checkpoint {
-    /// Whether the logs are those of when it was saved, or it is of an earlier version.
-    pub fn has_sums(&self, sums: &LogSums) -> bool {
-        self.sums().is_ok_and(|own| own.is_none_or(|own| own == *sums))
-    }
-
     /// The checksums of the logs when it was saved; none in checkpoints of earlier versions.
     pub(super) fn sums(&self) -> Result<Option<LogSums>> {
         self.names().any(|name| name == SUMS_SECTION).then(|| self.json(SUMS_SECTION)).transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::CheckpointAction::Save;
+    use crate::CheckpointName::{Best, Last};
+    use crate::{Event, RunWriter};
+
+    #[test]
+    fn the_newest_valid_checkpoint_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunDirectory::create(folder.path().join("run"), &"config").unwrap();
+        let newest =
+            || run.newest_checkpoint().map(|(newest, problems)| (newest.map(|newest| newest.episode), problems));
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        assert!(matches!(newest(), Ok((None, problems)) if problems.is_empty()));
+        for (episode, actions) in [(10, &[Save(Last), Save(Best)][..]), (20, &[Save(Last)])] {
+            for episode in episode - 9..=episode {
+                writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() })).unwrap();
+            }
+            let mut checkpoint = Checkpoint::new(episode);
+            checkpoint.insert("weights", vec![episode as u8; 100]).unwrap();
+            writer.checkpoint(actions, checkpoint).unwrap();
+            assert!(matches!(newest(), Ok((Some(found), problems)) if found == episode && problems.is_empty()));
+        }
+        let store = run.checkpoints();
+        fs::write(store.path(Last).join("weights"), b"short").unwrap();
+        let (found, problems) = newest().unwrap();
+        assert!(found == Some(10) && matches!(problems[..], [RunError::Truncated { .. }]), "{found:?}, {problems:?}");
+        fs::remove_file(store.path(Best).join("manifest.json")).unwrap();
+        assert!(newest().is_err());
     }
 }

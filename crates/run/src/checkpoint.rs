@@ -14,7 +14,6 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::thread;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -128,8 +127,8 @@ impl Checkpoint {
         let new = folder::new_beside(path)?;
         let mut sections = Vec::new();
         for (name, bytes) in &self.sections {
-            let sha256 = write_section(&new.path().join(name), bytes)?;
-            sections.push(Section { name: name.clone(), bytes: bytes.len() as u64, sha256 });
+            write_new(&new.path().join(name), bytes)?;
+            sections.push(Section { name: name.clone(), bytes: bytes.len() as u64, sha256: sha256(bytes) });
         }
         let manifest = Manifest {
             format: FORMAT,
@@ -155,14 +154,14 @@ impl Checkpoint {
         Self::load_filtered(path, |_| true)
     }
 
-    /// Like [`Checkpoint::load`], but reads only the sections whose names are `wanted`.
-    pub(super) fn load_filtered(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Self> {
+    /// Like [`Checkpoint::load`], but reads only the sections whose names `is_needed` accepts.
+    pub(super) fn load_filtered(path: &Path, is_needed: impl Fn(&str) -> bool) -> Result<Self> {
         let path = &existing(path);
         folder::check(path)?;
         let manifest = Manifest::read(path)?;
         let mut checkpoint = Self::new(manifest.episode);
         checkpoint.score = manifest.score;
-        for section in manifest.sections.iter().filter(|section| wanted(&section.name)) {
+        for section in manifest.sections.iter().filter(|section| is_needed(&section.name)) {
             let file = path.join(&section.name);
             if !is_section_name(&section.name) {
                 return Err(RunError::SectionName(section.name.clone()));
@@ -191,17 +190,6 @@ impl Manifest {
         check_format(&file, &bytes, FORMAT)?;
         parse_json(&file, &bytes)
     }
-}
-
-/// Writes and syncs the file of a section. Returns its checksum, which is computed in parallel: for large networks
-/// both take a while, and ending a training waits for them.
-fn write_section(path: &Path, bytes: &[u8]) -> Result<String> {
-    thread::scope(|scope| {
-        let checksum = thread::Builder::new().spawn_scoped(scope, || sha256(bytes));
-        write_new(path, bytes)?;
-        // Without a thread, compute it here.
-        Ok(checksum.ok().and_then(|checksum| checksum.join().ok()).unwrap_or_else(|| sha256(bytes)))
-    })
 }
 
 /// Copies a saved checkpoint to another name in the same folder. Files are hard-linked where

@@ -87,8 +87,15 @@ pub struct PlayedEpisode {
 /// Opens `episodes.jsonl` for writing and removes everything after `episode` and a half-written last line.
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
-    file.cut(until(&file::read(path)?, episode).0)?;
+    file.cut(&read_until(path, episode)?)?;
     Ok(file)
+}
+
+/// The file up to `episode`.
+pub(super) fn read_until(path: &Path, episode: u64) -> Result<Vec<u8>> {
+    let mut bytes = file::read(path)?;
+    bytes.truncate(until(&bytes, episode).0.len());
+    Ok(bytes)
 }
 
 /// Checks the file up to `episode` against its sum when that was the last episode, or, without a sum, that it has the

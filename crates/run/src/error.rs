@@ -87,17 +87,17 @@ pub enum RunError {
     },
     /// A log ends before the checkpoint from which to resume.
     #[error(
-        "{} ends at episode {found}, before the checkpoint of episode {wanted}: the file was changed; \
-         `mge fork --at N` can only continue from a checkpoint of episode {found} or before",
+        "{} ends at episode {last}, before the checkpoint of episode {checkpoint}: the file was changed; \
+         `mge fork --at N` can only continue from a checkpoint of episode {last} or before",
         path.display()
     )]
     LogTooShort {
         /// The log.
         path: PathBuf,
         /// Last episode in the log.
-        found: u64,
+        last: u64,
         /// Episode of the checkpoint.
-        wanted: u64,
+        checkpoint: u64,
     },
     /// The file does not contain an episode.
     #[error("{}: there is no episode {episode} in it", path.display())]

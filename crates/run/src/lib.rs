@@ -99,15 +99,13 @@ pub use history::{EvaluationRecord, RunHistory};
 pub use lock::RunLock;
 pub use log::{EventReader, Poll, read_events};
 pub use metric::{Direction, Metric, MetricInfo};
-pub use metrics::read_metrics;
 pub use notes::Notes;
 pub use request::{Request, RequestReader};
-pub use retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
+pub use retention::{CheckpointAction, CheckpointName, Retention};
 pub use series::Series;
 pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
-pub use sums::{LogSums, SUMS_SECTION};
 pub use trash::{empty_trash, restore};
 pub use writer::RunWriter;
 

@@ -22,8 +22,8 @@ pub(super) struct EventLog {
 /// The part of a log that belongs to a checkpoint.
 #[derive(Debug)]
 pub(super) struct KeptLog {
-    /// Its length in bytes.
-    length: usize,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
     /// Its events.
     pub events: Vec<LoggedEvent>,
     /// Whether it ends with the `Checkpointed` event of the checkpoint.
@@ -31,6 +31,20 @@ pub(super) struct KeptLog {
 }
 
 impl KeptLog {
+    /// Reads the part of a log that belongs to a checkpoint of `episode`: all up to that episode's `Checkpointed`, or,
+    /// without one, up to the episode itself.
+    ///
+    /// # Errors
+    /// [`RunError::LogTooShort`] if it does not reach the episode; [`RunError::Malformed`]; [`RunError::Io`].
+    pub fn read(path: &Path, episode: u64) -> Result<Self> {
+        kept_until(path, file::read(path)?, episode)
+    }
+
+    /// The sum of the results, without their times.
+    pub fn sum(&self) -> Sum {
+        results_until(&self.bytes, u64::MAX).sum()
+    }
+
     /// The finished episodes.
     pub fn records(&self) -> Vec<&EpisodeRecord> {
         self.events.iter().filter_map(|logged| logged.event.record()).collect()
@@ -46,15 +60,13 @@ impl KeptLog {
 }
 
 impl EventLog {
-    /// Opens the log and removes everything after `episode` episodes: all that follows that
-    /// episode's `Checkpointed`, or, without one, the episode itself. Also returns what is left.
+    /// Opens the log and removes everything that does not belong to a checkpoint of `episode`. Also returns what is
+    /// left.
     pub fn open(path: &Path, episode: u64) -> Result<(Self, KeptLog)> {
         let mut file = AppendFile::open(path)?;
-        let bytes = file::read(path)?;
-        let kept = kept_until(path, &bytes, episode)?;
-        let bytes = &bytes[..kept.length];
-        file.cut(bytes)?;
-        Ok((Self { file, summing: results_until(bytes, episode) }, kept))
+        let kept = KeptLog::read(path, episode)?;
+        file.cut(&kept.bytes)?;
+        Ok((Self { file, summing: results_until(&kept.bytes, u64::MAX) }, kept))
     }
 
     /// Appends one line.
@@ -114,19 +126,19 @@ fn check_order(path: &Path, line: u64, last: u64, event: &Event) -> Result<()> {
     }
 }
 
-/// The part of a log that belongs to a checkpoint of `episode`.
+/// The part of a log that belongs to a checkpoint of `episode`: see [`KeptLog::read`].
 ///
 /// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
 /// to the log as it was before the stop or the pause.
 ///
 /// The rest has also the damage after the last kept episode, and the final events of a process that
 /// was killed before it could log the checkpoint.
-fn kept_until(path: &Path, bytes: &[u8], episode: u64) -> Result<KeptLog> {
+fn kept_until(path: &Path, mut bytes: Vec<u8>, episode: u64) -> Result<KeptLog> {
     let mut events: Vec<LoggedEvent> = Vec::new();
     // The length after a line, and the number of events until there.
     let (mut before_end, mut after_checkpoint) = ((0, 0), None);
     let (mut length, mut last, mut is_over) = (0, 0, false);
-    for (number, line) in complete_lines(bytes) {
+    for (number, line) in complete_lines(&bytes) {
         let logged = match parse(path, number, line) {
             Err(_) if last >= episode => break,
             parsed => parsed?,
@@ -155,13 +167,14 @@ fn kept_until(path: &Path, bytes: &[u8], episode: u64) -> Result<KeptLog> {
         events.push(logged);
     }
     if last < episode {
-        return Err(RunError::LogTooShort { path: path.to_path_buf(), found: last, wanted: episode });
+        return Err(RunError::LogTooShort { path: path.to_path_buf(), last, checkpoint: episode });
     }
     // Without a checkpoint the run starts over, and so does its log.
     let unlogged = if episode == 0 { (0, 0) } else { before_end };
     let (length, count) = after_checkpoint.unwrap_or(unlogged);
     events.truncate(count);
-    Ok(KeptLog { length, events, has_checkpoint: after_checkpoint.is_some() })
+    bytes.truncate(length);
+    Ok(KeptLog { bytes, events, has_checkpoint: after_checkpoint.is_some() })
 }
 
 /// Lines that end with a line feed, counted from 1; a half-written last line is left out.
@@ -449,7 +462,7 @@ mod tests {
         let log = Log::new();
         log.raw(&lines(&[episode(1)]));
         let error = EventLog::open(&log.path, 5).unwrap_err();
-        assert!(matches!(error, RunError::LogTooShort { found: 1, wanted: 5, .. }), "{error}");
+        assert!(matches!(error, RunError::LogTooShort { last: 1, checkpoint: 5, .. }), "{error}");
 
         let log = Log::new();
         log.raw(&lines(&[episode(1)]));

@@ -41,7 +41,7 @@ impl Projector {
         let seconds = time - *self.started.get_or_insert(*time);
         match event {
             Event::EpisodeFinished(record) => {
-                to.rows.extend(metrics::row_text(!self.has_header, record)?);
+                to.rows.extend(metrics::rows(!self.has_header, [record])?);
                 self.has_header = true;
             }
             // Writing to memory cannot fail.

@@ -63,7 +63,7 @@ impl Default for Retention {
 
 /// The inputs of [`checkpoint_actions`] besides the policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RetentionContext<'a> {
+pub(super) struct RetentionContext<'a> {
     /// Episodes finished so far.
     pub episode: u64,
     /// Score of the current networks, if they were just evaluated.
@@ -90,7 +90,7 @@ pub enum CheckpointAction {
 /// Whenever something is saved, `last` is saved first, so that it is never older than any other
 /// checkpoint. A checkpoint becomes `best` unless its score is lower than that of the current `best`; one with NaN
 /// never does. So of equal ones the latest, which has learned most, is `best`.
-pub fn checkpoint_actions(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
+pub(super) fn checkpoint_actions(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
     let due = |every: u64| every > 0 && moment.episode > 0 && moment.episode.is_multiple_of(every);
     let best = match (moment.score, moment.best_score) {
         (Some(score), Some(best)) => score >= best,

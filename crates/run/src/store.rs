@@ -1,12 +1,11 @@
 //! The checkpoints of one run: the folder `checkpoint/`.
 
-use std::cmp::Reverse;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
-use super::retention::{CheckpointAction, CheckpointName};
+use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
 use super::{Result, RunError, folder};
 use mge_base::atomic;
 
@@ -32,8 +31,8 @@ impl CheckpointStore {
     /// # Errors
     /// [`RunError::Io`] if the folder cannot be read.
     pub fn names(&self) -> Result<Vec<CheckpointName>> {
-        let known = |name: &str| name.parse().ok().filter(|known: &CheckpointName| known.to_string() == name);
-        let mut names: Vec<_> = self.entries()?.iter().filter_map(|name| known(finished_name(name))).collect();
+        let parse = |entry: &str| entry.parse().ok().filter(|name: &CheckpointName| name.to_string() == entry);
+        let mut names: Vec<_> = self.entries()?.iter().filter_map(|entry| parse(finished_name(entry))).collect();
         names.sort_unstable();
         names.dedup();
         Ok(names)
@@ -62,9 +61,8 @@ impl CheckpointStore {
     /// [`RunError::NoSuchCheckpoint`] with those that there are; [`RunError::NoCheckpoint`] if there are none.
     pub fn chosen(&self, choice: CheckpointName) -> Result<CheckpointName> {
         let all = self.episodes()?;
-        let is_it = |(episode, name): &&(u64, CheckpointName)| {
-            *name == choice || matches!(choice, CheckpointName::Episode(wanted) if wanted == *episode)
-        };
+        let is_it =
+            |(episode, name): &&(u64, CheckpointName)| *name == choice || choice == CheckpointName::Episode(*episode);
         match all.iter().find(is_it) {
             Some((_, name)) => Ok(*name),
             // Reading it reports what is wrong with it.
@@ -106,37 +104,27 @@ impl CheckpointStore {
         Ok(episodes)
     }
 
-    /// The newest valid checkpoint, and the errors of invalid ones that were tried.
+    /// What is to be saved and removed after an episode: see [`checkpoint_actions`]. `closing` tells that the run ends.
     ///
     /// # Errors
-    /// [`RunError::NoCheckpoint`] if there is none at all; the first error if none is valid.
-    pub fn load_newest(&self) -> Result<(Checkpoint, Vec<RunError>)> {
-        self.load_newest_until(u64::MAX)
+    /// As [`CheckpointStore::names`].
+    pub(super) fn due(
+        &self,
+        policy: &Retention,
+        episode: u64,
+        score: Option<f64>,
+        closing: bool,
+    ) -> Result<Vec<CheckpointAction>> {
+        // An unreadable `best` counts as none: the next one replaces it.
+        let best_score = score.and_then(|_| self.best_score().unwrap_or_default());
+        let moment = RetentionContext { episode, score, best_score, closing, existing: &[] };
+        if checkpoint_actions(policy, &moment).is_empty() {
+            return Ok(Vec::new());
+        }
+        Ok(checkpoint_actions(policy, &RetentionContext { existing: &self.names()?, ..moment }))
     }
 
-    /// Like [`CheckpointStore::load_newest`], of those that are not after an episode.
-    pub(super) fn load_newest_until(&self, latest: u64) -> Result<(Checkpoint, Vec<RunError>)> {
-        let mut problems = Vec::new();
-        let mut candidates = Vec::new();
-        for name in self.names()? {
-            match Manifest::read(&self.path(name)) {
-                Ok(manifest) if manifest.episode > latest => {}
-                Ok(manifest) => candidates.push((manifest.episode, name)),
-                Err(problem) => problems.push(problem),
-            }
-        }
-        candidates.sort_by_key(|&(episode, name)| (Reverse(episode), name));
-        for (_, name) in candidates {
-            match self.load(name) {
-                Ok(checkpoint) => return Ok((checkpoint, problems)),
-                Err(problem) => problems.push(problem),
-            }
-        }
-        let none = || RunError::NoCheckpoint(self.folder.clone());
-        Err(problems.into_iter().next().unwrap_or_else(none))
-    }
-
-    /// Carries out the actions of [`checkpoint_actions`](super::checkpoint_actions): saves first, then removals.
+    /// Carries out actions: saves first, then removals.
     ///
     /// # Errors
     /// [`RunError::Io`]. If a save fails, the old checkpoint of that name is unchanged and nothing is
@@ -232,25 +220,6 @@ mod tests {
         assert_eq!(store.load(Last).unwrap(), sample(20, 0.1));
         assert_eq!(store.load(Episode(20)).unwrap(), sample(20, 0.1));
         assert!(matches!(store.load(Episode(10)).unwrap_err(), RunError::NoCheckpoint(_)));
-    }
-
-    #[test]
-    fn the_newest_valid_checkpoint_is_found() {
-        let folder = tempfile::tempdir().unwrap();
-        let store = CheckpointStore::new(folder.path());
-        assert!(matches!(store.load_newest().unwrap_err(), RunError::NoCheckpoint(_)));
-        store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
-        store.apply(&[Save(Last)], &sample(20, 0.1)).unwrap();
-        let (newest, problems) = store.load_newest().unwrap();
-        assert_eq!((newest.episode, problems.len()), (20, 0));
-
-        fs::write(store.path(Last).join("weights"), b"short").unwrap();
-        let (newest, problems) = store.load_newest().unwrap();
-        assert_eq!(newest.episode, 10);
-        assert!(matches!(problems[..], [RunError::Truncated { .. }]), "{problems:?}");
-
-        fs::remove_file(store.path(Best).join("manifest.json")).unwrap();
-        assert!(store.load_newest().is_err());
     }
 
     #[test]

@@ -10,8 +10,8 @@ use super::lock::RunLock;
 use super::log::EventLog;
 use super::metrics;
 use super::projection::Projections;
-use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
-use super::sums::LogSums;
+use super::retention::{CheckpointAction, CheckpointName, Retention};
+use super::sums::{LogSums, SUMS_SECTION};
 use super::{Result, RunDirectory, RunError};
 use mge_base::atomic;
 use mge_base::identity::Origin;
@@ -83,8 +83,13 @@ impl RunWriter {
         std::mem::take(&mut self.problems)
     }
 
-    /// The checksums of the logs so far, to be saved with a checkpoint.
-    pub fn sums(&self) -> LogSums {
+    /// Whether the logs are those of when a checkpoint was saved, or it is of an earlier version.
+    pub fn has_logs_of(&self, checkpoint: &Checkpoint) -> bool {
+        checkpoint.sums().is_ok_and(|sums| sums.is_none_or(|sums| sums == self.sums()))
+    }
+
+    /// The checksums of the logs so far.
+    fn sums(&self) -> LogSums {
         LogSums { events: self.events.sum(), episodes: self.episodes.sum() }
     }
 
@@ -123,12 +128,26 @@ impl RunWriter {
         self.episodes.append_json(episode)
     }
 
-    /// Carries out the actions of [`checkpoint_actions`], then records [`Event::Checkpointed`] if anything was
-    /// saved.
+    /// What `policy` demands to be saved and removed after an episode; `closing` tells that the run ends.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn due(
+        &self,
+        policy: &Retention,
+        episode: u64,
+        score: Option<f64>,
+        closing: bool,
+    ) -> Result<Vec<CheckpointAction>> {
+        self.directory.checkpoints().due(policy, episode, score, closing)
+    }
+
+    /// Carries out actions, then records [`Event::Checkpointed`] if anything was saved.
     ///
     /// # Errors
     /// [`RunError::Io`]; existing checkpoints are still intact.
-    pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+    pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: Checkpoint) -> Result<()> {
+        let episode = checkpoint.episode;
         self.apply(actions, checkpoint)?;
         let saved = |action: &CheckpointAction| match action {
             CheckpointAction::Save(name) => Some(name.to_string()),
@@ -138,7 +157,7 @@ impl RunWriter {
         if names.is_empty() {
             return Ok(());
         }
-        self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
+        self.record(&Event::Checkpointed { episode, names })
     }
 
     /// Saves `last` for a run that ends or pauses when no checkpoint is due. Records no event, so that a
@@ -146,17 +165,18 @@ impl RunWriter {
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
-    pub fn save_last(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+    pub fn save_last(&mut self, checkpoint: Checkpoint) -> Result<()> {
         self.apply(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)
     }
 
-    fn apply(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+    fn apply(&mut self, actions: &[CheckpointAction], mut checkpoint: Checkpoint) -> Result<()> {
         self.check_in_place()?;
+        checkpoint.insert_json(SUMS_SECTION, &self.sums())?;
         // The logs first: a resume requires them to reach at least as far as the checkpoint.
         self.events.sync()?;
         self.episodes.sync()?;
         self.projections.sync()?;
-        self.directory.checkpoints().apply(actions, checkpoint)
+        self.directory.checkpoints().apply(actions, &checkpoint)
     }
 
     /// Completes the work of a process that was killed while saving `checkpoint`: the copies that
@@ -170,14 +190,10 @@ impl RunWriter {
             return Ok(());
         }
         let (store, episode) = (self.directory.checkpoints(), checkpoint.episode);
-        let existing = store.names()?;
-        // An unreadable `best` counts as none, as in later episodes.
-        let best_score = store.best_score().unwrap_or_default();
         let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
         // If there is a `best` of this episode, it was due.
         let closing = is_finished || is_here(CheckpointName::Best);
-        let moment = RetentionContext { episode, score: checkpoint.score, best_score, closing, existing: &existing };
-        let mut actions = checkpoint_actions(policy, &moment);
+        let mut actions = store.due(policy, episode, checkpoint.score, closing)?;
         if actions.is_empty() {
             return Ok(());
         }
@@ -203,7 +219,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{EpisodeRecord, RunState, read_events, read_metrics};
+    use crate::{EpisodeRecord, RunHistory, RunState, read_events};
 
     fn new_run() -> (tempfile::TempDir, RunDirectory) {
         let folder = tempfile::tempdir().unwrap();
@@ -232,10 +248,9 @@ mod tests {
             let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let moment = RetentionContext { episode, score: None, best_score: None, closing: false, existing: &[] };
-            let actions = checkpoint_actions(&policy, &moment);
+            let actions = writer.due(&policy, episode, None, false).unwrap();
             if !actions.is_empty() {
-                writer.checkpoint(&actions, &Checkpoint::new(episode)).unwrap();
+                writer.checkpoint(&actions, Checkpoint::new(episode)).unwrap();
             }
         }
     }
@@ -286,7 +301,7 @@ mod tests {
         let (_folder, run) = new_run();
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=3);
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=2);
-        assert_eq!(read_metrics(&run.metrics_path()).unwrap().len(), 2);
+        assert_eq!(RunHistory::read(&run).unwrap().records.len(), 2);
         assert_eq!(run.events().poll().unwrap().events.len(), 3);
     }
 
@@ -300,7 +315,7 @@ mod tests {
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err();
         assert!(matches!(error, RunError::Moved(_)), "{error}");
         let save = [CheckpointAction::Save(CheckpointName::Last)];
-        assert!(writer.checkpoint(&save, &Checkpoint::new(6)).is_err());
+        assert!(writer.checkpoint(&save, Checkpoint::new(6)).is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
@@ -326,11 +341,8 @@ mod tests {
             checkpoint
         };
         let saved = |writer: &mut RunWriter, episode: u64| {
-            let existing = writer.directory().checkpoints().names().unwrap();
-            let best_score = writer.directory().checkpoints().best_score().unwrap();
-            let score = Some(episode as f64);
-            let moment = RetentionContext { episode, score, best_score, closing: false, existing: &existing };
-            writer.checkpoint(&checkpoint_actions(&policy, &moment), &scored(episode)).unwrap();
+            let actions = writer.due(&policy, episode, Some(episode as f64), false).unwrap();
+            writer.checkpoint(&actions, scored(episode)).unwrap();
         };
         let (_folder, whole) = new_run();
         let mut writer = RunWriter::open(&whole, 0).unwrap();
@@ -409,10 +421,10 @@ mod tests {
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err().to_string();
         assert!(error.starts_with("cannot write /dev/full: "), "{error}");
         drop(writer);
-        let (checkpoint, problems) = run.checkpoints().load_newest().unwrap();
-        assert_eq!((checkpoint.episode, problems.len()), (5, 0));
+        let (checkpoint, problems) = run.newest_checkpoint().unwrap();
+        assert_eq!((checkpoint.unwrap().episode, problems.len()), (5, 0));
         train(&mut RunWriter::open(&run, 5).unwrap(), 6..=7);
-        assert_eq!(read_metrics(&run.metrics_path()).unwrap().len(), 7);
+        assert_eq!(RunHistory::read(&run).unwrap().records.len(), 7);
     }
 
     #[test]

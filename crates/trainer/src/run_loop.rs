@@ -20,8 +20,8 @@ use mge_base::stop::Pieces;
 use mge_guidance::ActionPrior;
 use mge_nn::processor;
 use mge_run::{
-    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
-    RunDirectory, RunError, RunHistory, RunWriter, SUMS_SECTION, checkpoint_actions,
+    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RunDirectory,
+    RunError, RunHistory, RunWriter,
 };
 
 pub use controls::Control;
@@ -77,18 +77,13 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     let last = directory.last_with(&[]).ok().flatten().map(|last| last.episode);
     let is_saved = problems.is_empty()
         && last == Some(episode)
-        && checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.has_sums(&writer.sums()));
+        && checkpoint.as_ref().is_some_and(|checkpoint| writer.has_logs_of(checkpoint));
     if let Some(checkpoint) = &checkpoint {
         let is_finished = checkpoint.episode >= u64::from(config.episodes);
         writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
     }
-    let store = directory.checkpoints();
     // An unreadable `best` is replaced by the next one.
-    let best_score = store.best_score().unwrap_or_else(|problem| {
-        problems.push(problem);
-        None
-    });
-    let existing = store.names()?;
+    problems.extend(directory.checkpoints().best_score().err());
     let of_checkpoint = |problem: &RunError| format!("a checkpoint cannot be used: {problem}");
     let problems = writer.take_problems().into_iter().chain(problems.iter().map(of_checkpoint)).collect();
     watch.set_episode(episode);
@@ -99,8 +94,6 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         watch,
         received: VecDeque::new(),
         pause_after: None,
-        best_score,
-        existing,
         problems,
         warned: None,
         pieces: Pieces::default(),
@@ -194,10 +187,6 @@ struct RunLoop<'a> {
     received: VecDeque<Control>,
     /// Pause when this many episodes are done.
     pause_after: Option<u64>,
-    /// Score of the checkpoint `best`.
-    best_score: Option<f64>,
-    /// The existing checkpoints.
-    existing: Vec<CheckpointName>,
     /// What was wrong with the files, such as checkpoints that could not be used.
     problems: Vec<String>,
     /// The latest problem with a request.
@@ -312,26 +301,17 @@ impl RunLoop<'_> {
 
     /// Writes the checkpoints that are due.
     fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
-        let (episode, score, best_score) = (training.episode(), self.score, self.best_score);
-        let closing = training.is_finished();
-        let moment = RetentionContext { episode, score, best_score, closing, existing: &self.existing };
-        let actions = checkpoint_actions(&training.config().checkpoints, &moment);
-        if actions.is_empty() {
-            return Ok(());
+        let policy = &training.config().checkpoints;
+        let actions = self.writer.due(policy, training.episode(), self.score, training.is_finished())?;
+        if !actions.is_empty() {
+            self.writer.checkpoint(&actions, self.checkpoint(training)?)?;
+            (self.is_saved, self.is_changed) = (true, false);
         }
-        let checkpoint = self.checkpoint(training)?;
-        self.writer.checkpoint(&actions, &checkpoint)?;
-        (self.is_saved, self.is_changed) = (true, false);
-        if actions.contains(&CheckpointAction::Save(CheckpointName::Best)) {
-            self.best_score = score;
-        }
-        self.existing = self.writer.directory().checkpoints().names()?;
         Ok(())
     }
 
     fn checkpoint(&self, training: &Training) -> Result<Checkpoint, TrainerError> {
         let mut checkpoint = training.checkpoint()?;
-        checkpoint.insert_json(SUMS_SECTION, &self.writer.sums())?;
         // The next `best` is compared with this score.
         checkpoint.score = self.score;
         Ok(checkpoint)
@@ -344,10 +324,9 @@ impl RunLoop<'_> {
         }
         let checkpoint = self.checkpoint(training)?;
         match self.is_changed {
-            true => self.writer.checkpoint(&[CheckpointAction::Save(CheckpointName::Last)], &checkpoint)?,
-            false => self.writer.save_last(&checkpoint)?,
+            true => self.writer.checkpoint(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)?,
+            false => self.writer.save_last(checkpoint)?,
         }
-        self.existing = self.writer.directory().checkpoints().names()?;
         (self.is_saved, self.is_changed) = (true, false);
         Ok(())
     }
@@ -372,7 +351,7 @@ impl RunLoop<'_> {
     fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
         let directory = self.writer.directory();
         match prior.map(ActionPrior::to_json) {
-            wanted if wanted == directory.read_prior().unwrap_or_default() => Ok(()),
+            text if text == directory.read_prior().unwrap_or_default() => Ok(()),
             Some(text) => self.write_prior(&text),
             None => {
                 let path = directory.prior_path();
@@ -426,8 +405,6 @@ mod tests {
             watch: &watch,
             received: VecDeque::new(),
             pause_after: None,
-            best_score: None,
-            existing: Vec::new(),
             problems: Vec::new(),
             warned: None,
             pieces: Pieces::default(),

@@ -16,7 +16,7 @@ use super::*;
 use mge_agent::ReplayBuffer;
 use mge_base::stop::Stop;
 use mge_guidance::{ActionPrior, GuidanceConfig};
-use mge_run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunState, read_events, read_metrics};
+use mge_run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunHistory, RunState, read_events};
 use mge_task::{self as task, Task};
 
 fn config(method: Method, episodes: u32) -> RunConfig {
@@ -217,7 +217,7 @@ fn a_new_schedule_applies_from_the_next_episode_on() {
     trainer.send(Control::SetSchedule("0".parse().unwrap()));
     trainer.send(Control::Resume);
     assert_eq!(trainer.join(), Ok(Ending::Finished));
-    let records = read_metrics(&run.metrics_path()).unwrap();
+    let records = RunHistory::read(&run).unwrap().records;
     let epsilons: Vec<f32> = records.iter().map(|record| record.epsilon).collect();
     assert_eq!(epsilons, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let events = read_events(&run.events_path()).unwrap();

@@ -198,6 +198,6 @@ mod tests {
         let directory = mge_run::RunDirectory::open(&path).unwrap();
         let error = trainer::train(&directory, &controls, &trainer::Watch::default()).unwrap_err().to_string();
         assert!(error.contains("the checkpoint from which it continues is missing"), "{error}");
-        assert_eq!(mge_run::read_metrics(&directory.metrics_path()).unwrap().len(), 6, "existing rows are kept");
+        assert_eq!(mge_run::RunHistory::read(&directory).unwrap().records.len(), 6, "existing rows are kept");
     }
 }

@@ -195,8 +195,8 @@ fn a_warning_before_a_time_limit_saves_the_work() {
         assert!(text(&output.stderr).contains("continue with `mge resume run`"));
         let directory = RunDirectory::open(&run).unwrap();
         assert!(matches!(directory.status().unwrap().state, RunState::Stopped(_)));
-        let records = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
-        assert_eq!(directory.checkpoints().load_newest().unwrap().0.episode, records.len() as u64);
+        let records = mge::run::RunHistory::read(&directory).unwrap().records;
+        assert_eq!(directory.newest_checkpoint().unwrap().0.unwrap().episode, records.len() as u64);
     }
 }
 

@@ -10,7 +10,7 @@ fn clusters_are_used_by_the_methods_that_have_them() {
         config.epsilon = "1".parse().unwrap();
         let run = new_run(folder.path(), method.name(), &config);
         finish(&run);
-        let records = read_metrics(&run.metrics_path()).unwrap();
+        let records = RunHistory::read(&run).unwrap().records;
         let guided = method.has_clusters();
         // Open-loop replay repeats its first success.
         let first_goal = records.iter().position(|record| record.goal).filter(|_| method == Method::OpenLoop);
@@ -100,7 +100,7 @@ fn plans_through_the_true_physics_reach_the_subgoal() {
     config.planner.rollouts = 100;
     let run = new_run(folder.path(), "run", &config);
     finish(&run);
-    let records = read_metrics(&run.metrics_path()).unwrap();
+    let records = RunHistory::read(&run).unwrap().records;
     assert!(records.iter().map(|record| record.subgoals).sum::<u32>() >= 3, "{records:?}");
     assert!(records.iter().all(|record| record.critic_loss.is_none()), "nothing is learned");
 }

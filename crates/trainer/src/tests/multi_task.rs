@@ -45,7 +45,7 @@ fn tasks_are_played_in_turn_with_their_own_clusters_and_every_episode_can_be_rep
     let run = new_run(folder.path(), "run", &config);
     finish(&run);
     let names = ["task1", "task2", "task5"];
-    for record in read_metrics(&run.metrics_path()).unwrap() {
+    for record in RunHistory::read(&run).unwrap().records.iter() {
         let task = config.task_of(record.episode);
         assert_eq!(task.name, names[(record.episode as usize - 1) % 3]);
         assert_eq!(record.subgoals_total as usize, task.subgoals.len());

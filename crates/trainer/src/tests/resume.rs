@@ -66,7 +66,7 @@ fn a_resumed_run_keeps_the_schedule_and_clusters_set_during_training() {
     std::fs::write(run.prior_path(), ActionPrior::uniform(&config.task, &GuidanceConfig::default(), 78).to_json())
         .unwrap();
     finish(&run);
-    let records = read_metrics(&run.metrics_path()).unwrap();
+    let records = RunHistory::read(&run).unwrap().records;
     let epsilons: Vec<f32> = records.iter().map(|record| record.epsilon).collect();
     assert_eq!(epsilons, [0.8, 0.8, 0.8, 0.8, 0.4, 0.4, 0.4, 0.4]);
     assert_eq!(saved_prior(&run, &config.task).unwrap().as_ref(), Some(&*given));

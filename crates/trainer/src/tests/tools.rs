@@ -38,7 +38,7 @@ fn an_episode_with_tools_is_replayed_exactly() {
     finish(&run);
     let train = ToolSplit::Train.tools();
     let mut sets = Vec::new();
-    for record in read_metrics(&run.metrics_path()).unwrap() {
+    for record in RunHistory::read(&run).unwrap().records.iter() {
         let played = mge_run::read_episode(&run.episodes_path(), record.episode).unwrap();
         let trace = Trace::replay(&config.task, &played);
         assert_eq!((trace.total_reward(), trace.steps.len() as u64), (record.return_, record.steps));

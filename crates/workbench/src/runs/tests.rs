@@ -90,7 +90,7 @@ fn a_finished_run_without_checkpoints_does_not_start_over() {
     std::fs::remove_dir_all(run.join("checkpoint")).unwrap();
     let error = try_line(&mut session, &format!("continue {}", quoted(&run))).unwrap_err();
     assert!(error.contains("no checkpoint"), "{error}");
-    assert_eq!(mge_run::read_metrics(&run.join("metrics.csv")).unwrap().len(), 3);
+    assert_eq!(mge_run::RunHistory::read(&mge_run::RunDirectory::open(&run).unwrap()).unwrap().records.len(), 3);
 }
 
 #[test]
