@@ -42,9 +42,10 @@
 //!
 //! # After an interruption
 //!
-//! Logs are synced to disk before a checkpoint is written, so they always reach at least as far as
-//! the checkpoint. [`RunWriter::open`] truncates them to the checkpoint's episode and continues from
-//! there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted one.
+//! `events.jsonl` and `episodes.jsonl` are synced to disk before a checkpoint is written, so they always reach at least
+//! as far as the checkpoint. [`RunWriter::open`] truncates them to the checkpoint's episode and continues from there.
+//! `metrics.csv`, `log.txt` and TensorBoard's files only show the events: they are written anew from what is left of
+//! them (`projection.rs`), so that an interrupted run ends with the same `metrics.csv` as an uninterrupted one.
 //! Readers ignore a half-written last line.
 //!
 //! # Changed files
@@ -54,7 +55,8 @@
 //!
 //! # Deletion
 //!
-//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`.
+//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`. What a folder holds is
+//! decided in `place.rs`.
 
 #![deny(unsafe_code)]
 
