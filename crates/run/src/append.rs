@@ -1,7 +1,7 @@
 //! Append-only files, written in complete pieces.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::Write;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -61,23 +61,6 @@ impl AppendFile {
     /// Appends a value as a line of JSON.
     pub fn append_json(&mut self, value: &impl Serialize) -> Result<()> {
         self.append(&file::json_line(value)?)
-    }
-
-    /// Ends the last line if another process left it incomplete.
-    pub fn end_line(&mut self) -> Result<()> {
-        let last_byte = || -> std::io::Result<[u8; 1]> {
-            let mut last = [b'\n'];
-            let mut file = file::open(&self.path)?;
-            if file.metadata()?.len() > 0 {
-                file.seek(SeekFrom::End(-1))?;
-                file.read_exact(&mut last)?;
-            }
-            Ok(last)
-        };
-        match last_byte().map_err(RunError::io("read", &self.path))? {
-            [b'\n'] => Ok(()),
-            _ => self.append(b"\n"),
-        }
     }
 
     /// Removes everything after `kept`, the beginning of the file.

@@ -136,7 +136,7 @@ impl RunDirectory {
             LOCK => file::read(&self.path().join(name)).is_ok_and(|id| id.iter().all(u8::is_ascii_digit)),
             "metrics.csv" => metrics::is_table(&bytes()),
             "log.txt" => is_log(&bytes()),
-            "control.jsonl" => bytes().starts_with(b"{\"format\":1,\"time\":"),
+            "control.jsonl" => bytes().trim_ascii_start().starts_with(b"{\"format\":1,\"time\":"),
             "notes.json" => self.notes().is_ok(),
             "checkpoint" => self.checkpoints().episodes().is_ok_and(|episodes| !episodes.is_empty()),
             _ => false,

@@ -60,9 +60,9 @@ impl RunDirectory {
             return Err(RunError::NotTrained(self.path().to_owned()));
         }
         let line = RequestLine { format: FORMAT, time: now(), process: std::process::id(), request: request.clone() };
-        let mut file = AppendFile::open(&self.requests_path())?;
-        file.end_line()?;
-        file.append_json(&line)
+        // A line feed first, because another process may have left its line incomplete. Readers skip empty lines.
+        let line = [b"\n", &file::json_line(&line)?[..]].concat();
+        AppendFile::open(&self.requests_path())?.append(&line)
     }
 
     /// A reader of requests that are sent from now on.

@@ -3,24 +3,17 @@
 use std::path::Path;
 use std::time::SystemTime;
 
-/// Size and modification time of the log, and modification times of settings and notes. They change whenever
-/// something relevant to readers changes.
+/// Sizes and modification times of the log, the settings and the notes. They change whenever something relevant to
+/// readers changes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Stamp {
-    log: Option<(u64, SystemTime)>,
-    config: Option<SystemTime>,
-    notes: Option<SystemTime>,
-}
+pub struct Stamp([Option<(u64, SystemTime)>; 3]);
 
 impl Stamp {
     /// The current stamp of the run in a folder.
     pub fn of(folder: &Path) -> Self {
-        let metadata = |name: &str| std::fs::metadata(folder.join(name)).ok();
-        let modified = |data: &std::fs::Metadata| data.modified().ok();
-        Self {
-            log: metadata("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
-            config: metadata("config.json").and_then(|data| modified(&data)),
-            notes: metadata("notes.json").and_then(|data| modified(&data)),
-        }
+        Self(["events.jsonl", "config.json", "notes.json"].map(|name| {
+            let data = std::fs::metadata(folder.join(name)).ok()?;
+            Some((data.len(), data.modified().ok()?))
+        }))
     }
 }

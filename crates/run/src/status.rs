@@ -48,13 +48,7 @@ impl RunState {
             Event::Finished { .. } => Some(Self::Finished),
             Event::Stopped { reason, .. } => Some(Self::Stopped(reason.clone())),
             Event::Failed { reason, .. } => Some(Self::Failed(reason.clone())),
-            Event::Practised(_)
-            | Event::Evaluated { .. }
-            | Event::Checkpointed { .. }
-            | Event::ScheduleChanged { .. }
-            | Event::ClustersChanged { .. }
-            | Event::NeedsChanged { .. }
-            | Event::Warned { .. } => None,
+            _ => None,
         }
     }
 }
