@@ -36,8 +36,9 @@ pub use mge_dynamics as dynamics;
 pub use mge_env as env;
 pub use mge_figures as figures;
 pub use mge_results as evidence;
-/// Every parser as a function of bytes, for the targets in `fuzz/`.
+#[cfg(any(test, fuzzing))]
 #[doc(hidden)]
+#[path = "../fuzz/targets.rs"]
 pub mod fuzz;
 pub use mge_base::identity;
 pub use mge_base::stop;

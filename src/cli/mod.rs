@@ -25,7 +25,7 @@ use std::process::ExitCode;
 use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
 use clap::{Arg, CommandFactory, FromArgMatches};
 
-use mge_base::paths::expanded;
+use mge_base::paths;
 use mge_trainer::batch::start_global_pool;
 
 use arguments::{Arguments, Command};
@@ -60,7 +60,7 @@ fn adjusted(command: clap::Command) -> clap::Command {
     let is_path = |argument: &Arg| argument.get_value_parser().type_id() == ValueParser::path_buf().type_id();
     command
         .mut_args(|argument| match is_path(&argument) {
-            true => argument.value_parser(PathBufValueParser::new().map(expanded)),
+            true => argument.value_parser(PathBufValueParser::new().try_map(paths::given)),
             false => argument,
         })
         .mut_args(|argument| match argument.get_env().is_some_and(is_empty) {

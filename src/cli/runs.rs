@@ -16,7 +16,7 @@ use super::output::{self, Outcome};
 use super::progress::Progress;
 use crate::tui;
 use mge_agent::Ddpg;
-use mge_base::paths::{expanded, fitting};
+use mge_base::paths::{fitting, given};
 use mge_base::text::printable;
 use mge_figures::DEFAULT_DPI;
 use mge_results::Composition;
@@ -48,8 +48,7 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let runs =
-        std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).map_or_else(|| PathBuf::from("runs"), expanded);
+    let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| "runs".into()))?;
     let mut session = Session::on_task(&arguments.task, runs)?;
     let given = [
         ("method", "--method", arguments.method.is_some()),

@@ -11,6 +11,8 @@ mod app;
 mod by_address;
 mod chart;
 mod effect;
+#[cfg(any(test, fuzzing))]
+#[path = "../../fuzz/interface.rs"]
 mod fuzz;
 mod input;
 mod layers;
@@ -23,6 +25,7 @@ mod view;
 mod widgets;
 
 pub use actions::{Context, Entry, entries};
+#[cfg(any(test, fuzzing))]
 pub use fuzz::interface;
 pub use input::Keymap;
 pub use offscreen::OffscreenWorkbench;

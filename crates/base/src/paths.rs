@@ -1,5 +1,6 @@
 //! Paths as people write them: `~` for their home folder, suffixes in any case, and names of any length.
 
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,21 @@ pub fn expanded(path: impl Into<PathBuf>) -> PathBuf {
     match (path.strip_prefix("~"), std::env::home_dir()) {
         (Ok(rest), Some(home)) if !home.as_os_str().is_empty() => home.iter().chain(rest).collect(),
         _ => path,
+    }
+}
+
+/// As [`expanded`], for paths of which the program may create a part.
+///
+/// # Errors
+/// When the first part is `~` and a name, for which a shell would give the home folder of that user, and nothing here
+/// has that name.
+pub fn given(path: impl Into<PathBuf>) -> Result<PathBuf, String> {
+    let path = expanded(path);
+    match path.iter().next().and_then(OsStr::to_str) {
+        Some(first) if first.len() > 1 && first.starts_with('~') && !Path::new(first).exists() => Err(format!(
+            "`{first}` is not known here as a home folder: give its full path, or `./{first}` for a name that begins so"
+        )),
+        _ => Ok(path),
     }
 }
 

@@ -32,6 +32,7 @@ pub fn without_mark(bytes: &[u8]) -> Result<&[u8], String> {
     let encoding = match *bytes {
         [0xef, 0xbb, 0xbf, ref rest @ ..] => return Ok(rest),
         [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => "UTF-32",
+        [0, 0, 0, byte, ..] | [byte, 0, 0, 0, ..] if is_plain(byte) => "UTF-32",
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "UTF-16",
         [0, byte, ..] | [byte, 0, ..] if is_plain(byte) => "UTF-16",
         _ => return Ok(bytes),

@@ -44,7 +44,7 @@ fn texts() -> Vec<(Vec<&'static str>, &'static str, String)> {
 }
 
 #[test]
-fn a_byte_order_mark_is_skipped_and_utf_16_is_named_in_every_text() {
+fn a_byte_order_mark_is_skipped_and_utf_16_and_32_are_named_in_every_text() {
     for (arguments, name, text) in texts() {
         let folder = tempfile::tempdir().unwrap();
         let given = |bytes: &[u8]| {
@@ -58,10 +58,17 @@ fn a_byte_order_mark_is_skipped_and_utf_16_is_named_in_every_text() {
         let marked = given(format!("\u{feff}{text}").as_bytes());
         assert_eq!(marked, plain, "{arguments:?}");
         let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
-        for bytes in [[b"\xff\xfe", &wide[..]].concat(), wide] {
+        let wider = |bytes: fn(u32) -> [u8; 4]| text.chars().flat_map(|c| bytes(c.into())).collect::<Vec<u8>>();
+        for (bytes, encoding) in [
+            ([b"\xff\xfe", &wide[..]].concat(), "UTF-16"),
+            (wide, "UTF-16"),
+            (wider(u32::to_le_bytes), "UTF-32"),
+            (wider(u32::to_be_bytes), "UTF-32"),
+        ] {
             let refused = given(&bytes);
             let said = String::from_utf8_lossy(&[refused.stdout, refused.stderr].concat()).into_owned();
-            assert!(said.contains("the text is in UTF-16: save it as UTF-8"), "{arguments:?}: {said}");
+            let expected = format!("the text is in {encoding}: save it as UTF-8");
+            assert!(said.contains(&expected), "{arguments:?}: {said}");
         }
     }
 }
@@ -97,6 +104,21 @@ fn a_tilde_is_the_home_folder_where_no_shell_has_seen_it() {
     succeed(at_home(folder, &arguments, b""));
     let table = fs::read_to_string(folder.join("learning.csv")).unwrap();
     assert!(table.contains("'=HYPERLINK(1)") && !table.contains("\n=") && !table.contains(",="), "{table}");
+}
+
+#[test]
+fn the_home_folder_of_another_user_is_not_taken_for_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let train = |out: &str| mge(folder, ["train", "task1", "--method=ddpg", "--episodes=1", "--set=ddpg.hidden=4", out]);
+    for path in ["~root", "~root/runs/a"] {
+        fail(train(&format!("--out={path}")), "`~root` is not known here as a home folder: give its full path");
+        fail(script(folder, &format!("out {path}\n")), "`~root` is not known here as a home folder");
+    }
+    assert!(!folder.join("~root").exists());
+    succeed(train("--out=./~root/a"));
+    succeed(train("--out=~root/b"));
+    assert!(folder.join("~root/b/config.json").is_file());
 }
 
 #[test]

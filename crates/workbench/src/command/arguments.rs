@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use mge_base::atomic::Target;
-use mge_base::paths::expanded;
+use mge_base::paths::given;
 use mge_base::spelling::did_you_mean;
 use mge_results::Composition;
 use mge_task::Values;
@@ -83,7 +83,7 @@ pub(super) struct Place(pub &'static str);
 
 impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
-        words.next(self.0).map(expanded)
+        words.next(self.0).and_then(given)
     }
 
     fn write(&self, value: &PathBuf) -> String {
