@@ -94,7 +94,7 @@ fn wrong_scenes() {
         ("/traj/0", "1", Some(json!(42.0)), "traj[0]: the ball starts inside tools[0] (box)"),
         ("/traj/0", "1", Some(json!(48.0)), "traj[0]: the ball starts inside tools[0] (box)"),
         ("/traj/0", "2", Some(json!("1e300")), "traj[0][2]: is 1"),
-        ("", "traj", Some(json!([])), "`traj`: invalid length 0"),
+        ("", "traj", Some(json!([])), "`traj`: has no rows"),
         ("", "steps", Some(json!(0)), "steps: is 0"),
         ("", "steps", Some(json!(4_000_000_000u32)), "steps: is 4000000000"),
         ("", "steps", Some(json!(-1)), "`steps`: invalid value"),

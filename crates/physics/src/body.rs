@@ -72,46 +72,31 @@ impl MovingBox {
 
 /// Motion of a body: units, units/s, radians (not wrapped), radians/s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Motion {
+pub struct Motion<T = f64> {
     /// Centre.
-    pub position: [f64; 2],
+    pub position: [T; 2],
     /// Velocity of the centre.
-    pub velocity: [f64; 2],
+    pub velocity: [T; 2],
     /// Angle, not wrapped.
-    pub angle: f64,
+    pub angle: T,
     /// Angular velocity.
-    pub angular_velocity: f64,
+    pub angular_velocity: T,
 }
 
 /// A [`Motion`] in single precision, for networks and screens.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BallState {
-    /// Centre.
-    pub position: [f32; 2],
-    /// Velocity of the centre.
-    pub velocity: [f32; 2],
-    /// Angle, not wrapped.
-    pub angle: f32,
-    /// Angular velocity.
-    pub angular_velocity: f32,
+pub type BallState = Motion<f32>;
+
+impl<T: Default> Motion<T> {
+    /// A body at rest.
+    pub fn at_rest(position: [T; 2]) -> Self {
+        Self { position, ..Self::default() }
+    }
 }
 
 impl BallState {
-    /// A ball at rest.
-    pub fn at_rest(position: [f32; 2]) -> Self {
-        Self { position, ..Self::default() }
-    }
-
     /// Speed of the centre in units/s.
     pub fn speed(&self) -> f32 {
         self.velocity[0].hypot(self.velocity[1])
-    }
-}
-
-impl Motion {
-    /// A body at rest.
-    pub fn at_rest(position: [f64; 2]) -> Self {
-        Self { position, ..Self::default() }
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! There are two bounding box trees: one of moving shapes and one of resting shapes (sleeping ones included).
 //! Contacts are solved in the order in which pairs are found, and ten iterations do not converge where two contacts
-//! act on one body. Therefore the shape of the trees, the order of the table of moving leaves and the order of
-//! remembered pairs equal the engine's.
+//! act on one body. Therefore the shape of the trees, the order of the moving leaves and the order of remembered pairs
+//! equal the engine's.
 
 use super::outline::Bounds;
 use rapier2d::prelude::Vector;
@@ -13,8 +13,8 @@ const NONE: u32 = u32::MAX;
 /// A moving leaf's box extends beyond its shape by this fraction of its size or, in the direction of motion, of its
 /// velocity if that is more.
 const MARGIN: f64 = 0.1_f32 as f64;
-/// Sizes that the table of moving leaves can have.
-const TABLE_SIZES: [usize; 9] = [5, 13, 23, 47, 97, 193, 389, 769, 1543];
+/// Numbers of bins that the engine's hash table of moving leaves can have.
+const BINS: [u64; 9] = [5, 13, 23, 47, 97, 193, 389, 769, 1543];
 
 /// Two shapes that may touch, and the remembered pair they come from, or [`NONE`].
 #[derive(Debug, Clone, Copy)]
@@ -49,26 +49,14 @@ struct Leaf {
     shape: u32,
     /// The stamp of its box's latest renewal.
     stamp: u64,
-    /// The newest of its pairs.
-    pairs: u32,
-    /// The next leaf of the same bin of the table.
-    next_in_bin: u32,
     number: u64,
 }
 
-/// A pair of leaves, linked into the pair lists of both.
+/// A remembered pair of leaves; the second reports it.
 #[derive(Debug, Clone, Copy)]
 struct Pair {
-    a: Thread,
-    b: Thread,
+    leaves: [u32; 2],
     hint: u32,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Thread {
-    leaf: u32,
-    before: u32,
-    after: u32,
 }
 
 /// The broad phase.
@@ -76,30 +64,20 @@ struct Thread {
 pub(super) struct BroadPhase {
     nodes: Vec<Node>,
     free_nodes: Vec<u32>,
+    /// Remembered pairs, the newest last.
     pairs: Vec<Pair>,
-    free_pairs: Vec<u32>,
     moving: u32,
     resting: u32,
-    /// Hash table of moving leaves by number; each bin is a list, newest first.
-    table: Vec<u32>,
-    entries: usize,
+    /// Moving leaves in the order of the engine's hash table: by bin, the newest of a bin first.
+    movers: Vec<u32>,
+    /// The number of its bins.
+    bins: u64,
     /// Leaf of each shape; [`NONE`] for removed shapes.
     leaves: Vec<u32>,
     stamp: u64,
 }
 
-super::clone_fields!(BroadPhase {
-    nodes,
-    free_nodes,
-    pairs,
-    free_pairs,
-    moving,
-    resting,
-    table,
-    entries,
-    leaves,
-    stamp,
-});
+super::clone_fields!(BroadPhase { nodes, free_nodes, pairs, moving, resting, movers, bins, leaves, stamp });
 
 impl Default for BroadPhase {
     fn default() -> Self {
@@ -107,11 +85,10 @@ impl Default for BroadPhase {
             nodes: Vec::new(),
             free_nodes: Vec::new(),
             pairs: Vec::new(),
-            free_pairs: Vec::new(),
             moving: NONE,
             resting: NONE,
-            table: vec![NONE; TABLE_SIZES[0]],
-            entries: 0,
+            movers: Vec::new(),
+            bins: BINS[0],
             leaves: Vec::new(),
             stamp: 0,
         }
@@ -132,17 +109,16 @@ impl BroadPhase {
     /// Adds a shape that moves.
     pub fn insert_moving(&mut self, shape: u32, number: u64, extent: &Extent) {
         let leaf = self.new_leaf(shape, number, widened(extent));
-        self.add_to_table(leaf);
+        self.put_in_bin(leaf);
+        self.make_bins(self.movers.len());
         self.moving = self.insert(self.moving, leaf);
         self.mark_leaf(leaf, &mut |_| {});
         self.stamp += 1;
     }
 
-    /// The lasting effect of adding a moving shape and removing it at once: the table may have grown.
+    /// The lasting effect of adding a moving shape and removing it at once: the engine's table may have grown.
     pub fn make_room(&mut self) {
-        self.entries += 1;
-        self.grow_table();
-        self.entries -= 1;
+        self.make_bins(self.movers.len() + 1);
     }
 
     pub fn remove_resting(&mut self, shape: u32) {
@@ -153,7 +129,7 @@ impl BroadPhase {
 
     pub fn remove_moving(&mut self, shape: u32) {
         let leaf = self.take_leaf(shape);
-        self.remove_from_table(leaf);
+        self.movers.retain(|other| *other != leaf);
         self.moving = self.remove(self.moving, leaf);
         self.free_leaf(leaf);
     }
@@ -164,13 +140,9 @@ impl BroadPhase {
         if self.moving == NONE {
             return;
         }
-        for bin in 0..self.table.len() {
-            let mut leaf = self.table[bin];
-            while leaf != NONE {
-                let Leaf { shape, next_in_bin, .. } = *self.leaf(leaf);
-                self.renew(leaf, &extent(shape));
-                leaf = next_in_bin;
-            }
+        for index in 0..self.movers.len() {
+            let leaf = self.movers[index];
+            self.renew(leaf, &extent(self.leaf(leaf).shape));
         }
         self.mark_subtree(self.moving, &mut |candidate| found.push(candidate));
         self.stamp += 1;
@@ -210,7 +182,7 @@ impl BroadPhase {
     }
 
     fn mark_leaf(&mut self, leaf: u32, found: &mut impl FnMut(Candidate)) {
-        let Leaf { stamp, shape, pairs, .. } = *self.leaf(leaf);
+        let Leaf { stamp, shape, .. } = *self.leaf(leaf);
         if stamp == self.stamp {
             if self.resting != NONE {
                 self.query(self.resting, leaf, false, found);
@@ -228,14 +200,9 @@ impl BroadPhase {
                 node = parent;
             }
         } else {
-            let mut pair = pairs;
-            while pair != NONE {
-                let Pair { a, b, .. } = self.pairs[pair as usize];
-                if b.leaf == leaf {
-                    found(Candidate { first: self.leaf(a.leaf).shape, second: shape, pair });
-                    pair = b.after;
-                } else {
-                    pair = a.after;
+            for (pair, Pair { leaves: [other, own], .. }) in self.pairs.iter().enumerate().rev() {
+                if *own == leaf {
+                    found(Candidate { first: self.leaf(*other).shape, second: shape, pair: pair as u32 });
                 }
             }
         }
@@ -331,7 +298,7 @@ impl BroadPhase {
     }
 
     fn new_leaf(&mut self, shape: u32, number: u64, bounds: Bounds) -> u32 {
-        let leaf = Leaf { shape, stamp: self.stamp, pairs: NONE, next_in_bin: NONE, number };
+        let leaf = Leaf { shape, stamp: self.stamp, number };
         let node = self.new_node(Node { bounds, parent: NONE, kind: Kind::Leaf(leaf) });
         if self.leaves.len() <= shape as usize {
             self.leaves.resize(shape as usize + 1, NONE);
@@ -372,106 +339,35 @@ impl BroadPhase {
         }
     }
 
-    // The table of moving leaves.
+    // The order of moving leaves.
 
-    fn add_to_table(&mut self, leaf: u32) {
-        self.put_in_bin(leaf);
-        self.entries += 1;
-        self.grow_table();
-    }
-
-    fn grow_table(&mut self) {
-        if self.entries < self.table.len() {
+    /// Increases the number of bins if it does not exceed that of leaves.
+    fn make_bins(&mut self, leaves: usize) {
+        if (leaves as u64) < self.bins {
             return;
         }
-        let Some(&size) = TABLE_SIZES.iter().find(|size| **size > self.table.len()) else { return };
-        let old = std::mem::replace(&mut self.table, vec![NONE; size]);
-        for mut leaf in old {
-            while leaf != NONE {
-                let next = self.leaf(leaf).next_in_bin;
-                self.put_in_bin(leaf);
-                leaf = next;
-            }
+        let Some(&more) = BINS.iter().find(|bins| **bins > self.bins) else { return };
+        self.bins = more;
+        for leaf in std::mem::take(&mut self.movers) {
+            self.put_in_bin(leaf);
         }
     }
 
     fn put_in_bin(&mut self, leaf: u32) {
-        let bin = self.bin_of(leaf);
-        self.leaf_mut(leaf).next_in_bin = std::mem::replace(&mut self.table[bin], leaf);
-    }
-
-    fn remove_from_table(&mut self, leaf: u32) {
-        let bin = self.bin_of(leaf);
-        let next = self.leaf(leaf).next_in_bin;
-        self.entries -= 1;
-        if self.table[bin] == leaf {
-            self.table[bin] = next;
-            return;
-        }
-        let mut before = self.table[bin];
-        while self.leaf(before).next_in_bin != leaf {
-            before = self.leaf(before).next_in_bin;
-        }
-        self.leaf_mut(before).next_in_bin = next;
-    }
-
-    fn bin_of(&self, leaf: u32) -> usize {
-        (self.leaf(leaf).number % self.table.len() as u64) as usize
+        let bin = |leaf: u32| self.leaf(leaf).number % self.bins;
+        let place = self.movers.partition_point(|other| bin(*other) < bin(leaf));
+        self.movers.insert(place, leaf);
     }
 
     // Remembered pairs.
 
     fn remember(&mut self, a: u32, b: u32) {
-        let (after_a, after_b) = (self.leaf(a).pairs, self.leaf(b).pairs);
-        let pair = Pair {
-            a: Thread { leaf: a, before: NONE, after: after_a },
-            b: Thread { leaf: b, before: NONE, after: after_b },
-            hint: 0,
-        };
-        let index = match self.free_pairs.pop() {
-            Some(free) => {
-                self.pairs[free as usize] = pair;
-                free
-            }
-            None => {
-                self.pairs.push(pair);
-                self.pairs.len() as u32 - 1
-            }
-        };
-        for (leaf, after) in [(a, after_a), (b, after_b)] {
-            self.leaf_mut(leaf).pairs = index;
-            if after != NONE {
-                self.thread_mut(after, leaf).before = index;
-            }
-        }
-    }
-
-    fn thread_mut(&mut self, pair: u32, leaf: u32) -> &mut Thread {
-        let pair = &mut self.pairs[pair as usize];
-        if pair.a.leaf == leaf { &mut pair.a } else { &mut pair.b }
+        self.pairs.push(Pair { leaves: [a, b], hint: 0 });
     }
 
     /// Forgets a leaf's pairs.
     fn clear_pairs(&mut self, leaf: u32) {
-        let mut index = std::mem::replace(&mut self.leaf_mut(leaf).pairs, NONE);
-        while index != NONE {
-            let Pair { a, b, .. } = self.pairs[index as usize];
-            let (own, other) = if a.leaf == leaf { (a, b) } else { (b, a) };
-            self.unlink(other);
-            self.free_pairs.push(index);
-            index = own.after;
-        }
-    }
-
-    fn unlink(&mut self, thread: Thread) {
-        if thread.after != NONE {
-            self.thread_mut(thread.after, thread.leaf).before = thread.before;
-        }
-        if thread.before != NONE {
-            self.thread_mut(thread.before, thread.leaf).after = thread.after;
-        } else {
-            self.leaf_mut(thread.leaf).pairs = thread.after;
-        }
+        self.pairs.retain(|pair| !pair.leaves.contains(&leaf));
     }
 }
 

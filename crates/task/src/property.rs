@@ -46,118 +46,62 @@ struct Row {
     belongs_to: fn(ToolKind) -> bool,
     /// The allowed range, for properties whose unit differs from that of [`Tool::check`].
     range: Option<[f64; 2]>,
-    /// Whether files have it in radians.
-    is_angle: bool,
     /// Reads it from a tool and writes it to a form, both in the units of files.
     of: fn(&Tool) -> f64,
     set: fn(&mut Form, f64),
 }
 
+/// The unit of angles, which files have in radians.
+const DEGREES: &str = "degrees";
+
+/// The row of a field of [`Form`], which is the named field of a [`Tool`].
+macro_rules! number {
+    ($name:ident: $field:ident) => {
+        Row {
+            name: stringify!($name),
+            unit: "",
+            step: 0.1,
+            belongs_to: |_| true,
+            range: None,
+            of: |tool| tool.$field,
+            set: |form, value| form.$name = Some(value),
+        }
+    };
+}
+
 /// Every property, in the order of [`Property`].
 static PROPERTIES: [Row; 11] = {
     use ToolKind::{Circle, SeeSaw};
-    const PLAIN: Row = Row {
-        name: "",
-        unit: "",
-        step: 0.1,
-        belongs_to: |_| true,
-        range: None,
-        is_angle: false,
-        of: |_| 0.0,
-        set: |_, _| {},
+    const ON_LEFT: Row = Row {
+        name: "on_left",
+        of: |tool| f64::from(u8::from(tool.on_left)),
+        set: |form, value| form.on_left = Some(value >= 0.5),
+        ..number!(size: size)
     };
-    const ANGLE: Row = Row { unit: "degrees", step: 15.0, is_angle: true, ..PLAIN };
     [
+        Row { unit: "units", step: 0.5, belongs_to: ToolKind::has_size, ..number!(size: size) },
         Row {
-            name: "size",
-            unit: "units",
-            step: 0.5,
-            belongs_to: ToolKind::has_size,
-            of: |tool| tool.size,
-            set: |form, value| form.size = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "angle",
+            unit: DEGREES,
+            step: 15.0,
             belongs_to: |kind| kind != Circle && !kind.is_hinged(),
             range: Some([-360.0, 360.0]),
-            of: |tool| tool.angle,
-            set: |form, value| form.angle = Some(value),
-            ..ANGLE
+            ..number!(angle: angle)
         },
+        Row { unit: "units", step: 0.5, belongs_to: ToolKind::is_segment, ..number!(radius: radius) },
+        Row { belongs_to: |kind| !kind.is_sensor(), ..number!(elasticity: elasticity) },
+        Row { belongs_to: |kind| !kind.is_sensor(), ..number!(friction: friction) },
+        Row { step: 10.0, belongs_to: ToolKind::has_force, ..number!(force: force) },
+        Row { unit: "units/s", step: 1.0, belongs_to: ToolKind::has_velocity, ..number!(vel: velocity) },
         Row {
-            name: "radius",
-            unit: "units",
-            step: 0.5,
-            belongs_to: ToolKind::is_segment,
-            of: |tool| tool.radius,
-            set: |form, value| form.radius = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "elasticity",
-            belongs_to: |kind| !kind.is_sensor(),
-            of: |tool| tool.elasticity,
-            set: |form, value| form.elasticity = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "friction",
-            belongs_to: |kind| !kind.is_sensor(),
-            of: |tool| tool.friction,
-            set: |form, value| form.friction = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "force",
-            step: 10.0,
-            belongs_to: ToolKind::has_force,
-            of: |tool| tool.force,
-            set: |form, value| form.force = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "vel",
-            unit: "units/s",
-            step: 1.0,
-            belongs_to: ToolKind::has_velocity,
-            of: |tool| tool.velocity,
-            set: |form, value| form.vel = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "max_angle",
+            unit: DEGREES,
+            step: 15.0,
             belongs_to: ToolKind::has_max_angle,
             range: Some([0.0, 90.0]),
-            of: |tool| tool.max_angle,
-            set: |form, value| form.max_angle = Some(value),
-            ..ANGLE
+            ..number!(max_angle: max_angle)
         },
-        Row {
-            name: "on_left",
-            step: 1.0,
-            belongs_to: |kind| kind == SeeSaw,
-            range: Some([0.0, 1.0]),
-            of: |tool| f64::from(u8::from(tool.on_left)),
-            set: |form, value| form.on_left = Some(value >= 0.5),
-            ..PLAIN
-        },
-        Row {
-            name: "ball_mass",
-            step: 1.0,
-            belongs_to: |kind| kind == SeeSaw,
-            of: |tool| tool.weight,
-            set: |form, value| form.ball_mass = Some(value),
-            ..PLAIN
-        },
-        Row {
-            name: "roll_friction",
-            step: 0.05,
-            belongs_to: ToolKind::is_hinged,
-            of: |tool| tool.roll_friction,
-            set: |form, value| form.roll_friction = Some(value),
-            ..PLAIN
-        },
+        Row { step: 1.0, belongs_to: |kind| kind == SeeSaw, range: Some([0.0, 1.0]), ..ON_LEFT },
+        Row { step: 1.0, belongs_to: |kind| kind == SeeSaw, ..number!(ball_mass: weight) },
+        Row { step: 0.05, belongs_to: ToolKind::is_hinged, ..number!(roll_friction: roll_friction) },
     ]
 };
 
@@ -200,7 +144,7 @@ impl Property {
     /// Its value.
     pub fn of(self, tool: &Tool) -> f64 {
         let value = (self.row().of)(tool);
-        rounded(if self.row().is_angle { value.to_degrees() } else { value })
+        rounded(if self.row().unit == DEGREES { value.to_degrees() } else { value })
     }
 
     /// Its value after some steps; angles wrap around.
@@ -240,7 +184,7 @@ impl Form {
             if let Some([low, high]) = property.row().range {
                 in_range(value, property, low, high)?;
             }
-            (property.row().set)(&mut self, if property.row().is_angle { radians(value) } else { value });
+            (property.row().set)(&mut self, if property.row().unit == DEGREES { radians(value) } else { value });
         }
         Ok(self)
     }

@@ -105,15 +105,18 @@ impl Form {
     }
 }
 
-/// Deserialises a struct with a [`Form`]. A flattened [`Form`] would lose the path and the line of errors.
+/// Deserialises a struct of the type of a tool, fields of its own and a [`Form`]; further fields may be present and are
+/// ignored. A flattened [`Form`] would lose the path and the line of errors.
+#[macro_export]
 macro_rules! read_with_form {
-    ($name:ident from $fields:ident { $($own:ident: $type:ty)? }) => {
-        #[derive(Deserialize)]
+    ($name:ident from $fields:ident { $($own:ident: $type:ty),* $(,)? } ignoring { $($ignored:ident)* }) => {
+        #[allow(dead_code, reason = "the ignored fields are never read")]
+        #[derive(serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         struct $fields {
-            #[serde(rename = "type")]
-            kind: ToolKind,
-            $($own: $type,)?
+            r#type: mge_physics::ToolKind,
+            $($own: $type,)*
+            $($ignored: Option<serde::de::IgnoredAny>,)*
             size: Option<f64>,
             angle: Option<f64>,
             radius: Option<f64>,
@@ -129,26 +132,24 @@ macro_rules! read_with_form {
 
         impl From<$fields> for $name {
             fn from(fields: $fields) -> Self {
-                let $fields { kind, $($own,)? size, angle, radius, elasticity, friction, .. } = fields;
-                let $fields { force, vel, max_angle, on_left, ball_mass, roll_friction, .. } = fields;
-                let form = Form {
-                    size,
-                    angle,
-                    radius,
-                    elasticity,
-                    friction,
-                    force,
-                    vel,
-                    max_angle,
-                    on_left,
-                    ball_mass,
-                    roll_friction,
+                let form = $crate::Form {
+                    size: fields.size,
+                    angle: fields.angle,
+                    radius: fields.radius,
+                    elasticity: fields.elasticity,
+                    friction: fields.friction,
+                    force: fields.force,
+                    vel: fields.vel,
+                    max_angle: fields.max_angle,
+                    on_left: fields.on_left,
+                    ball_mass: fields.ball_mass,
+                    roll_friction: fields.roll_friction,
                 };
-                Self { kind, $($own,)? form }
+                Self { kind: fields.r#type, $($own: fields.$own,)* form }
             }
         }
     };
 }
 
-read_with_form!(ToolSpec from ToolFields { position: [f32; 2] });
-read_with_form!(Placeable from PlaceableFields {});
+read_with_form!(ToolSpec from ToolFields { position: [f32; 2] } ignoring {});
+read_with_form!(Placeable from PlaceableFields {} ignoring {});

@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use crate::program::{command, fail, mge, succeed};
+use crate::program::{command, fail, mge, succeed, text};
 
 const TINY: &str = r#""method": "ddpg", "episodes": 2, "ddpg.hidden": 4"#;
 
@@ -110,9 +110,12 @@ fn a_tilde_is_the_home_folder_where_no_shell_has_seen_it() {
 fn the_home_folder_of_another_user_is_not_taken_for_a_name() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let train = |out: &str| mge(folder, ["train", "task1", "--method=ddpg", "--episodes=1", "--set=ddpg.hidden=4", out]);
+    let train =
+        |out: &str| mge(folder, ["train", "task1", "--method=ddpg", "--episodes=1", "--set=ddpg.hidden=4", out]);
     for path in ["~root", "~root/runs/a"] {
-        fail(train(&format!("--out={path}")), "`~root` is not known here as a home folder: give its full path");
+        let refused = train(&format!("--out={path}"));
+        let said = text(&refused.stderr);
+        assert!(!refused.status.success() && said.contains("`~root` is not known here as a home folder"), "{said}");
         fail(script(folder, &format!("out {path}\n")), "`~root` is not known here as a home folder");
     }
     assert!(!folder.join("~root").exists());

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::io::BufRead;
 
-use serde::de::{Error, IgnoredAny};
+use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use super::lines::{LinesError, for_each_line};
+use super::lines::{Lines, LinesError};
 use super::recorded::RecordedTool;
 use crate::ActionSet;
 use mge_base::validation::ValidationError;
@@ -23,35 +23,19 @@ pub struct Catalogue {
     tools: BTreeMap<usize, Option<Tool>>,
 }
 
-/// A line of a catalogue file.
-struct Line {
-    number: usize,
-    tool: Option<Box<RecordedTool>>,
-}
+/// A line of a catalogue file: a number and its tool, or the no-op.
+struct Entry(usize, Option<Box<RecordedTool>>);
 
-impl<'de> Deserialize<'de> for Line {
+impl<'de> Deserialize<'de> for Entry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct NoOp {
-            tool_id: usize,
-            #[serde(default, rename = "kind")]
-            _kind: IgnoredAny,
-            #[serde(rename = "type")]
-            _type: IgnoredAny,
-            #[serde(default, rename = "create_type")]
-            _create_type: IgnoredAny,
-            #[serde(default, rename = "split")]
-            _split: IgnoredAny,
-        }
         let value = Value::deserialize(deserializer)?;
+        let number = |id: Option<usize>| id.ok_or_else(|| D::Error::missing_field("tool_id"));
         if value["type"] == "no_op" {
-            let NoOp { tool_id, .. } = NoOp::deserialize(value).map_err(D::Error::custom)?;
-            return Ok(Self { number: tool_id, tool: None });
+            let id = Option::deserialize(&value["tool_id"]).map_err(D::Error::custom)?;
+            return Ok(Self(number(id)?, None));
         }
         let tool = RecordedTool::deserialize(value).map_err(D::Error::custom)?;
-        let number = tool.tool_id.ok_or_else(|| D::Error::missing_field("tool_id"))?;
-        Ok(Self { number, tool: Some(Box::new(tool)) })
+        Ok(Self(number(tool.tool_id)?, Some(Box::new(tool))))
     }
 }
 
@@ -67,14 +51,14 @@ impl Catalogue {
     /// At the first line that is not a tool or repeats a number.
     pub fn read(input: impl BufRead, origin: &str) -> Result<Self, LinesError> {
         let mut tools = BTreeMap::new();
-        for_each_line(input, origin, |line: Line| {
+        Lines::new(input, origin).each(|Entry(number, tool)| {
             if tools.len() == MAX_TOOLS {
-                return Err(ValidationError::new(".", format_args!("is one of more than {MAX_TOOLS} tools")).into());
+                return Err(ValidationError::new(".", format_args!("is one of more than {MAX_TOOLS} tools")));
             }
-            let tool = line.tool.map(|tool| tool.tool_at([0.0; 2])).transpose()?;
-            match tools.insert(line.number, tool) {
+            let tool = tool.map(|tool| tool.tool_at([0.0; 2])).transpose()?;
+            match tools.insert(number, tool) {
                 None => Ok(()),
-                Some(_) => Err(ValidationError::new("tool_id", format_args!("{} appears twice", line.number)).into()),
+                Some(_) => Err(ValidationError::new("tool_id", format_args!("{number} appears twice"))),
             }
         })?;
         Ok(Self { tools })

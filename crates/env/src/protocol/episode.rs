@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 use std::io::{self, BufRead, Write};
 use std::sync::Arc;
 
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::catalogue::Catalogue;
 use super::level::RecordedLevel;
-use super::lines::{LinesError, for_each_line, write_line};
+use super::lines::{Ignored, Lines, LinesError, write_line};
 use super::recorded::RecordedTool;
 use super::scene::{Row, row};
-use crate::{Action, Choice, EndReason, Environment, Placement, Step, ball_names};
+use crate::{Action, ActionSet, Choice, EndReason, Environment, Placement, Step, ball_names};
 use mge_base::validation::ValidationError;
 use mge_physics::MAX_OBJECTS;
 use mge_task::Task;
@@ -49,6 +48,7 @@ pub struct StepLine {
 }
 
 /// A recorded episode: the level, the tool and the actions. The recorded results are ignored.
+#[expect(dead_code, reason = "the results are never read")]
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordedEpisode {
@@ -60,18 +60,12 @@ struct RecordedEpisode {
     steps: Vec<RecordedStep>,
     #[serde(default)]
     start: BTreeMap<String, Row>,
-    #[serde(default, rename = "kind")]
-    _kind: IgnoredAny,
-    #[serde(default, rename = "split")]
-    _split: IgnoredAny,
-    #[serde(default, rename = "policy")]
-    _policy: IgnoredAny,
-    #[serde(default, rename = "length")]
-    _length: IgnoredAny,
-    #[serde(default, rename = "total_reward")]
-    _total_reward: IgnoredAny,
-    #[serde(default, rename = "goal_hit")]
-    _goal_hit: IgnoredAny,
+    kind: Ignored,
+    split: Ignored,
+    policy: Ignored,
+    length: Ignored,
+    total_reward: Ignored,
+    goal_hit: Ignored,
 }
 
 #[derive(Debug, Deserialize)]
@@ -88,17 +82,16 @@ struct EpisodeLine {
 
 /// Plays actions from the start of a task, without start noise, until the actions or the episode end.
 pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> impl Iterator<Item = StepLine> {
-    replay_in(Environment::new(task), actions)
+    replay_in(Environment::new(task), actions.into_iter().map(Choice::from))
 }
 
-fn replay_in<C: Into<Choice>>(
+fn replay_in(
     mut environment: Environment,
-    choices: impl IntoIterator<Item = C>,
+    choices: impl IntoIterator<Item = Choice>,
 ) -> impl Iterator<Item = StepLine> {
     let names = ball_names(environment.task());
     // After the end of the episode `step` returns an error.
     choices.into_iter().map_while(move |choice| {
-        let choice = choice.into();
         let step = environment.step(choice).ok()?;
         let [x, y] = choice.place;
         let action = if environment.action_set().is_some() { vec![choice.tool as f32, x, y] } else { vec![x, y] };
@@ -167,53 +160,44 @@ pub fn play_episodes(
     levels_origin: &str,
     catalogue: &Catalogue,
     episodes: impl BufRead,
-    mut output: impl Write,
+    output: impl Write,
 ) -> Result<(), LinesError> {
     let mut known: Vec<RecordedLevel> = Vec::new();
-    for_each_line(levels, levels_origin, |level: RecordedLevel| {
+    Lines::new(levels, levels_origin).each(|level: RecordedLevel| {
         if known.iter().any(|other| other.name == level.name) {
-            return Err(ValidationError::new("level", format_args!("`{}` appears twice", level.name)).into());
+            return Err(ValidationError::new("level", format_args!("`{}` appears twice", level.name)));
         }
         if known.len() == MAX_OBJECTS {
-            return Err(ValidationError::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")).into());
+            return Err(ValidationError::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")));
         }
         known.push(level);
         Ok(())
     })?;
-    for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
+    Lines::new(episodes, "stdin").answer(output, |episode: RecordedEpisode| {
         let steps = episode.play(&known, catalogue)?;
-        let line = EpisodeLine { id: episode.id, steps };
-        write_line(&mut output, &line)?;
-        Ok(())
-    })?;
-    output.flush().map_err(LinesError::Write)
+        Ok(EpisodeLine { id: episode.id, steps })
+    })
 }
 
 impl RecordedEpisode {
     fn play(&self, levels: &[RecordedLevel], catalogue: &Catalogue) -> Result<Vec<StepLine>, ValidationError> {
-        let task = Arc::new(self.task(levels)?);
-        let wrong = |i: usize, message: &str| ValidationError::new(format_args!("steps[{i}].action"), message);
-        let steps = self.steps.iter().enumerate();
-        match &self.inventory {
-            None => {
-                let action = |(i, step): (usize, &RecordedStep)| {
-                    step.action.as_slice().try_into().map_err(|_| wrong(i, "must be two numbers, [x, y]"))
-                };
-                let actions = steps.map(action).collect::<Result<Vec<Action>, _>>()?;
-                Ok(replay(task, actions).collect())
+        let set = self.inventory.as_ref().map(|inventory| catalogue.action_set(inventory)).transpose()?;
+        let environment = Environment::new(Arc::new(self.task(levels)?)).with_action_set(set);
+        self.check_start(&environment)?;
+        let count = environment.action_set().map(ActionSet::len);
+        let choice = |(i, step): (usize, &RecordedStep)| {
+            let wrong = |message| Err(ValidationError::new(format_args!("steps[{i}].action"), message));
+            match (count, &step.action[..]) {
+                (None, &[x, y]) => Ok(Choice::from([x, y])),
+                (None, _) => wrong("must be two numbers, [x, y]"),
+                (Some(count), &[tool, x, y]) if tool >= 0.0 && tool.fract() == 0.0 && (tool as usize) < count => {
+                    Ok(Choice { tool: tool as usize, place: [x, y] })
+                }
+                (Some(_), _) => wrong("must be an index into the inventory and a place, [index, x, y]"),
             }
-            Some(inventory) => {
-                let set = catalogue.action_set(inventory)?;
-                let choice = |(i, step): (usize, &RecordedStep)| match step.action[..] {
-                    [index, x, y] if index >= 0.0 && index.fract() == 0.0 && (index as usize) < inventory.len() => {
-                        Ok(Choice { tool: index as usize, place: [x, y] })
-                    }
-                    _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),
-                };
-                let choices = steps.map(choice).collect::<Result<Vec<_>, _>>()?;
-                Ok(replay_in(Environment::new(task).with_action_set(set), choices).collect())
-            }
-        }
+        };
+        let choices: Vec<Choice> = self.steps.iter().enumerate().map(choice).collect::<Result<_, _>>()?;
+        Ok(replay_in(environment, choices).collect())
     }
 
     fn task(&self, levels: &[RecordedLevel]) -> Result<Task, ValidationError> {
@@ -222,18 +206,15 @@ impl RecordedEpisode {
             let message = format_args!("`{}` is not among the levels ({names})", self.level);
             return Err(ValidationError::new("level", message));
         };
-        let task = level.task(self.tool.as_ref()).map_err(|problem| match problem.path.split('.').next() {
+        level.task(self.tool.as_ref()).map_err(|problem| match problem.path.split('.').next() {
             Some("tool" | "placeable") => problem,
             _ => problem.within(format_args!("level `{}`", self.level)),
-        })?;
-        self.check_start(&task)?;
-        Ok(task)
+        })
     }
 
     /// Checks that the recording starts like the level; otherwise they cannot be compared.
-    fn check_start(&self, task: &Task) -> Result<(), ValidationError> {
-        let environment = Environment::new(Arc::new(task.clone()));
-        let balls = balls(&environment, &ball_names(task));
+    fn check_start(&self, environment: &Environment) -> Result<(), ValidationError> {
+        let balls = balls(environment, &ball_names(environment.task()));
         for (name, row) in &self.start {
             let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
             // Other objects of the level, with other names, are not compared.

@@ -1,9 +1,10 @@
 //! Levels recorded in CREATE with all numbers resolved.
 
-use serde::de::{Error, IgnoredAny};
+use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
+use super::lines::Ignored;
 use super::recorded::RecordedTool;
 use mge_base::validation::ValidationError;
 use mge_physics::{PHYSICS_DT, Tool, ToolKind, to_normalised};
@@ -13,6 +14,7 @@ use mge_task::{
 };
 
 /// A recorded level: a task without the tool that the agent places.
+#[expect(dead_code, reason = "the ignored fields are never read")]
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RecordedLevel {
@@ -30,12 +32,11 @@ pub(super) struct RecordedLevel {
     /// Names of all objects in the order in which they are added to the world.
     #[serde(default)]
     order: Vec<String>,
-    #[serde(default, rename = "kind")]
-    _kind: IgnoredAny,
-    #[serde(default, rename = "random_shifts")]
-    _random_shifts: IgnoredAny,
+    kind: Ignored,
+    random_shifts: Ignored,
 }
 
+#[expect(dead_code, reason = "the ignored fields are never read")]
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordedRules {
@@ -55,14 +56,13 @@ struct RecordedRules {
     reward_subgoal: f32,
     reward_target_moved: f32,
     cost_per_placed_tool: f32,
-    #[serde(default, rename = "reward_no_op")]
-    _reward_no_op: IgnoredAny,
-    #[serde(default, rename = "reward_invalid")]
-    _reward_invalid: IgnoredAny,
+    reward_no_op: Ignored,
+    reward_invalid: Ignored,
 }
 
 /// A ball, a box, a goal or a subgoal of a level. Its position is `pos_norm` if present, which is exact, while `pos`
 /// is rounded. Corners are computed, not read.
+#[expect(dead_code, reason = "the ignored fields are never read")]
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Object {
@@ -76,39 +76,34 @@ struct Object {
     size: Option<f32>,
     elasticity: Option<f32>,
     friction: Option<f32>,
-    #[serde(default, rename = "role")]
-    _role: IgnoredAny,
-    #[serde(default, rename = "dynamic")]
-    _dynamic: IgnoredAny,
-    #[serde(default, rename = "moment")]
-    _moment: IgnoredAny,
-    #[serde(default, rename = "shape")]
-    _shape: IgnoredAny,
-    #[serde(default, rename = "vertices")]
-    _vertices: IgnoredAny,
-    #[serde(default, rename = "sensor")]
-    _sensor: IgnoredAny,
+    role: Ignored,
+    dynamic: Ignored,
+    moment: Ignored,
+    shape: Ignored,
+    vertices: Ignored,
+    sensor: Ignored,
 }
 
 /// An object of a level that is neither target, marker, goal nor subgoal.
 #[derive(Debug, Clone)]
 enum Fixed {
-    /// A moving ball or box.
-    Moving(Object),
-    /// A tool, with its name in the level.
-    Tool(Box<RecordedTool>, Option<String>),
+    /// A moving ball.
+    Ball(Object),
+    /// A moving box.
+    Box(Object),
+    /// A tool.
+    Tool(Box<RecordedTool>),
 }
 
 impl<'de> Deserialize<'de> for Fixed {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
-        let is_ball = value["type"] == "ball";
-        if is_ball || value["type"] == "box" && value["dynamic"] == true {
-            return Object::deserialize(value).map(Self::Moving).map_err(D::Error::custom);
-        }
-        let name = value["name"].as_str().map(str::to_owned);
-        let tool = RecordedTool::deserialize(value).map_err(D::Error::custom)?;
-        Ok(Self::Tool(Box::new(tool), name))
+        let object = match value["type"].as_str() {
+            Some("ball") => Object::deserialize(value).map(Self::Ball),
+            Some("box") if value["dynamic"] == true => Object::deserialize(value).map(Self::Box),
+            _ => RecordedTool::deserialize(value).map(|tool| Self::Tool(Box::new(tool))),
+        };
+        object.map_err(D::Error::custom)
     }
 }
 
@@ -118,21 +113,12 @@ impl RecordedLevel {
     /// # Errors
     /// When the level has an object or a rule that this program does not support, or does not give a valid task.
     pub fn task(&self, tool: Option<&RecordedTool>) -> Result<Task, ValidationError> {
-        let list = |objects: &[Object], path: &str| -> Result<Vec<Region>, ValidationError> {
-            let region = |(i, object): (usize, &Object)| {
-                object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")))
-            };
-            objects.iter().enumerate().map(region).collect()
-        };
-        let mut marker = self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?;
-        if self.rules.goal_must_wait_for_marker != marker.is_some() {
+        if self.rules.goal_must_wait_for_marker != self.marker.is_some() {
             let message = "must be true if the level has a marker ball, and false if not";
             return Err(ValidationError::new("rules.goal_must_wait_for_marker", message));
         }
-        match &mut marker {
-            Some(marker) => marker.subgoals = list(&self.marker_subgoals, "marker_subgoals")?,
-            None if self.marker_subgoals.is_empty() => {}
-            None => return Err(ValidationError::new("marker_subgoals", "needs a marker ball")),
+        if self.marker.is_none() && !self.marker_subgoals.is_empty() {
+            return Err(ValidationError::new("marker_subgoals", "needs a marker ball"));
         }
         let placeable = match tool {
             Some(tool) => tool.tool_at([0.0; 2]).map_err(|problem| problem.within("tool"))?,
@@ -143,72 +129,93 @@ impl RecordedLevel {
             name: self.name.clone(),
             description: String::new(),
             ball: self.target.ball().map_err(|problem| problem.within("target"))?,
-            marker,
+            marker: self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?,
             balls: Vec::new(),
             boxes: Vec::new(),
             tools: Vec::new(),
             placeable: Placeable { kind: placeable.kind, form: Form::of(&placeable) },
-            subgoals: list(&self.subgoals, "subgoals")?,
+            subgoals: regions(&self.subgoals, "subgoals")?,
             goal: self.goal.goal().map_err(|problem| problem.within("goal"))?,
             rules: self.rules.rules().map_err(|problem| problem.within("rules"))?,
             order: Vec::new(),
             shifts: Vec::new(),
         };
-        self.add_objects(&mut task)?;
+        let mut parts = Vec::new();
+        for (i, fixed) in self.fixed.iter().enumerate() {
+            let part = fixed.add_to(&mut task).map_err(|problem| problem.within(format_args!("fixed[{i}]")))?;
+            parts.push((fixed.name(), part));
+        }
+        task.order = self.ordered(parts)?;
         task.validate()?;
         Ok(task)
     }
 
-    /// Adds the other objects, and the order of all objects if the recording has it.
-    fn add_objects(&self, task: &mut Task) -> Result<(), ValidationError> {
-        let mut parts: Vec<(&str, Part)> = vec![("target", Part::Target), ("goal", Part::Goal)];
-        let named = |object: &'_ Object| object.name.clone().unwrap_or_default();
-        let subgoals: Vec<String> = self.subgoals.iter().map(named).collect();
-        let marker_subgoals: Vec<String> = self.marker_subgoals.iter().map(named).collect();
-        // In a marker level, CREATE uses the first object as the marker.
-        let marker = self.marker.as_ref().map(|marker| marker.name.clone().unwrap_or_else(|| "env0".to_owned()));
-        parts.extend(subgoals.iter().enumerate().map(|(i, name)| (name.as_str(), Part::Subgoal(i))));
-        parts.extend(marker_subgoals.iter().enumerate().map(|(i, name)| (name.as_str(), Part::MarkerSubgoal(i))));
-        parts.extend(marker.iter().map(|name| (name.as_str(), Part::Marker)));
-        for (i, fixed) in self.fixed.iter().enumerate() {
-            let place = |problem: ValidationError| problem.within(format_args!("fixed[{i}]"));
-            let (name, part) = match fixed {
-                Fixed::Moving(object) if object.kind == "ball" => {
-                    task.balls.push(object.ball().map_err(place)?);
-                    (object.name.as_deref(), Part::Ball(task.balls.len() - 1))
-                }
-                Fixed::Moving(object) => {
-                    task.boxes.push(object.moving_box().map_err(place)?);
-                    (object.name.as_deref(), Part::Box(task.boxes.len() - 1))
-                }
-                Fixed::Tool(tool, name) => {
-                    let tool = tool.tool().map_err(place)?;
-                    let position = to_normalised(tool.position).map(|p| p as f32);
-                    task.tools.push(ToolSpec { kind: tool.kind, position, form: Form::of(&tool) });
-                    (name.as_deref(), Part::Tool(task.tools.len() - 1))
-                }
-            };
-            parts.extend(name.map(|name| (name, part)));
-        }
-        for (i, name) in self.order.iter().enumerate() {
-            let part = parts.iter().find(|(other, _)| other == name);
-            let unknown = || {
-                ValidationError::new(format_args!("order[{i}]"), format_args!("`{name}` is not an object of the level"))
-            };
-            task.order.push(part.ok_or_else(unknown)?.1);
-        }
-        Ok(())
-    }
-
     fn marker(&self, marker: &Object) -> Result<Marker, ValidationError> {
-        let ball = marker.ball().map_err(|problem| problem.within("marker"))?;
         Ok(Marker {
-            ball,
+            ball: marker.ball().map_err(|problem| problem.within("marker"))?,
             move_threshold: self.rules.move_threshold,
             must_hit: self.rules.marker_must_hit,
-            subgoals: Vec::new(),
+            subgoals: regions(&self.marker_subgoals, "marker_subgoals")?,
         })
     }
+
+    /// The parts in the recorded order, if there is one.
+    fn ordered(&self, fixed: Vec<(Option<&str>, Part)>) -> Result<Vec<Part>, ValidationError> {
+        // In a marker level, CREATE uses the first object as the marker.
+        let marker = self.marker.iter().map(|marker| (marker.name.as_deref().or(Some("env0")), Part::Marker));
+        let parts: Vec<_> = [(Some("target"), Part::Target), (Some("goal"), Part::Goal)]
+            .into_iter()
+            .chain(named(&self.subgoals, Part::Subgoal))
+            .chain(named(&self.marker_subgoals, Part::MarkerSubgoal))
+            .chain(marker)
+            .chain(fixed)
+            .collect();
+        let part = |(i, name): (usize, &String)| {
+            let found = parts.iter().find(|(other, _)| *other == Some(name));
+            let message = || format!("`{name}` is not an object of the level");
+            found.map(|(_, part)| *part).ok_or_else(|| ValidationError::new(format_args!("order[{i}]"), message()))
+        };
+        self.order.iter().enumerate().map(part).collect()
+    }
+}
+
+impl Fixed {
+    fn add_to(&self, task: &mut Task) -> Result<Part, ValidationError> {
+        Ok(match self {
+            Self::Ball(object) => {
+                task.balls.push(object.ball()?);
+                Part::Ball(task.balls.len() - 1)
+            }
+            Self::Box(object) => {
+                task.boxes.push(object.moving_box()?);
+                Part::Box(task.boxes.len() - 1)
+            }
+            Self::Tool(tool) => {
+                let tool = tool.tool()?;
+                let position = to_normalised(tool.position).map(|p| p as f32);
+                task.tools.push(ToolSpec { kind: tool.kind, position, form: Form::of(&tool) });
+                Part::Tool(task.tools.len() - 1)
+            }
+        })
+    }
+
+    fn name(&self) -> Option<&str> {
+        match self {
+            Self::Ball(object) | Self::Box(object) => object.name.as_deref(),
+            Self::Tool(tool) => tool.name.as_deref(),
+        }
+    }
+}
+
+/// The names of the objects of a list, and their parts.
+fn named(objects: &[Object], part: fn(usize) -> Part) -> impl Iterator<Item = (Option<&str>, Part)> {
+    objects.iter().enumerate().map(move |(i, object)| (object.name.as_deref(), part(i)))
+}
+
+fn regions(objects: &[Object], path: &str) -> Result<Vec<Region>, ValidationError> {
+    let region =
+        |(i, object): (usize, &Object)| object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")));
+    objects.iter().enumerate().map(region).collect()
 }
 
 impl RecordedRules {
@@ -242,19 +249,19 @@ impl Object {
         place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))
     }
 
-    /// Rejects a size that does not apply to the object; 0 counts as absent.
-    fn without(&self, name: &str, measure: Option<f32>) -> Result<(), ValidationError> {
-        match measure {
-            None | Some(0.0) => Ok(()),
-            Some(_) => Err(ValidationError::new(name, format_args!("does not belong to a {}: remove it", self.kind))),
+    /// The radius or the size, whichever such an object has. Neither may be given for another object, except as 0.
+    fn measure(&self, own: &str) -> Result<Option<f32>, ValidationError> {
+        let measures = [("radius", self.radius), ("size", self.size)];
+        if let Some((name, _)) = measures.iter().find(|(name, value)| *name != own && value.unwrap_or(0.0) != 0.0) {
+            return Err(ValidationError::new(name, format_args!("does not belong to a {}: remove it", self.kind)));
         }
+        Ok(measures.into_iter().find(|(name, _)| *name == own).and_then(|(_, value)| value))
     }
 
     fn ball(&self) -> Result<BallSpec, ValidationError> {
-        self.without("size", self.size)?;
         let usual = BallSpec::at(self.position()?);
         Ok(BallSpec {
-            radius: self.radius.unwrap_or(usual.radius),
+            radius: self.measure("radius")?.unwrap_or(usual.radius),
             mass: self.mass.unwrap_or(usual.mass),
             elasticity: self.elasticity.unwrap_or(usual.elasticity),
             friction: self.friction.unwrap_or(usual.friction),
@@ -263,40 +270,32 @@ impl Object {
     }
 
     fn region(&self) -> Result<Region, ValidationError> {
-        self.without("size", self.size)?;
-        let radius = self.radius.ok_or_else(|| ValidationError::new("radius", "is missing"))?;
+        let radius = self.measure("radius")?.ok_or_else(|| ValidationError::new("radius", "is missing"))?;
         Ok(Region { position: self.position()?, radius })
     }
 
     fn goal(&self) -> Result<Goal, ValidationError> {
-        match self.kind.as_str() {
-            "goal_ball" => self.without("size", self.size)?,
-            "goal_star" => self.without("radius", self.radius).and(self.without("size", self.size))?,
-            _ => self.without("radius", self.radius)?,
-        }
-        let (shape, radius) = match self.kind.as_str() {
-            "goal_star" => (GoalShape::Star, STANDARD_RADIUS),
-            "goal_ball" => (GoalShape::Ball, self.radius.unwrap_or(STANDARD_RADIUS)),
-            "basket" => (GoalShape::Basket, self.size.unwrap_or(10.0) / 2.0),
-            other => return Err(self.lacking(other)),
+        let (shape, measure) = match self.kind.as_str() {
+            "goal_star" => (GoalShape::Star, self.measure("none")?),
+            "goal_ball" => (GoalShape::Ball, self.measure("radius")?),
+            "basket" => (GoalShape::Basket, Some(self.measure("size")?.unwrap_or(10.0) / 2.0)),
+            other => {
+                let message = format_args!("`{other}` is not an object that this program supports");
+                return Err(ValidationError::new("type", message));
+            }
         };
-        Ok(Goal { position: self.position()?, radius, shape })
+        Ok(Goal { position: self.position()?, radius: measure.unwrap_or(STANDARD_RADIUS), shape })
     }
 
     fn moving_box(&self) -> Result<BoxSpec, ValidationError> {
         let missing = |name: &str| ValidationError::new(name, "is missing");
-        self.without("radius", self.radius)?;
         Ok(BoxSpec {
             position: self.position()?,
             velocity: [0.0; 2],
-            size: self.size.ok_or_else(|| missing("size"))?,
+            size: self.measure("size")?.ok_or_else(|| missing("size"))?,
             mass: self.mass.ok_or_else(|| missing("mass"))?,
             elasticity: self.elasticity.unwrap_or(1.0),
             friction: self.friction.unwrap_or(1.0),
         })
-    }
-
-    fn lacking(&self, name: &str) -> ValidationError {
-        ValidationError::new("type", format_args!("`{name}` is not an object that this program supports"))
     }
 }

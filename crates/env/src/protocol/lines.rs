@@ -3,13 +3,16 @@
 use std::io::{self, BufRead, Read, Write};
 
 use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use mge_base::json::{self, SyntaxError};
 use mge_base::validation::ValidationError;
 
 /// The longest line that is read, in bytes.
 pub const MAX_LINE: usize = 16 << 20;
+
+/// A value of a record that is accepted and not read, such as a result of a recording.
+pub(super) type Ignored = Option<IgnoredAny>;
 
 /// Why a stream of JSON Lines cannot be processed.
 #[derive(Debug, thiserror::Error)]
@@ -48,7 +51,7 @@ pub enum LinesError {
     Write(#[source] io::Error),
 }
 
-/// The non-empty lines of a stream.
+/// The records of a stream, one on each line that is not empty.
 pub(super) struct Lines<'a, R> {
     input: R,
     origin: &'a str,
@@ -62,67 +65,64 @@ impl<'a, R: BufRead> Lines<'a, R> {
         Self { input, origin, text: Vec::new(), number: 0 }
     }
 
-    /// The number, from 1, and the text of the next line; None at the end of the stream.
+    /// The next record; None at the end of the stream.
     ///
     /// # Errors
-    /// When the input cannot be read or the line is longer than [`MAX_LINE`].
-    pub fn read(&mut self) -> Result<Option<(usize, &[u8])>, LinesError> {
-        let origin = || self.origin.to_owned();
+    /// When the input cannot be read, or the line is longer than [`MAX_LINE`] or not a record.
+    pub fn read<T: DeserializeOwned>(&mut self) -> Result<Option<T>, LinesError> {
         loop {
+            let origin = || self.origin.to_owned();
             self.number += 1;
+            let line = self.number;
             self.text.clear();
             let mut input = self.input.by_ref().take(MAX_LINE as u64 + 1);
             let length = input
                 .read_until(b'\n', &mut self.text)
                 .map_err(|source| LinesError::Read { origin: origin(), source })?;
-            match length {
-                0 => return Ok(None),
-                _ if length > MAX_LINE => return Err(LinesError::TooLong { origin: origin(), line: self.number }),
-                _ if self.text.trim_ascii().is_empty() => {}
-                _ => return Ok(Some((self.number, self.text.trim_ascii_end()))),
+            match self.text.trim_ascii_end() {
+                _ if length > MAX_LINE => return Err(LinesError::TooLong { origin: origin(), line }),
+                [] if length == 0 => return Ok(None),
+                [] => {}
+                text => {
+                    return Ok(Some(json::parse(text, self.origin).map_err(|error| SyntaxError { line, ..error })?));
+                }
             }
         }
     }
-}
 
-/// Passes every value of a stream of JSON Lines to `each`, in order, until one fails.
-///
-/// # Errors
-/// The first line that cannot be read, or the error of `each`, with the line number.
-pub(super) fn for_each_line<T: DeserializeOwned>(
-    input: impl BufRead,
-    origin: &str,
-    mut each: impl FnMut(T) -> Result<(), LineFailure>,
-) -> Result<(), LinesError> {
-    let mut lines = Lines::new(input, origin);
-    while let Some((line, text)) = lines.read()? {
-        let value = json::parse(text, origin).map_err(|error| SyntaxError { line, ..error })?;
-        each(value).map_err(|failure| match failure {
-            LineFailure::Invalid(error) => LinesError::Invalid { origin: origin.to_owned(), line, error },
-            LineFailure::Write(source) => LinesError::Write(source),
-        })?;
+    /// Passes each record to `act`, in order.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), and when `act` refuses a record.
+    pub fn each<T: DeserializeOwned>(
+        mut self,
+        mut act: impl FnMut(T) -> Result<(), ValidationError>,
+    ) -> Result<(), LinesError> {
+        while let Some(record) = self.read()? {
+            act(record).map_err(|error| self.invalid(error))?;
+        }
+        Ok(())
     }
-    Ok(())
-}
 
-/// Why a well-formed line could not be processed.
-#[derive(Debug)]
-pub(super) enum LineFailure {
-    /// It has a value that is not allowed.
-    Invalid(ValidationError),
-    /// The result cannot be written.
-    Write(io::Error),
-}
-
-impl From<ValidationError> for LineFailure {
-    fn from(error: ValidationError) -> Self {
-        Self::Invalid(error)
+    /// Writes the answer to each record, in order.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), when `answer` refuses a record, and when the output cannot be written.
+    pub fn answer<T: DeserializeOwned, A: Serialize>(
+        mut self,
+        mut output: impl Write,
+        mut answer: impl FnMut(T) -> Result<A, ValidationError>,
+    ) -> Result<(), LinesError> {
+        while let Some(record) = self.read()? {
+            let answer = answer(record).map_err(|error| self.invalid(error))?;
+            write_line(&mut output, &answer).map_err(LinesError::Write)?;
+        }
+        output.flush().map_err(LinesError::Write)
     }
-}
 
-impl From<io::Error> for LineFailure {
-    fn from(error: io::Error) -> Self {
-        Self::Write(error)
+    /// The latest record is not allowed.
+    fn invalid(&self, error: ValidationError) -> LinesError {
+        LinesError::Invalid { origin: self.origin.to_owned(), line: self.number, error }
     }
 }
 
@@ -143,7 +143,7 @@ mod tests {
 
     fn sum(input: impl BufRead) -> Result<u64, LinesError> {
         let mut sum = 0;
-        for_each_line(input, "numbers", |number: u64| {
+        Lines::new(input, "numbers").each(|number: u64| {
             sum += number;
             Ok(())
         })?;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
 
-use serde::de::{IgnoredAny, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::lines::{LinesError, for_each_line, write_line};
+use super::lines::{Ignored, Lines, LinesError};
 use super::recorded::RecordedTool;
 use mge_base::validation::{ValidationError, in_range};
 use mge_physics::{
@@ -21,6 +21,7 @@ pub(super) type Row = [f64; 6];
 
 /// Tools and bodies with their initial states, to be simulated for some steps. The recorded results (contacts, the
 /// rest of the trajectories) are ignored.
+#[expect(dead_code, reason = "the results are never read")]
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordedScene {
@@ -32,32 +33,23 @@ struct RecordedScene {
     #[serde(default)]
     others: Vec<Mover>,
     steps: u32,
-    #[serde(rename = "traj")]
-    start: FirstRow,
+    traj: FirstRow,
     /// Trajectories of the other bodies, by name, of which only the first rows are read.
     #[serde(default)]
     parts: BTreeMap<String, FirstRow>,
-    #[serde(default, rename = "kind")]
-    _kind: IgnoredAny,
-    #[serde(default, rename = "start")]
-    _start: IgnoredAny,
-    #[serde(default, rename = "first_contact")]
-    _first_contact: IgnoredAny,
-    #[serde(default, rename = "contacts")]
-    _contacts: IgnoredAny,
-    #[serde(default, rename = "events")]
-    _events: IgnoredAny,
-    #[serde(default, rename = "captured")]
-    _captured: IgnoredAny,
-    #[serde(default, rename = "captured_step")]
-    _captured_step: IgnoredAny,
-    #[serde(default, rename = "sleep_step")]
-    _sleep_step: IgnoredAny,
-    #[serde(default, rename = "sleep_steps")]
-    _sleep_steps: IgnoredAny,
+    kind: Ignored,
+    start: Ignored,
+    first_contact: Ignored,
+    contacts: Ignored,
+    events: Ignored,
+    captured: Ignored,
+    captured_step: Ignored,
+    sleep_step: Ignored,
+    sleep_steps: Ignored,
 }
 
 /// A moving body: a ball with a radius or a box with a size.
+#[expect(dead_code, reason = "the results are never read")]
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Mover {
@@ -68,8 +60,7 @@ struct Mover {
     mass: f32,
     elasticity: f32,
     friction: f32,
-    #[serde(default, rename = "angle")]
-    _angle: IgnoredAny,
+    angle: Ignored,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
@@ -126,7 +117,7 @@ impl RecordedScene {
                 return Err(ValidationError::new("mover", "cannot be given together with `ball`: remove one"));
             }
         };
-        first.add_to(&mut world, name, "traj", Some(&self.start))?;
+        first.add_to(&mut world, name, "traj", Some(&self.traj))?;
         for (index, other) in self.others.iter().enumerate() {
             let name = format!("mover{}", index + 1);
             let path = format!("others[{index}]");
@@ -220,13 +211,15 @@ impl Mover {
         rows: &str,
         start: Option<&FirstRow>,
     ) -> Result<(), ValidationError> {
-        let unfitting = match self.shape {
-            Form::Ball => self.size.map(|_| ("size", "ball has a radius")),
-            Form::Box => self.radius.map(|_| ("radius", "box has a size")),
+        let ((own, measure), (other, misplaced), shape) = match self.shape {
+            Form::Ball => (("radius", self.radius), ("size", self.size), "ball"),
+            Form::Box => (("size", self.size), ("radius", self.radius), "box"),
         };
-        if let Some((name, instead)) = unfitting {
-            return Err(ValidationError::new(format_args!("{path}.{name}"), format_args!("a {instead}: remove it")));
+        if misplaced.is_some() {
+            let message = format_args!("a {shape} has a {own}: remove it");
+            return Err(ValidationError::new(format_args!("{path}.{other}"), message));
         }
+        let measure = measure.ok_or_else(|| ValidationError::new(format_args!("{path}.{own}"), "is missing"))?;
         let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
         for (column, value) in start.iter().enumerate() {
             in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;
@@ -234,18 +227,15 @@ impl Mover {
         let [x, y, vx, vy, angle, angular_velocity] = *start;
         let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
         let Self { mass, elasticity, friction, .. } = *self;
-        let missing = |name: &str| ValidationError::new(format_args!("{path}.{name}"), "is missing");
         match self.shape {
             Form::Ball => {
-                let radius = self.radius.ok_or_else(|| missing("radius"))?;
-                let ball = Ball { radius, mass, elasticity, friction };
+                let ball = Ball { radius: measure, mass, elasticity, friction };
                 ball.check().map_err(|problem| problem.within(path))?;
                 check_clear(world, ball, motion, rows)?;
                 world.add_ball(ball, motion);
             }
             Form::Box => {
-                let size = self.size.ok_or_else(|| missing("size"))?;
-                let moving = MovingBox { size, mass, elasticity, friction };
+                let moving = MovingBox { size: measure, mass, elasticity, friction };
                 moving.check().map_err(|problem| problem.within(path))?;
                 world.add_box(moving, motion);
             }
@@ -273,29 +263,18 @@ pub(super) fn row(motion: Motion) -> Row {
     [x, y, vx, vy, angle, angular_velocity]
 }
 
-/// The first row of a trajectory; the others are skipped.
-#[derive(Debug, Clone, Copy)]
+/// The first row of a trajectory; the others are not read.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "Vec<Value>")]
 struct FirstRow(Row);
 
-impl<'de> Deserialize<'de> for FirstRow {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_seq(Rows)
-    }
-}
+impl TryFrom<Vec<Value>> for FirstRow {
+    type Error = String;
 
-struct Rows;
-
-impl<'de> Visitor<'de> for Rows {
-    type Value = FirstRow;
-
-    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.write_str("a list of rows [x, y, vx, vy, angle, angular velocity], at least the first")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<FirstRow, A::Error> {
-        let first = rows.next_element()?.ok_or_else(|| serde::de::Error::invalid_length(0, &self))?;
-        while rows.next_element::<IgnoredAny>()?.is_some() {}
-        Ok(FirstRow(first))
+    fn try_from(rows: Vec<Value>) -> Result<Self, String> {
+        let first = rows.into_iter().next().ok_or("has no rows")?;
+        let row = Row::deserialize(first).map_err(|error| format!("the first row: {error}"))?;
+        Ok(Self(row))
     }
 }
 
@@ -303,10 +282,6 @@ impl<'de> Visitor<'de> for Rows {
 ///
 /// # Errors
 /// At the first line that is not a valid scene.
-pub fn simulate(input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
-    for_each_line(input, "stdin", |scene: RecordedScene| {
-        write_line(&mut output, &scene.simulate()?)?;
-        Ok(())
-    })?;
-    output.flush().map_err(LinesError::Write)
+pub fn simulate(input: impl BufRead, output: impl Write) -> Result<(), LinesError> {
+    Lines::new(input, "stdin").answer(output, |scene: RecordedScene| scene.simulate())
 }

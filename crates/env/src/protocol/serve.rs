@@ -24,7 +24,6 @@ use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
 use crate::{Action, Choice, Environment, IMAGE_LEN, IMAGE_SIDE, Info, ObservationPart, Placement};
-use mge_base::json;
 use mge_base::streams::Stream;
 use mge_physics::ACTION_SET;
 
@@ -117,10 +116,12 @@ pub fn serve(
 ) -> Result<(), LinesError> {
     let mut server = Server { env, has_images, rng: Stream::Episode.of(seed), begun: false };
     let mut lines = Lines::new(input, "stdin");
-    while let Some((line, text)) = lines.read()? {
-        let answer = match json::parse(text, "stdin") {
-            Ok(request) => server.answer(request),
-            Err(error) => Answer::Error { error: json::SyntaxError { line, ..error }.to_string() },
+    loop {
+        let answer = match lines.read() {
+            Ok(None) => break,
+            Ok(Some(request)) => server.answer(request),
+            Err(LinesError::Syntax(error)) => Answer::Error { error: error.to_string() },
+            Err(error) => return Err(error),
         };
         // The client waits for the answer, so it is flushed at once.
         write_line(&mut output, &answer).and_then(|()| output.flush()).map_err(LinesError::Write)?;
