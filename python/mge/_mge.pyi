@@ -112,7 +112,6 @@ class VectorCore:
         num_threads: int | None = None,
         tools: str | None = None,
         images: bool = False,
-        pictures: _Path | None = None,
         rays: bool = False,
     ) -> VectorCore: ...
     @property

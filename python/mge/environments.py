@@ -147,7 +147,6 @@ class _Puzzles:
         num_threads: int | None,
         tools: str | None,
         observation: str | Sequence[str],
-        pictures: str | os.PathLike[str] | None,
         render_mode: str | None,
         render_size: tuple[int, int],
     ) -> None:
@@ -161,7 +160,7 @@ class _Puzzles:
         self.render_size = width, height
         names = _names(observation)
         has_images, has_rays = "image" in names, "rays" in names
-        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools, has_images, pictures, has_rays
+        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools, has_images, has_rays
         core = self._make()
         self._parts = _Parts(core, observation)
         self._tools = core.tool_count
@@ -204,8 +203,6 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         observation: `"vector"`, `"image"` (84 x 84 x 3, as in CREATE), or the name of a part of the vector;
             or a list of these, such as `["objects", "image"]`, for a dictionary. `"rays"` in place of the vector
             has the same length for every task; not with tools.
-        pictures: CREATE's folder `create_game/assets`, to draw its pictures of tools in images; plain
-            shapes if None.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
@@ -225,11 +222,10 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         task: Task | str | os.PathLike[str] = "task1",
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
-        pictures: str | os.PathLike[str] | None = None,
         render_mode: str | None = None,
         render_size: tuple[int, int] = DEFAULT_SIZE,
     ) -> None:
-        self._begin(task, 1, "Disabled", 1, tools, observation, pictures, render_mode, render_size)
+        self._begin(task, 1, "Disabled", 1, tools, observation, render_mode, render_size)
         self.observation_space, self.action_space = self._parts.space, _action_space(self._tools)
         self._seeded = False
 
@@ -322,7 +318,7 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
     """Many environments of one puzzle, stepped by one call on all cores.
 
     Args:
-        task, tools, observation, pictures: as in `PuzzleEnv`.
+        task, tools, observation: as in `PuzzleEnv`.
         num_envs: number of environments.
         autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
             `SAME_STEP` or `DISABLED`.
@@ -353,12 +349,11 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
         render_size: tuple[int, int] = DEFAULT_SIZE,
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
-        pictures: str | os.PathLike[str] | None = None,
     ) -> None:
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
         mode = self.autoreset_mode.value
-        self._begin(task, num_envs, mode, num_threads, tools, observation, pictures, render_mode, render_size)
+        self._begin(task, num_envs, mode, num_threads, tools, observation, render_mode, render_size)
         self.num_envs = num_envs
         self.copy = copy
         self.single_observation_space, self.single_action_space = self._parts.space, _action_space(self._tools)

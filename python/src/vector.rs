@@ -1,8 +1,5 @@
 //! Vectors of environments.
 
-use std::path::PathBuf;
-use std::sync::Arc;
-
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
@@ -18,7 +15,7 @@ use super::pool::{Caller, abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;
 use mge_env::{
-    self as env, Action, ActionSet, Autoreset, Choice, IMAGE_LEN, IMAGE_SIDE, Pictures, VectorEnvironment, VectorError,
+    self as env, Action, ActionSet, Autoreset, Choice, IMAGE_LEN, IMAGE_SIDE, VectorEnvironment, VectorError,
 };
 use mge_figures::Figure;
 use mge_physics::ToolSplit;
@@ -47,7 +44,7 @@ pub struct VectorCore {
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None, images = false, pictures = None, rays = false))]
+    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None, images = false, rays = false))]
     #[expect(clippy::too_many_arguments)] // Keyword arguments in Python.
     fn new(
         py: Python<'_>,
@@ -57,7 +54,6 @@ impl VectorCore {
         #[pyo3(from_py_with = num_threads)] num_threads: Option<usize>,
         tools: Option<&str>,
         images: bool,
-        pictures: Option<PathBuf>,
         rays: bool,
     ) -> PyResult<Self> {
         let autoreset = match autoreset {
@@ -85,10 +81,6 @@ impl VectorCore {
         }
         if images {
             env = env.with_images();
-        }
-        if let Some(folder) = pictures {
-            let pictures = abandonable(py, move || Pictures::load(&folder))?.map_err(exception)?;
-            env = env.with_pictures(&Arc::new(pictures));
         }
         Ok(Self {
             images: images.then(|| PyArray4::zeros(py, [num_envs, IMAGE_SIDE, IMAGE_SIDE, 3], false).unbind()),
@@ -181,7 +173,7 @@ impl VectorCore {
         let (actions, _) = actions.as_slice()?.as_chunks::<2>();
         let start = std::time::Instant::now();
         this.change(py, actions.len(), |env, rows, caller| {
-            caller.stop().until(actions.chunks(count)).try_for_each(|actions| env.par_step(actions, rows))
+            caller.stop().until(actions.chunks(count)).try_for_each(|actions| env.step(actions, rows))
         })?;
         Ok(start.elapsed().as_secs_f64())
     }
@@ -289,7 +281,7 @@ fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
 impl VectorCore {
     /// Takes an action in each environment.
     fn take<A: Into<Choice> + Copy + Sync>(&mut self, py: Python<'_>, actions: &[A]) -> PyResult<()> {
-        self.change(py, actions.len(), |env, rows, _| env.par_step(actions, rows))
+        self.change(py, actions.len(), |env, rows, _| env.step(actions, rows))
     }
 
     /// Changes environments and their observations `times` times without holding the GIL, then all arrays. After a
@@ -309,7 +301,7 @@ impl VectorCore {
             env.stop_on(caller.stop());
             change(env, rows, caller)?;
             if let Some(pixels) = pixels {
-                env.par_draw(pixels);
+                env.draw(pixels);
             }
             Ok(())
         });

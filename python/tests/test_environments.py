@@ -272,8 +272,6 @@ def test_images_are_observations():
     state = envs.get_state()
     envs.reset(seed=1)
     assert (envs.set_state(state) == first).all()
-    with pytest.raises(ValueError, match="nowhere.*give the folder"):
-        mge.PuzzleEnv(observation="image", pictures="nowhere")
     with pytest.raises(ValueError, match="names nothing"):
         mge.PuzzleEnv(observation=[])
 

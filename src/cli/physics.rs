@@ -12,7 +12,7 @@ use mge_base::bounded;
 use mge_base::json;
 use mge_env::protocol;
 use mge_env::protocol::Catalogue;
-use mge_env::{Action, Environment, Pictures};
+use mge_env::{Action, Environment};
 use mge_task as task;
 
 pub fn simulate() -> Outcome {
@@ -28,13 +28,10 @@ pub fn play(arguments: &Play) -> Outcome {
 }
 
 pub fn serve(command: &Env) -> Outcome {
-    let Env::Serve { task, tools, images, pictures, seed } = command;
+    let Env::Serve { task, tools, images, seed } = command;
     let mut env = Environment::new(Arc::new(task::load(task)?));
     if let Some(tools) = tools {
         env = env.with_tools(*tools);
-    }
-    if let Some(folder) = pictures {
-        env = env.with_pictures(Arc::new(Pictures::load(folder)?));
     }
     Ok(protocol::serve(env, *images, *seed, io::stdin().lock(), output::stream())?)
 }

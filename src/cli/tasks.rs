@@ -11,7 +11,6 @@ use mge_base::atomic::Target;
 use mge_base::markdown;
 use mge_base::stop::Stop;
 use mge_base::text::counted;
-use mge_env as env;
 use mge_experiments::study::audit::{AuditRow, audit};
 use mge_guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
 use mge_task::{self as task, Task, TaskError};
@@ -75,7 +74,7 @@ fn list(as_json: bool) -> Outcome {
 fn check(files: &[String]) -> Outcome {
     let mut wrong = 0;
     for file in files {
-        match check_file(file) {
+        match task::load(file) {
             Ok(task) => {
                 let (subgoals, tools) = (counted(task.subgoals.len(), "subgoal"), counted(task.tools.len(), "tool"));
                 output::line(format_args!("{file}: ok ({subgoals}, {tools})"))?;
@@ -87,13 +86,6 @@ fn check(files: &[String]) -> Outcome {
         }
     }
     if wrong > 0 { Err(format!("{wrong} of {} tasks cannot be used", files.len()).into()) } else { Ok(()) }
-}
-
-/// Checks that a task is valid and that its environment keeps the contract.
-fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
-    let task = Arc::new(task::load(file)?);
-    env::check(&task).map_err(|violation| format!("{file}: {violation}"))?;
-    Ok(task)
 }
 
 fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, to: Option<&Target>) -> Outcome {

@@ -8,7 +8,7 @@ use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
 use super::description::SCENE_SLOTS;
 use super::episode::Snapshot;
-use super::image::{self, IMAGE_LEN, Pictures};
+use super::image::{self, IMAGE_LEN};
 use super::observation::ObservationPart;
 #[cfg(doc)]
 use super::rays::RAYS_LEN;
@@ -45,7 +45,6 @@ pub struct Environment {
     /// The start of every episode, if all start alike.
     first: Option<Arc<Snapshot>>,
     now: Snapshot,
-    pictures: Option<Arc<Pictures>>,
 }
 
 impl Environment {
@@ -62,7 +61,6 @@ impl Environment {
             by_rays: false,
             first,
             now,
-            pictures: None,
         }
     }
 
@@ -94,16 +92,10 @@ impl Environment {
         Self { by_rays: true, ..self }
     }
 
-    /// Draws tools with CREATE's own pictures, so that images equal CREATE's.
-    #[must_use]
-    pub fn with_pictures(self, pictures: Arc<Pictures>) -> Self {
-        Self { pictures: Some(pictures), ..self }
-    }
-
-    /// Shows itself as `other` does: with the same pictures, and by rays if `other` is observed by rays.
+    /// Observed by rays if `other` is.
     #[must_use]
     pub(super) fn shown_like(self, other: &Self) -> Self {
-        Self { by_rays: other.by_rays, pictures: other.pictures.clone(), ..self }
+        Self { by_rays: other.by_rays, ..self }
     }
 
     /// The split from which action sets are drawn, if they are drawn.
@@ -188,7 +180,7 @@ impl Environment {
     /// Draws the scene like CREATE's image observations: rows from the top, mirrored left to right, three bytes per
     /// pixel.
     pub fn draw(&self, pixels: &mut [u8; IMAGE_LEN]) {
-        image::draw(&self.now, self.pictures.as_deref(), pixels);
+        image::draw(&self.now, pixels);
     }
 
     /// The parts of an observation, in order.

@@ -6,8 +6,8 @@
 //! Terms are those of Gymnasium: an episode is *terminated* by the task itself (goal reached, ball out of the screen,
 //! standstill) and *truncated* by the maximum number of actions.
 //!
-//! A [`Snapshot`] continues an episode exactly where it was taken; [`fn@check`] tests this and the rest of the contract
-//! for any task. [`VectorEnvironment`] steps many environments at once, [`protocol`] serves one to other programs.
+//! A [`Snapshot`] continues an episode exactly where it was taken. [`VectorEnvironment`] steps many environments at
+//! once, [`protocol`] serves one to other programs.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -34,7 +34,6 @@ pub mod protocol;
 
 mod action;
 mod action_set;
-mod check;
 mod description;
 mod environment;
 mod episode;
@@ -49,11 +48,10 @@ mod view;
 
 pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
 pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_embedding, tool_features};
-pub use check::{Contract, Violation, check};
 pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS, TARGET_POSITION};
 pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
-pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
+pub use image::{IMAGE_LEN, IMAGE_SIDE};
 pub use observation::{
     BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
 };

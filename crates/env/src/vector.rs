@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::action::Action;
 use super::action_set::{ActionSet, Choice};
 use super::environment::Environment;
-use super::image::Pictures;
 use super::observation::ObservationPart;
 use super::rays::RAYS_LEN;
 use mge_base::stop::Stop;
@@ -138,12 +137,6 @@ impl VectorEnvironment {
         Self { observation_len: RAYS_LEN, ..self.changed(Environment::with_rays) }
     }
 
-    /// Draws tools with CREATE's own pictures.
-    #[must_use]
-    pub fn with_pictures(self, pictures: &Arc<Pictures>) -> Self {
-        self.changed(|env| env.with_pictures(pictures.clone()))
-    }
-
     fn changed(self, change: impl Fn(Environment) -> Environment) -> Self {
         let players = self.players.into_iter().map(|player| Player { env: change(player.env), ..player });
         Self { players: players.collect(), ..self }
@@ -160,18 +153,13 @@ impl VectorEnvironment {
         self.players.iter_mut().for_each(|player| player.begun = false);
     }
 
-    /// Draws all current scenes, [`IMAGE_LEN`](super::IMAGE_LEN) bytes each, like [`Environment::draw`].
+    /// Draws all current scenes, [`IMAGE_LEN`](super::IMAGE_LEN) bytes each, like [`Environment::draw`]; on the threads
+    /// of the current rayon pool if there are many.
     pub fn draw(&self, pixels: &mut [u8]) {
         let (images, _) = pixels.as_chunks_mut();
-        self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
-    }
-
-    /// Like [`draw`](Self::draw), on the threads of the current rayon pool if there are many.
-    pub fn par_draw(&self, pixels: &mut [u8]) {
         if self.count() < FEW {
-            return self.draw(pixels);
+            return self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
         }
-        let (images, _) = pixels.as_chunks_mut();
         let pairs = self.players.par_iter().zip(images).with_min_len(AT_ONCE).filter(|_| !self.stop.is_requested());
         pairs.for_each(|(player, image)| player.env.draw(image));
     }
@@ -241,36 +229,27 @@ impl VectorEnvironment {
 
     /// Takes one action in each environment: a position, or a [`Choice`] of a tool and a position. The observations
     /// are written to `observations`, which has one row per environment; the rest is in [`outcomes`](Self::outcomes).
+    /// Many environments share the threads of the current rayon pool.
     ///
     /// # Errors
     /// When any environment cannot take its action; then none has taken one.
-    pub fn step<A: Into<Choice> + Copy>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError> {
-        self.check(actions)?;
-        let rows = observations.chunks_mut(self.observation_len);
-        let going = self.players.iter_mut().zip(rows).zip(actions).take_while(|_| !self.stop.is_requested());
-        for ((player, row), action) in going {
-            player.step((*action).into(), self.autoreset, self.has_images, row);
-        }
-        Ok(())
-    }
-
-    /// Like [`step`](Self::step), on the threads of the current rayon pool if there are many.
-    ///
-    /// # Errors
-    /// As [`step`](Self::step).
-    pub fn par_step<A>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError>
+    pub fn step<A>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError>
     where
         A: Into<Choice> + Copy + Sync,
     {
-        if self.count() < FEW {
-            return self.step(actions, observations);
-        }
         self.check(actions)?;
-        let rows = observations.par_chunks_mut(self.observation_len);
-        let players = self.players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE);
-        let players = players.filter(|_| !self.stop.is_requested());
-        let (autoreset, has_images) = (self.autoreset, self.has_images);
-        players.for_each(|((player, row), action)| player.step((*action).into(), autoreset, has_images, row));
+        let Self { autoreset, has_images, observation_len, ref mut players, ref stop, .. } = *self;
+        let take = |((player, row), action): ((&mut Player, &mut [f32]), &A)| {
+            if !stop.is_requested() {
+                player.step((*action).into(), autoreset, has_images, row);
+            }
+        };
+        if players.len() < FEW {
+            players.iter_mut().zip(observations.chunks_mut(observation_len)).zip(actions).for_each(take);
+        } else {
+            let rows = observations.par_chunks_mut(observation_len);
+            players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE).for_each(take);
+        }
         Ok(())
     }
 
@@ -319,7 +298,7 @@ impl VectorEnvironment {
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
         let mut restored = state.0.clone();
-        // A state read from text has no pictures, and its observation may be another.
+        // The observation of a state read from text may be another.
         restored.env = restored.env.shown_like(&player.env);
         restored.outcome = Outcome { info: restored.info(None), ..Outcome::default() };
         *player = restored;

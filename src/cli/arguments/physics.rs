@@ -35,9 +35,6 @@ pub enum Env {
         /// Also send images of the scene, 84 x 84 pixels as in CREATE
         #[arg(long)]
         images: bool,
-        /// Folder of CREATE's own pictures of tools for the images, `create_game/assets`
-        #[arg(long, value_name = "DIR", requires = "images")]
-        pictures: Option<PathBuf>,
         /// Seed of the start noise, random shifts and action sets until a reset sets another
         #[arg(long, default_value_t = 0)]
         seed: u64,

@@ -22,7 +22,7 @@ pub struct Tasks {
 
 #[derive(Debug, Subcommand)]
 pub enum TasksCommand {
-    /// Validate task files, and check that their environments keep the contract
+    /// Validate task files
     Check {
         /// Task files, or names of shipped tasks
         #[arg(required = true)]

@@ -10,7 +10,9 @@ pub mod signals;
 
 pub use graphics::{Graphics, Protocol};
 pub use input::Input;
-pub use parser::{Parser, Received};
+#[cfg(any(test, fuzzing))]
+pub use parser::Parser;
+pub use parser::Received;
 
 use std::backtrace::Backtrace;
 use std::cell::RefCell;

@@ -37,10 +37,6 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    pub fn point(&mut self, [x, y]: Pixel, colour: Colour) {
-        self.row(x, y, x, colour);
-    }
-
     fn column(&mut self, x: i32, from: i32, to: i32, colour: Colour) {
         for y in from.max(0)..=to.min(LAST) {
             self.row(x, y, x, colour);

@@ -2,10 +2,9 @@
 //! left to right.
 //!
 //! Balls, polygons, segments and planks are drawn as in CREATE. Objects for which CREATE uses pictures, such as
-//! ladders and belts, are drawn as plain shapes in similar colours, or with CREATE's own [`Pictures`].
+//! ladders and belts, are drawn as plain shapes in similar colours.
 
 mod canvas;
-mod pictures;
 #[cfg(test)]
 mod tests;
 
@@ -13,10 +12,8 @@ use super::episode::{Snapshot, goal_object};
 use canvas::{Canvas, Colour, Pixel};
 use mge_physics::{Motion, ObjectId, SCREEN, Tool, ToolKind, World, exact, to_units};
 use mge_task::{GoalShape, Part, Region, Task};
-use pictures::Picture;
 
 pub use canvas::{IMAGE_LEN, IMAGE_SIDE};
-pub use pictures::{Pictures, PicturesError};
 
 const TARGET: Colour = [244, 91, 105];
 const MARKER: Colour = [121, 173, 220];
@@ -40,9 +37,9 @@ const BOUNCY_FROM: f64 = 0.65;
 const EDGE_LENGTH: f64 = 84.0;
 
 /// Draws the scene.
-pub(super) fn draw(now: &Snapshot, pictures: Option<&Pictures>, pixels: &mut [u8; IMAGE_LEN]) {
+pub(super) fn draw(now: &Snapshot, pixels: &mut [u8; IMAGE_LEN]) {
     let (task, world) = (now.task(), now.world());
-    let mut image = Image { canvas: Canvas::new(pixels), task, now, pictures };
+    let mut image = Image { canvas: Canvas::new(pixels), task, now };
     image.part(Part::Target);
     image.part(Part::Goal);
     let tools = world.tools().collect::<Vec<_>>();
@@ -62,7 +59,6 @@ struct Image<'a> {
     canvas: Canvas<'a>,
     task: &'a Task,
     now: &'a Snapshot,
-    pictures: Option<&'a Pictures>,
 }
 
 /// The pixel of a point in units: the origin is the upper left corner, coordinates are truncated.
@@ -102,33 +98,16 @@ impl Image<'_> {
         self.canvas.disc(pixel(centre), radius as i32, colour);
     }
 
-    /// Draws a picture into the bounding box of `points`, extended by `reach`. Returns false if no pictures are
-    /// loaded.
-    fn picture(&mut self, picture: Picture, angle: f64, points: &[[f64; 2]], reach: f64) -> bool {
-        let Some(pictures) = self.pictures else { return false };
-        let least = |axis: usize| points.iter().map(|point| point[axis]).fold(f64::INFINITY, f64::min) - reach;
-        let most = |axis: usize| points.iter().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max) + reach;
-        let (top, bottom) = (f64::from(SCREEN) - most(1), f64::from(SCREEN) - least(1));
-        pictures.draw(&mut self.canvas, picture, angle, [least(0), top], [most(0), bottom]);
-        true
-    }
-
     fn ball(&mut self, index: usize, colour: Colour) {
         let (motion, radius) = (self.world().motion(index), self.world().ball_material(index).radius);
-        if radius != BASKETBALL_RADIUS {
-            self.disc(motion.position, radius, colour);
-        } else if !self.picture(Picture::Basketball, motion.angle, &[motion.position], exact(radius)) {
-            self.disc(motion.position, radius, BASKETBALL);
-        }
+        self.disc(motion.position, radius, if radius == BASKETBALL_RADIUS { BASKETBALL } else { colour });
     }
 
     fn moving_box(&mut self, index: usize) {
         let Some(moving) = self.world().moving_box(index) else { return };
         let Motion { position, angle, .. } = self.world().motion(index);
         let tool = Tool { size: exact(moving.size), angle, ..Tool::new(ToolKind::Box, position) };
-        if !self.picture(Picture::Box, angle, &tool.corner_points(), 0.0) {
-            self.polygon(&tool, MOVING_BOX);
-        }
+        self.polygon(&tool, MOVING_BOX);
     }
 
     fn goal(&mut self) {
@@ -147,22 +126,15 @@ impl Image<'_> {
             }
             (GoalShape::Basket, _) => {
                 let tool = Tool { size: 2.0 * radius, ..Tool::new(ToolKind::Box, [x, y]) };
-                if !self.picture(Picture::Basket, 0.0, &tool.corner_points(), 0.0) {
-                    self.polygon(&tool, GOAL);
-                }
+                self.polygon(&tool, GOAL);
             }
             _ => self.disc([x, y], goal.radius, GOAL),
         }
     }
 
     fn tool(&mut self, tool: &Tool, index: usize, is_placed: bool) {
-        use ToolKind::{Box, Circle, Floor, Hexagon, Pentagon, Ramp, Square, Triangle, Wall};
+        use ToolKind::{Box, Circle};
         let colour = colour(tool, is_placed);
-        if let Some((picture, angle)) = picture(tool)
-            && self.picture(picture, angle, &tool.corner_points(), tool.radius)
-        {
-            return;
-        }
         match tool.kind {
             Circle => self.disc(tool.position, tool.size as f32, colour),
             Box if tool.angle == 0.0 => {
@@ -170,8 +142,6 @@ impl Image<'_> {
                 let corner = [x - tool.size / 2.0, f64::from(SCREEN) - y - tool.size / 2.0].map(|p| p as i32);
                 self.canvas.rectangle(corner, [tool.size as i32; 2], colour);
             }
-            Triangle | Square | Pentagon | Hexagon => self.polygon(tool, colour),
-            Ramp | Wall | Floor => self.segment(tool, colour),
             kind if kind.is_hinged() => self.plank(tool, index),
             kind if kind.is_segment() => self.segment(tool, colour),
             _ => self.polygon(tool, colour),
@@ -202,24 +172,6 @@ impl Image<'_> {
             self.canvas.disc(pixel(weight.position), 1, PLANK);
         }
     }
-}
-
-/// CREATE's picture of a tool, and the angle by which it is turned.
-fn picture(tool: &Tool) -> Option<(Picture, f64)> {
-    use std::f64::consts::{FRAC_PI_2, PI};
-    let picture = match tool.kind {
-        ToolKind::Trampoline if tool.angle > FRAC_PI_2 => return Some((Picture::Trampoline, tool.angle + PI)),
-        ToolKind::Trampoline => Picture::Trampoline,
-        ToolKind::Belt if tool.velocity < 0.0 => Picture::BeltLeft,
-        ToolKind::Belt => Picture::BeltRight,
-        ToolKind::Ladder => Picture::Ladder,
-        ToolKind::Cannon => Picture::Cannon,
-        ToolKind::Fan => Picture::Fan,
-        ToolKind::Funnel => Picture::Funnel,
-        ToolKind::Bucket => Picture::Bucket,
-        _ => return None,
-    };
-    Some((picture, tool.angle))
 }
 
 fn colour(tool: &Tool, is_placed: bool) -> Colour {

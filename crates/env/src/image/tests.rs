@@ -42,7 +42,7 @@ fn drawn(record: &Value) -> Vec<u8> {
         now.world_mut().set_ball(index, Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity });
     }
     let mut image = [0; IMAGE_LEN];
-    draw(&now, None, &mut image);
+    draw(&now, &mut image);
     image.to_vec()
 }
 
@@ -52,7 +52,7 @@ fn is_picture(level: &Value, column: usize, row: usize) -> bool {
 }
 
 #[test]
-fn scenes_without_pictures_equal_create_pixel_for_pixel() {
+fn shapes_without_pictures_equal_create_pixel_for_pixel() {
     let frames = frames();
     assert!(frames.lines().count() > 30);
     for line in frames.lines() {

@@ -47,10 +47,7 @@ fn each_environment_plays_as_if_alone_on_any_number_of_threads() {
         let mut seen: Vec<Vec<(Vec<f32>, Vec<Step>)>> =
             observations.chunks(length).map(|row| vec![(row.to_vec(), Vec::new())]).collect();
         for actions in &actions {
-            match threads {
-                1 => vector.step(actions, &mut observations).unwrap(),
-                _ => pool.install(|| vector.par_step(actions, &mut observations)).unwrap(),
-            }
+            pool.install(|| vector.step(actions, &mut observations)).unwrap();
             for ((episodes, row), outcome) in seen.iter_mut().zip(observations.chunks(length)).zip(vector.outcomes()) {
                 let (last, info) = match &outcome.ended {
                     Some(ended) => (ended.observation.clone(), ended.info.clone()),
@@ -177,7 +174,7 @@ fn images_show_each_environment_and_the_last_of_an_episode_is_kept() {
     for choice in choices(31, ACTION_SET) {
         same.step(&[choice; 2], &mut rows).unwrap();
         next.step(&[choice; 2], &mut rows).unwrap();
-        same.par_draw(&mut images);
+        same.draw(&mut images);
         next.draw(&mut others);
         let is_over = same.outcomes().any(|outcome| outcome.ended.is_some());
         for (index, outcome) in same.outcomes().enumerate() {

@@ -56,33 +56,23 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn sum(&mut self) -> Result<Value, String> {
         let mut value = self.product()?;
-        loop {
-            let sign = if self.take("+") {
-                1.0
-            } else if self.take("-") {
-                -1.0
-            } else {
-                return Ok(value);
-            };
-            value = Value::Number(number(&value)? + sign * number(&self.product()?)?);
+        while let Some(sign) = self.any(["+", "-"]) {
+            let term = number(&self.product()?)?;
+            value = Value::Number(number(&value)? + if sign == "-" { -term } else { term });
         }
+        Ok(value)
     }
 
     fn product(&mut self) -> Result<Value, String> {
         let mut value = self.factor()?;
-        loop {
-            if self.take("*") {
-                value = Value::Number(number(&value)? * number(&self.factor()?)?);
-            } else if self.take("/") {
-                let divisor = number(&self.factor()?)?;
-                if divisor == 0.0 {
-                    return Err(format!("`{}` divides by zero", self.text));
-                }
-                value = Value::Number(number(&value)? / divisor);
-            } else {
-                return Ok(value);
+        while let Some(sign) = self.any(["*", "/"]) {
+            let factor = number(&self.factor()?)?;
+            if sign == "/" && factor == 0.0 {
+                return Err(format!("`{}` divides by zero", self.text));
             }
+            value = Value::Number(if sign == "/" { number(&value)? / factor } else { number(&value)? * factor });
         }
+        Ok(value)
     }
 
     fn factor(&mut self) -> Result<Value, String> {
@@ -94,7 +84,7 @@ impl<'a> Reader<'a> {
         }
         if self.take("(") {
             let value = self.sum()?;
-            return if self.take(")") { Ok(value) } else { Err(self.unexpected()) };
+            return self.expect(")").map(|()| value);
         }
         if self.take("[") {
             return self.list();
@@ -143,20 +133,27 @@ impl<'a> Reader<'a> {
 
     /// The arguments of `uniform`.
     fn uniform(&mut self) -> Result<Value, String> {
-        let is_open = self.take("(");
-        let low = if is_open { number(&self.sum()?)? } else { return Err(self.unexpected()) };
-        let is_between = self.take(",");
-        let high = if is_between { number(&self.sum()?)? } else { return Err(self.unexpected()) };
-        if self.take(")") { Ok(Value::Uniform(low, high)) } else { Err(self.unexpected()) }
+        self.expect("(")?;
+        let low = number(&self.sum()?)?;
+        self.expect(",")?;
+        let high = number(&self.sum()?)?;
+        self.expect(")").map(|()| Value::Uniform(low, high))
     }
 
     /// The argument of `random.choice`.
     fn choice(&mut self) -> Result<Value, String> {
-        let is_open = self.take("(");
-        let Value::List(choices) = (if is_open { self.sum()? } else { return Err(self.unexpected()) }) else {
-            return Err(self.unexpected());
-        };
-        if self.take(")") { Ok(Value::Choice(choices)) } else { Err(self.unexpected()) }
+        self.expect("(")?;
+        let Value::List(choices) = self.sum()? else { return Err(self.unexpected()) };
+        self.expect(")").map(|()| Value::Choice(choices))
+    }
+
+    /// The one of two tokens that comes next, if any.
+    fn any(&mut self, tokens: [&'static str; 2]) -> Option<&'static str> {
+        tokens.into_iter().find(|token| self.take(token))
+    }
+
+    fn expect(&mut self, token: &str) -> Result<(), String> {
+        if self.take(token) { Ok(()) } else { Err(self.unexpected()) }
     }
 
     fn take(&mut self, token: &str) -> bool {
