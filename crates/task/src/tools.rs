@@ -105,18 +105,14 @@ impl Form {
     }
 }
 
-/// Deserialises a struct of the type of a tool, fields of its own and a [`Form`]; further fields may be present and are
-/// ignored. A flattened [`Form`] would lose the path and the line of errors.
-#[macro_export]
+/// Deserialises a struct with a [`Form`]. A flattened [`Form`] would lose the path and the line of errors.
 macro_rules! read_with_form {
-    ($name:ident from $fields:ident { $($own:ident: $type:ty),* $(,)? } ignoring { $($ignored:ident)* }) => {
-        #[allow(dead_code, reason = "the ignored fields are never read")]
-        #[derive(serde::Deserialize)]
+    ($name:ident from $fields:ident { $($own:ident: $type:ty)? }) => {
+        #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct $fields {
-            r#type: mge_physics::ToolKind,
-            $($own: $type,)*
-            $($ignored: Option<serde::de::IgnoredAny>,)*
+            r#type: ToolKind,
+            $($own: $type,)?
             size: Option<f64>,
             angle: Option<f64>,
             radius: Option<f64>,
@@ -132,7 +128,7 @@ macro_rules! read_with_form {
 
         impl From<$fields> for $name {
             fn from(fields: $fields) -> Self {
-                let form = $crate::Form {
+                let form = Form {
                     size: fields.size,
                     angle: fields.angle,
                     radius: fields.radius,
@@ -145,11 +141,11 @@ macro_rules! read_with_form {
                     ball_mass: fields.ball_mass,
                     roll_friction: fields.roll_friction,
                 };
-                Self { kind: fields.r#type, $($own: fields.$own,)* form }
+                Self { kind: fields.r#type, $($own: fields.$own,)? form }
             }
         }
     };
 }
 
-read_with_form!(ToolSpec from ToolFields { position: [f32; 2] } ignoring {});
-read_with_form!(Placeable from PlaceableFields {} ignoring {});
+read_with_form!(ToolSpec from ToolFields { position: [f32; 2] });
+read_with_form!(Placeable from PlaceableFields {});

@@ -3,12 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::BufRead;
 
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
-use serde_json::Value;
-
 use super::lines::{Lines, LinesError};
-use super::recorded::RecordedTool;
+use super::recorded::Recorded;
 use crate::ActionSet;
 use mge_base::validation::ValidationError;
 use mge_physics::{NO_OP, Tool, catalogue_tool};
@@ -23,22 +19,6 @@ pub struct Catalogue {
     tools: BTreeMap<usize, Option<Tool>>,
 }
 
-/// A line of a catalogue file: a number and its tool, or the no-op.
-struct Entry(usize, Option<Box<RecordedTool>>);
-
-impl<'de> Deserialize<'de> for Entry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let value = Value::deserialize(deserializer)?;
-        let number = |id: Option<usize>| id.ok_or_else(|| D::Error::missing_field("tool_id"));
-        if value["type"] == "no_op" {
-            let id = Option::deserialize(&value["tool_id"]).map_err(D::Error::custom)?;
-            return Ok(Self(number(id)?, None));
-        }
-        let tool = RecordedTool::deserialize(value).map_err(D::Error::custom)?;
-        Ok(Self(number(tool.tool_id)?, Some(Box::new(tool))))
-    }
-}
-
 impl Catalogue {
     /// CREATE's catalogue.
     pub fn of_create() -> Self {
@@ -51,11 +31,12 @@ impl Catalogue {
     /// At the first line that is not a tool or repeats a number.
     pub fn read(input: impl BufRead, origin: &str) -> Result<Self, LinesError> {
         let mut tools = BTreeMap::new();
-        Lines::new(input, origin).each(|Entry(number, tool)| {
+        Lines::new(input, origin).each(|entry: Recorded| {
             if tools.len() == MAX_TOOLS {
                 return Err(ValidationError::new(".", format_args!("is one of more than {MAX_TOOLS} tools")));
             }
-            let tool = tool.map(|tool| tool.tool_at([0.0; 2])).transpose()?;
+            let number = entry.tool_id.ok_or_else(|| ValidationError::new("tool_id", "is missing"))?;
+            let tool = if entry.r#type == "no_op" { None } else { Some(entry.tool_at([0.0; 2])?) };
             match tools.insert(number, tool) {
                 None => Ok(()),
                 Some(_) => Err(ValidationError::new("tool_id", format_args!("{number} appears twice"))),
@@ -102,7 +83,7 @@ mod tests {
         for (text, expected) in [
             (format!("{ramp}\n{ramp}"), "tools.jsonl:2: tool_id: 7 appears twice"),
             (ramp.replace("6.5", "0"), "tools.jsonl:1: length: is 0"),
-            (ramp.replace("\"tool_id\":7,", ""), "missing field `tool_id`"),
+            (ramp.replace("\"tool_id\":7,", ""), "tools.jsonl:1: tool_id: is missing"),
             (no_op.replace("3", "-3"), "tools.jsonl:1"),
         ] {
             let error = read(&text).unwrap_err().to_string();

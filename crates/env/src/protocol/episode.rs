@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::catalogue::Catalogue;
 use super::level::RecordedLevel;
 use super::lines::{Ignored, Lines, LinesError, write_line};
-use super::recorded::RecordedTool;
+use super::recorded::Recorded;
 use super::scene::{Row, row};
 use crate::{Action, ActionSet, Choice, EndReason, Environment, Placement, Step, ball_names};
 use mge_base::validation::ValidationError;
@@ -55,7 +55,7 @@ struct RecordedEpisode {
     id: String,
     level: String,
     /// The agent's only tool; with an action set, `inventory` has the tools' numbers instead.
-    tool: Option<RecordedTool>,
+    tool: Option<Recorded>,
     inventory: Option<Vec<usize>>,
     steps: Vec<RecordedStep>,
     #[serde(default)]

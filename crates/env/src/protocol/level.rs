@@ -1,17 +1,12 @@
 //! Levels recorded in CREATE with all numbers resolved.
 
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
-use serde_json::Value;
+use serde::Deserialize;
 
 use super::lines::Ignored;
-use super::recorded::RecordedTool;
+use super::recorded::Recorded;
 use mge_base::validation::ValidationError;
 use mge_physics::{PHYSICS_DT, Tool, ToolKind, to_normalised};
-use mge_task::{
-    BallSpec, BoxSpec, Form, Goal, GoalShape, Marker, Part, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, Task,
-    ToolSpec, VERSION,
-};
+use mge_task::{Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION};
 
 /// A recorded level: a task without the tool that the agent places.
 #[expect(dead_code, reason = "the ignored fields are never read")]
@@ -22,13 +17,13 @@ pub(super) struct RecordedLevel {
     #[serde(rename = "level")]
     pub name: String,
     rules: RecordedRules,
-    target: Object,
-    marker: Option<Object>,
-    goal: Object,
-    subgoals: Vec<Object>,
+    target: Recorded,
+    marker: Option<Recorded>,
+    goal: Recorded,
+    subgoals: Vec<Recorded>,
     #[serde(default)]
-    marker_subgoals: Vec<Object>,
-    fixed: Vec<Fixed>,
+    marker_subgoals: Vec<Recorded>,
+    fixed: Vec<Recorded>,
     /// Names of all objects in the order in which they are added to the world.
     #[serde(default)]
     order: Vec<String>,
@@ -60,59 +55,12 @@ struct RecordedRules {
     reward_invalid: Ignored,
 }
 
-/// A ball, a box, a goal or a subgoal of a level. Its position is `pos_norm` if present, which is exact, while `pos`
-/// is rounded. Corners are computed, not read.
-#[expect(dead_code, reason = "the ignored fields are never read")]
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Object {
-    #[serde(rename = "type")]
-    kind: String,
-    name: Option<String>,
-    pos: Option<[f32; 2]>,
-    pos_norm: Option<[f32; 2]>,
-    mass: Option<f32>,
-    radius: Option<f32>,
-    size: Option<f32>,
-    elasticity: Option<f32>,
-    friction: Option<f32>,
-    role: Ignored,
-    dynamic: Ignored,
-    moment: Ignored,
-    shape: Ignored,
-    vertices: Ignored,
-    sensor: Ignored,
-}
-
-/// An object of a level that is neither target, marker, goal nor subgoal.
-#[derive(Debug, Clone)]
-enum Fixed {
-    /// A moving ball.
-    Ball(Object),
-    /// A moving box.
-    Box(Object),
-    /// A tool.
-    Tool(Box<RecordedTool>),
-}
-
-impl<'de> Deserialize<'de> for Fixed {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let value = Value::deserialize(deserializer)?;
-        let object = match value["type"].as_str() {
-            Some("ball") => Object::deserialize(value).map(Self::Ball),
-            Some("box") if value["dynamic"] == true => Object::deserialize(value).map(Self::Box),
-            _ => RecordedTool::deserialize(value).map(|tool| Self::Tool(Box::new(tool))),
-        };
-        object.map_err(D::Error::custom)
-    }
-}
-
 impl RecordedLevel {
     /// The task in which the agent places `tool`, or the tools of an action set if None.
     ///
     /// # Errors
     /// When the level has an object or a rule that this program does not support, or does not give a valid task.
-    pub fn task(&self, tool: Option<&RecordedTool>) -> Result<Task, ValidationError> {
+    pub fn task(&self, tool: Option<&Recorded>) -> Result<Task, ValidationError> {
         if self.rules.goal_must_wait_for_marker != self.marker.is_some() {
             let message = "must be true if the level has a marker ball, and false if not";
             return Err(ValidationError::new("rules.goal_must_wait_for_marker", message));
@@ -142,15 +90,15 @@ impl RecordedLevel {
         };
         let mut parts = Vec::new();
         for (i, fixed) in self.fixed.iter().enumerate() {
-            let part = fixed.add_to(&mut task).map_err(|problem| problem.within(format_args!("fixed[{i}]")))?;
-            parts.push((fixed.name(), part));
+            let part = add_fixed(&mut task, fixed).map_err(|problem| problem.within(format_args!("fixed[{i}]")))?;
+            parts.push((fixed.name.as_deref(), part));
         }
         task.order = self.ordered(parts)?;
         task.validate()?;
         Ok(task)
     }
 
-    fn marker(&self, marker: &Object) -> Result<Marker, ValidationError> {
+    fn marker(&self, marker: &Recorded) -> Result<Marker, ValidationError> {
         Ok(Marker {
             ball: marker.ball().map_err(|problem| problem.within("marker"))?,
             move_threshold: self.rules.move_threshold,
@@ -179,42 +127,35 @@ impl RecordedLevel {
     }
 }
 
-impl Fixed {
-    fn add_to(&self, task: &mut Task) -> Result<Part, ValidationError> {
-        Ok(match self {
-            Self::Ball(object) => {
-                task.balls.push(object.ball()?);
-                Part::Ball(task.balls.len() - 1)
-            }
-            Self::Box(object) => {
-                task.boxes.push(object.moving_box()?);
-                Part::Box(task.boxes.len() - 1)
-            }
-            Self::Tool(tool) => {
-                let tool = tool.tool()?;
-                let position = to_normalised(tool.position).map(|p| p as f32);
-                task.tools.push(ToolSpec { kind: tool.kind, position, form: Form::of(&tool) });
-                Part::Tool(task.tools.len() - 1)
-            }
-        })
-    }
-
-    fn name(&self) -> Option<&str> {
-        match self {
-            Self::Ball(object) | Self::Box(object) => object.name.as_deref(),
-            Self::Tool(tool) => tool.name.as_deref(),
+/// Adds an object that is neither target, marker, goal nor subgoal.
+fn add_fixed(task: &mut Task, object: &Recorded) -> Result<Part, ValidationError> {
+    Ok(match object.r#type.as_str() {
+        "ball" => {
+            task.balls.push(object.ball()?);
+            Part::Ball(task.balls.len() - 1)
         }
-    }
+        "box" if object.dynamic == Some(true) => {
+            task.boxes.push(object.moving_box()?);
+            Part::Box(task.boxes.len() - 1)
+        }
+        _ => {
+            let tool = object.tool()?;
+            let position = to_normalised(tool.position).map(|p| p as f32);
+            task.tools.push(ToolSpec { kind: tool.kind, position, form: Form::of(&tool) });
+            Part::Tool(task.tools.len() - 1)
+        }
+    })
 }
 
 /// The names of the objects of a list, and their parts.
-fn named(objects: &[Object], part: fn(usize) -> Part) -> impl Iterator<Item = (Option<&str>, Part)> {
+fn named(objects: &[Recorded], part: fn(usize) -> Part) -> impl Iterator<Item = (Option<&str>, Part)> {
     objects.iter().enumerate().map(move |(i, object)| (object.name.as_deref(), part(i)))
 }
 
-fn regions(objects: &[Object], path: &str) -> Result<Vec<Region>, ValidationError> {
-    let region =
-        |(i, object): (usize, &Object)| object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")));
+fn regions(objects: &[Recorded], path: &str) -> Result<Vec<Region>, ValidationError> {
+    let region = |(i, object): (usize, &Recorded)| {
+        object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")))
+    };
     objects.iter().enumerate().map(region).collect()
 }
 
@@ -239,63 +180,6 @@ impl RecordedRules {
                 cost_per_tool: self.cost_per_placed_tool,
             },
             ..Rules::of_create()
-        })
-    }
-}
-
-impl Object {
-    fn position(&self) -> Result<[f32; 2], ValidationError> {
-        let place = self.pos_norm.or(self.pos.map(to_normalised));
-        place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))
-    }
-
-    /// The radius or the size, whichever such an object has. Neither may be given for another object, except as 0.
-    fn measure(&self, own: &str) -> Result<Option<f32>, ValidationError> {
-        let measures = [("radius", self.radius), ("size", self.size)];
-        if let Some((name, _)) = measures.iter().find(|(name, value)| *name != own && value.unwrap_or(0.0) != 0.0) {
-            return Err(ValidationError::new(name, format_args!("does not belong to a {}: remove it", self.kind)));
-        }
-        Ok(measures.into_iter().find(|(name, _)| *name == own).and_then(|(_, value)| value))
-    }
-
-    fn ball(&self) -> Result<BallSpec, ValidationError> {
-        let usual = BallSpec::at(self.position()?);
-        Ok(BallSpec {
-            radius: self.measure("radius")?.unwrap_or(usual.radius),
-            mass: self.mass.unwrap_or(usual.mass),
-            elasticity: self.elasticity.unwrap_or(usual.elasticity),
-            friction: self.friction.unwrap_or(usual.friction),
-            ..usual
-        })
-    }
-
-    fn region(&self) -> Result<Region, ValidationError> {
-        let radius = self.measure("radius")?.ok_or_else(|| ValidationError::new("radius", "is missing"))?;
-        Ok(Region { position: self.position()?, radius })
-    }
-
-    fn goal(&self) -> Result<Goal, ValidationError> {
-        let (shape, measure) = match self.kind.as_str() {
-            "goal_star" => (GoalShape::Star, self.measure("none")?),
-            "goal_ball" => (GoalShape::Ball, self.measure("radius")?),
-            "basket" => (GoalShape::Basket, Some(self.measure("size")?.unwrap_or(10.0) / 2.0)),
-            other => {
-                let message = format_args!("`{other}` is not an object that this program supports");
-                return Err(ValidationError::new("type", message));
-            }
-        };
-        Ok(Goal { position: self.position()?, radius: measure.unwrap_or(STANDARD_RADIUS), shape })
-    }
-
-    fn moving_box(&self) -> Result<BoxSpec, ValidationError> {
-        let missing = |name: &str| ValidationError::new(name, "is missing");
-        Ok(BoxSpec {
-            position: self.position()?,
-            velocity: [0.0; 2],
-            size: self.measure("size")?.ok_or_else(|| missing("size"))?,
-            mass: self.mass.ok_or_else(|| missing("mass"))?,
-            elasticity: self.elasticity.unwrap_or(1.0),
-            friction: self.friction.unwrap_or(1.0),
         })
     }
 }

@@ -1,73 +1,103 @@
-//! Tools in the format of the recordings made in CREATE.
+//! The objects of CREATE's recordings: tools, balls, boxes, goals and subgoals.
 
 use serde::Deserialize;
 
+use super::lines::Ignored;
 use mge_base::validation::ValidationError;
-use mge_physics::{Tool, ToolKind, to_units};
-use mge_task::{Form, read_with_form};
+use mge_physics::{Tool, ToolKind, to_normalised, to_units};
+use mge_task::{BallSpec, BoxSpec, Form, Goal, GoalShape, Region, STANDARD_RADIUS};
 
-/// A tool of a recording. Its position is `pos_norm` if present, which is exact, while `pos` is rounded. Corners, end
+/// A recorded object. Its position is `pos_norm` if present, which is exact, while `pos` is rounded. Corners, end
 /// points and joints are computed, not read.
+#[expect(dead_code, reason = "the ignored fields are never read")]
 #[derive(Debug, Clone, Deserialize)]
-#[serde(from = "Fields")]
-pub(super) struct RecordedTool {
-    /// Its type.
-    pub kind: ToolKind,
-    pos: Option<[f64; 2]>,
-    pos_norm: Option<[f64; 2]>,
-    length: Option<f64>,
-    thickness: Option<f64>,
-    sensor: Option<bool>,
-    /// Its number in the catalogue.
-    pub tool_id: Option<usize>,
+#[serde(deny_unknown_fields)]
+pub(super) struct Recorded {
+    /// Its type; empty for the moving bodies of scenes, which have a `shape`.
+    #[serde(default)]
+    pub r#type: String,
+    pub shape: Option<String>,
+    pub dynamic: Option<bool>,
     /// Its name in a level.
     pub name: Option<String>,
-    form: Form,
-}
-
-read_with_form!(RecordedTool from Fields {
+    /// Its number in the catalogue of tools.
+    pub tool_id: Option<usize>,
     pos: Option<[f64; 2]>,
     pos_norm: Option<[f64; 2]>,
+    pub mass: Option<f64>,
+    size: Option<f64>,
     length: Option<f64>,
+    radius: Option<f64>,
     thickness: Option<f64>,
+    angle: Option<f64>,
+    pub elasticity: Option<f64>,
+    pub friction: Option<f64>,
+    force: Option<f64>,
+    vel: Option<f64>,
+    max_angle: Option<f64>,
+    on_left: Option<bool>,
+    ball_mass: Option<f64>,
+    roll_friction: Option<f64>,
     sensor: Option<bool>,
-    tool_id: Option<usize>,
-    name: Option<String>,
-} ignoring { variant create_type shape vertices a b plank weight joints role dynamic split kind });
+    variant: Ignored,
+    create_type: Ignored,
+    role: Ignored,
+    moment: Ignored,
+    vertices: Ignored,
+    a: Ignored,
+    b: Ignored,
+    plank: Ignored,
+    weight: Ignored,
+    joints: Ignored,
+    split: Ignored,
+    kind: Ignored,
+}
 
-impl RecordedTool {
+impl Recorded {
     /// The tool at its recorded position.
     ///
     /// # Errors
     /// When the position or the size is missing, or a number is out of range.
     pub fn tool(&self) -> Result<Tool, ValidationError> {
         let place = self.pos_norm.map(to_units).or(self.pos);
-        self.tool_at(place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))?)
+        self.tool_at(place.ok_or_else(|| missing("pos_norm"))?)
     }
 
     /// The tool at another position, in units.
     ///
     /// # Errors
-    /// When the size is missing or a number is out of range.
+    /// When it is no tool, the size is missing or a number is out of range.
     pub fn tool_at(&self, position: [f64; 2]) -> Result<Tool, ValidationError> {
-        let Self { kind, length, thickness, form, .. } = *self;
-        let measure = kind.measure();
+        let kind: ToolKind = self.r#type.parse().map_err(|problem| ValidationError::new("type", problem as String))?;
+        let (length, thickness, measure) = (self.length, self.thickness, kind.measure());
         let misplaced = [
             ("length", length.is_some() && measure != "length"),
-            ("size", form.size.is_some() && (measure == "radius" || length.is_some())),
+            ("size", self.size.is_some() && (measure == "radius" || length.is_some())),
             ("thickness", thickness.is_some() && !kind.is_segment()),
         ];
         if let Some((name, _)) = misplaced.iter().find(|(_, is_misplaced)| *is_misplaced) {
             return Err(ValidationError::new(name, format_args!("does not belong to a {kind}: remove it")));
         }
         // Other shapes have sharp corners; recordings may give their radius as 0.
-        let rounding = form.radius.or(thickness.map(|thickness| (thickness / 2.0).floor()));
+        let rounding = self.radius.or(thickness.map(|thickness| (thickness / 2.0).floor()));
         let rounding = rounding.filter(|radius| kind.is_segment() || *radius != 0.0);
-        let (size, radius) = if measure == "radius" { (form.radius, None) } else { (length.or(form.size), rounding) };
+        let (size, radius) = if measure == "radius" { (self.radius, None) } else { (length.or(self.size), rounding) };
         if size.is_none() && kind.has_size() {
             return Err(ValidationError::new(measure, format_args!("is missing: a {kind} needs it")));
         }
-        let form = Form { size, radius, ..form };
+        let form = Form {
+            size,
+            angle: self.angle,
+            radius,
+            elasticity: self.elasticity,
+            friction: self.friction,
+            force: self.force,
+            vel: self.vel,
+            max_angle: self.max_angle,
+            on_left: self.on_left,
+            ball_mass: self.ball_mass,
+            roll_friction: self.roll_friction,
+        };
         form.check(kind).map_err(|problem| match problem.path.as_str() {
             "size" => ValidationError { path: measure.to_owned(), ..problem },
             _ => problem,
@@ -80,4 +110,84 @@ impl RecordedTool {
         tool.check()?;
         Ok(tool)
     }
+
+    /// The radius or the size in units, whichever such an object has. The other may only be given as 0.
+    ///
+    /// # Errors
+    /// When it is given.
+    pub fn measure(&self, own: &str) -> Result<Option<f32>, ValidationError> {
+        let measures = [("radius", self.radius), ("size", self.size)];
+        match measures.iter().find(|(name, value)| *name != own && value.unwrap_or(0.0) != 0.0) {
+            Some((name, _)) => Err(ValidationError::new(name, "does not belong to such an object: remove it")),
+            None => Ok(measures.iter().find(|(name, _)| *name == own).and_then(|(_, value)| single(*value))),
+        }
+    }
+
+    /// The ball; numbers that are missing are those of CREATE.
+    ///
+    /// # Errors
+    /// When the position is missing or a size is given.
+    pub fn ball(&self) -> Result<BallSpec, ValidationError> {
+        let usual = BallSpec::at(self.position()?);
+        Ok(BallSpec {
+            radius: self.measure("radius")?.unwrap_or(usual.radius),
+            mass: single(self.mass).unwrap_or(usual.mass),
+            elasticity: single(self.elasticity).unwrap_or(usual.elasticity),
+            friction: single(self.friction).unwrap_or(usual.friction),
+            ..usual
+        })
+    }
+
+    /// The moving box.
+    ///
+    /// # Errors
+    /// When position, size or mass are missing or a radius is given.
+    pub fn moving_box(&self) -> Result<BoxSpec, ValidationError> {
+        Ok(BoxSpec {
+            position: self.position()?,
+            velocity: [0.0; 2],
+            size: self.measure("size")?.ok_or_else(|| missing("size"))?,
+            mass: single(self.mass).ok_or_else(|| missing("mass"))?,
+            elasticity: single(self.elasticity).unwrap_or(1.0),
+            friction: single(self.friction).unwrap_or(1.0),
+        })
+    }
+
+    /// The subgoal.
+    ///
+    /// # Errors
+    /// When position or radius are missing or a size is given.
+    pub fn region(&self) -> Result<Region, ValidationError> {
+        let radius = self.measure("radius")?.ok_or_else(|| missing("radius"))?;
+        Ok(Region { position: self.position()?, radius })
+    }
+
+    /// The goal.
+    ///
+    /// # Errors
+    /// When it is of an unknown type, its position is missing, or a size is given that it does not have.
+    pub fn goal(&self) -> Result<Goal, ValidationError> {
+        let (shape, radius) = match self.r#type.as_str() {
+            "goal_star" => (GoalShape::Star, self.measure("none")?),
+            "goal_ball" => (GoalShape::Ball, self.measure("radius")?),
+            "basket" => (GoalShape::Basket, Some(self.measure("size")?.unwrap_or(10.0) / 2.0)),
+            other => return Err(ValidationError::new("type", format_args!("`{other}` is not a goal of CREATE"))),
+        };
+        Ok(Goal { position: self.position()?, radius: radius.unwrap_or(STANDARD_RADIUS), shape })
+    }
+
+    /// The normalised position.
+    fn position(&self) -> Result<[f32; 2], ValidationError> {
+        let place = self.pos_norm.map(|at| at.map(|p| p as f32));
+        let rounded = || self.pos.map(|at| to_normalised(at.map(|p| p as f32)));
+        place.or_else(rounded).ok_or_else(|| missing("pos_norm"))
+    }
+}
+
+fn single(value: Option<f64>) -> Option<f32> {
+    value.map(|value| value as f32)
+}
+
+fn missing(name: &str) -> ValidationError {
+    ValidationError::new(name, "is missing")
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::lines::{Ignored, Lines, LinesError};
-use super::recorded::RecordedTool;
+use super::recorded::Recorded;
 use mge_base::validation::{ValidationError, in_range};
 use mge_physics::{
     Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, START_OVERLAP, Tool, Touch, World,
@@ -26,12 +26,12 @@ pub(super) type Row = [f64; 6];
 #[serde(deny_unknown_fields)]
 struct RecordedScene {
     id: String,
-    tools: Vec<RecordedTool>,
+    tools: Vec<Recorded>,
     /// The first body: a `ball` in scenes with balls only, otherwise a `mover`.
-    ball: Option<Mover>,
-    mover: Option<Mover>,
+    ball: Option<Recorded>,
+    mover: Option<Recorded>,
     #[serde(default)]
-    others: Vec<Mover>,
+    others: Vec<Recorded>,
     steps: u32,
     traj: FirstRow,
     /// Trajectories of the other bodies, by name, of which only the first rows are read.
@@ -46,29 +46,6 @@ struct RecordedScene {
     captured_step: Ignored,
     sleep_step: Ignored,
     sleep_steps: Ignored,
-}
-
-/// A moving body: a ball with a radius or a box with a size.
-#[expect(dead_code, reason = "the results are never read")]
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Mover {
-    #[serde(default)]
-    shape: Form,
-    radius: Option<f32>,
-    size: Option<f32>,
-    mass: f32,
-    elasticity: f32,
-    friction: f32,
-    angle: Ignored,
-}
-
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Form {
-    #[default]
-    Ball,
-    Box,
 }
 
 /// The motion of a scene's bodies.
@@ -117,11 +94,11 @@ impl RecordedScene {
                 return Err(ValidationError::new("mover", "cannot be given together with `ball`: remove one"));
             }
         };
-        first.add_to(&mut world, name, "traj", Some(&self.traj))?;
+        add_body(&mut world, first, name, "traj", Some(&self.traj))?;
         for (index, other) in self.others.iter().enumerate() {
             let name = format!("mover{}", index + 1);
             let path = format!("others[{index}]");
-            other.add_to(&mut world, &path, &format!("parts.{name}"), self.parts.get(&name))?;
+            add_body(&mut world, other, &path, &format!("parts.{name}"), self.parts.get(&name))?;
         }
         Ok(world)
     }
@@ -202,46 +179,49 @@ impl Trajectory {
     }
 }
 
-impl Mover {
-    /// Adds the body with its first row; `path` and `rows` are the JSON paths of the two.
-    fn add_to(
-        &self,
-        world: &mut World,
-        path: &str,
-        rows: &str,
-        start: Option<&FirstRow>,
-    ) -> Result<(), ValidationError> {
-        let ((own, measure), (other, misplaced), shape) = match self.shape {
-            Form::Ball => (("radius", self.radius), ("size", self.size), "ball"),
-            Form::Box => (("size", self.size), ("radius", self.radius), "box"),
-        };
-        if misplaced.is_some() {
-            let message = format_args!("a {shape} has a {own}: remove it");
-            return Err(ValidationError::new(format_args!("{path}.{other}"), message));
+/// Adds a moving body, a ball with a radius or a box with a size, with its first row; `path` and `rows` are the JSON
+/// paths of the two.
+fn add_body(
+    world: &mut World,
+    body: &Recorded,
+    path: &str,
+    rows: &str,
+    start: Option<&FirstRow>,
+) -> Result<(), ValidationError> {
+    let is_box = match body.shape.as_deref() {
+        None | Some("ball") => false,
+        Some("box") => true,
+        Some(other) => {
+            let message = format_args!("is `{other}`, but must be ball or box");
+            return Err(ValidationError::new(format_args!("{path}.shape"), message));
         }
-        let measure = measure.ok_or_else(|| ValidationError::new(format_args!("{path}.{own}"), "is missing"))?;
-        let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
-        for (column, value) in start.iter().enumerate() {
-            in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;
-        }
-        let [x, y, vx, vy, angle, angular_velocity] = *start;
-        let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
-        let Self { mass, elasticity, friction, .. } = *self;
-        match self.shape {
-            Form::Ball => {
-                let ball = Ball { radius: measure, mass, elasticity, friction };
-                ball.check().map_err(|problem| problem.within(path))?;
-                check_clear(world, ball, motion, rows)?;
-                world.add_ball(ball, motion);
-            }
-            Form::Box => {
-                let moving = MovingBox { size: measure, mass, elasticity, friction };
-                moving.check().map_err(|problem| problem.within(path))?;
-                world.add_box(moving, motion);
-            }
-        }
-        Ok(())
+    };
+    let own = if is_box { "size" } else { "radius" };
+    let measure = body.measure(own).map_err(|problem| problem.within(path))?;
+    let required = |name: &str, value: Option<f32>| {
+        value.ok_or_else(|| ValidationError::new(format_args!("{path}.{name}"), "is missing"))
+    };
+    let measure = required(own, measure)?;
+    let mass = required("mass", body.mass.map(|mass| mass as f32))?;
+    let elasticity = required("elasticity", body.elasticity.map(|elasticity| elasticity as f32))?;
+    let friction = required("friction", body.friction.map(|friction| friction as f32))?;
+    let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
+    for (column, value) in start.iter().enumerate() {
+        in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;
     }
+    let [x, y, vx, vy, angle, angular_velocity] = *start;
+    let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
+    if is_box {
+        let moving = MovingBox { size: measure, mass, elasticity, friction };
+        moving.check().map_err(|problem| problem.within(path))?;
+        world.add_box(moving, motion);
+    } else {
+        let ball = Ball { radius: measure, mass, elasticity, friction };
+        ball.check().map_err(|problem| problem.within(path))?;
+        check_clear(world, ball, motion, rows)?;
+        world.add_ball(ball, motion);
+    }
+    Ok(())
 }
 
 /// Checks that the ball does not start inside a solid, fixed tool.
