@@ -1,10 +1,10 @@
 //! Facts about episodes (the `info` of Gymnasium), as columns.
 
-use numpy::ndarray::Dimension;
-use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arrays::{fill, zeros};
 use mge_env::{EndReason, Info, Placement, VectorEnvironment};
 
 /// Placement outcomes by code, from 1; 0 means "not known yet". The length is that of the enum, so that a
@@ -40,22 +40,6 @@ pub struct Facts {
     end: Py<PyArray1<u8>>,
     /// Numbers of the tools in the action sets, where agents choose among tools.
     tools: Option<Py<PyArray2<i64>>>,
-}
-
-/// A zeroed array.
-pub fn zeros<T: Element>(py: Python<'_>, count: usize) -> Py<PyArray1<T>> {
-    PyArray1::zeros(py, count, false).unbind()
-}
-
-/// Writes the values of an array, row by row.
-pub fn fill<T: Element, D: Dimension>(
-    py: Python<'_>,
-    array: &Py<PyArray<T, D>>,
-    values: impl Iterator<Item = T>,
-) -> PyResult<()> {
-    let mut array = array.bind(py).try_readwrite()?;
-    array.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
-    Ok(())
 }
 
 impl Facts {

@@ -5,6 +5,7 @@
 #![allow(clippy::needless_pass_by_value, clippy::type_complexity)]
 
 mod arguments;
+mod arrays;
 mod error;
 mod facts;
 mod figures;

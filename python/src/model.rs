@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{
-    IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use super::arguments::{numbers, numbers_or_nan, steps};
+use super::arrays::rows;
 use super::error::exception;
 use super::pool::{Caller, abandonable, build, work, work_on};
 use super::state::{BALL, State, ball_row};
@@ -149,8 +150,7 @@ fn balls_of(balls: &PyReadonlyArray2<'_, f32>) -> Vec<BallState> {
 }
 
 fn ball_array<'py>(py: Python<'py>, balls: &[BallState]) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let values: Vec<f32> = balls.iter().flat_map(ball_row).collect();
-    values.into_pyarray(py).reshape([balls.len(), BALL])
+    rows(py, balls.iter().map(ball_row))
 }
 
 /// The tools around each of `count` balls.
@@ -352,27 +352,19 @@ pub fn rollout<'py>(
 fn arrays<'py>(py: Python<'py>, rolled: &[Rollout], length: usize) -> PyResult<Bound<'py, PyDict>> {
     let count = rolled.len();
     let path = rolled.iter().map(|rollout| rollout.path.len()).max().unwrap_or(0);
-    let flags = |of: fn(&dynamics::RolloutAction) -> bool| -> Vec<bool> {
-        rolled.iter().flat_map(|r| (0..length).map(move |n| r.actions.get(n).is_some_and(of))).collect()
+    let flags = |of: fn(&dynamics::RolloutAction) -> bool| {
+        let of_each = rolled.iter().flat_map(|r| (0..length).map(move |n| r.actions.get(n).is_some_and(of)));
+        PyArray1::from_iter(py, of_each).reshape([count, length])
     };
-    let paths: Vec<f32> = rolled
-        .iter()
-        .flat_map(|r| (0..path).flat_map(move |n| r.path.get(n).copied().unwrap_or([f32::NAN; 2])))
-        .collect();
-    let balls: Vec<f32> = rolled
-        .iter()
-        .flat_map(|r| (0..length).flat_map(move |n| r.balls.get(n).map_or([f32::NAN; BALL], ball_row)))
-        .collect();
-    let shaped = |values: Vec<f32>, shape: [usize; 3]| -> PyResult<Bound<'py, PyArray3<f32>>> {
-        values.into_pyarray(py).reshape(shape)
-    };
+    let paths = rolled.iter().flat_map(|r| (0..path).map(move |n| r.path.get(n).copied().unwrap_or([f32::NAN; 2])));
+    let balls = rolled.iter().flat_map(|r| (0..length).map(move |n| r.balls.get(n).map_or([f32::NAN; BALL], ball_row)));
     let dict = PyDict::new(py);
-    dict.set_item("hit", rolled.iter().map(|r| r.hit).collect::<Vec<bool>>().into_pyarray(py))?;
-    dict.set_item("length", rolled.iter().map(|r| r.actions.len() as i64).collect::<Vec<i64>>().into_pyarray(py))?;
-    dict.set_item("placed", flags(|action| action.placed).into_pyarray(py).reshape([count, length])?)?;
-    dict.set_item("touched", flags(|action| action.touched).into_pyarray(py).reshape([count, length])?)?;
-    dict.set_item("path", shaped(paths, [count, path, 2])?)?;
-    dict.set_item("balls", shaped(balls, [count, length, BALL])?)?;
+    dict.set_item("hit", PyArray1::from_iter(py, rolled.iter().map(|r| r.hit)))?;
+    dict.set_item("length", PyArray1::from_iter(py, rolled.iter().map(|r| r.actions.len() as i64)))?;
+    dict.set_item("placed", flags(|action| action.placed)?)?;
+    dict.set_item("touched", flags(|action| action.touched)?)?;
+    dict.set_item("path", rows(py, paths)?.reshape([count, path, 2])?)?;
+    dict.set_item("balls", rows(py, balls)?.reshape([count, length, BALL])?)?;
     Ok(dict)
 }
 

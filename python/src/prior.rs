@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arguments::{count, numbers, room, seed, stage};
+use super::arrays::rows;
 use super::error::exception;
 use super::figures::Figure;
 use super::model::AnyModel;
@@ -111,14 +112,11 @@ impl ActionPrior {
         #[pyo3(from_py_with = stage)] stage: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         let clusters = &self.stage(stage)?.clusters;
-        let pairs = |values: Vec<[f32; 2]>| values.concat().into_pyarray(py).reshape([clusters.len(), 2]);
         let dict = PyDict::new(py);
-        dict.set_item("mean", pairs(clusters.iter().map(|cluster| cluster.mean).collect())?)?;
-        dict.set_item("std", pairs(clusters.iter().map(|cluster| cluster.std).collect())?)?;
-        let weight: Vec<f32> = clusters.iter().map(|cluster| cluster.weight).collect();
-        dict.set_item("weight", weight.into_pyarray(py))?;
-        let count: Vec<i64> = clusters.iter().map(|cluster| cluster.count as i64).collect();
-        dict.set_item("count", count.into_pyarray(py))?;
+        dict.set_item("mean", rows(py, clusters.iter().map(|cluster| cluster.mean))?)?;
+        dict.set_item("std", rows(py, clusters.iter().map(|cluster| cluster.std))?)?;
+        dict.set_item("weight", PyArray1::from_iter(py, clusters.iter().map(|cluster| cluster.weight)))?;
+        dict.set_item("count", PyArray1::from_iter(py, clusters.iter().map(|cluster| cluster.count as i64)))?;
         Ok(dict)
     }
 
@@ -128,8 +126,7 @@ impl ActionPrior {
         py: Python<'py>,
         #[pyo3(from_py_with = stage)] stage: usize,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let actions = &self.stage(stage)?.actions;
-        actions.concat().into_pyarray(py).reshape([actions.len(), 2])
+        rows(py, self.stage(stage)?.actions.iter().copied())
     }
 
     /// Rollouts made for a stage and how many reached it, in the model; the same in the real environment.
@@ -196,7 +193,7 @@ impl Actor {
         py: Python<'py>,
         observations: &Bound<'py, PyAny>,
         actions: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
+    ) -> PyResult<Bound<'py, PyArray1<f32>>> {
         let agent = &self.0;
         let observations = self.observations(observations)?;
         let wanted = format!("[{}, {}]", observations.shape()[0], agent.action_len());

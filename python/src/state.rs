@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use numpy::PyArray2;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 
 use super::arguments::whole;
+use super::arrays::rows;
 use super::error::exception;
 use super::figures::Figure;
 use super::pool::{pool_for, work_on};
@@ -27,28 +28,23 @@ pub fn ball_row(ball: &BallState) -> [f32; BALL] {
 /// The current scene; planks as they were placed.
 pub fn scene(env: &env::Environment) -> Animation {
     let (mut task, now) = (env.task().as_ref().clone(), env.snapshot());
+    let world = now.world();
     // In the order of the world: the target, the marker, a goal that is a ball, then the others.
-    let mut index = 0;
-    let mut next = || {
-        index += 1;
-        now.world().ball(index)
-    };
-    let mover = |body: BallState, radius: f32, is_box: bool| Mover {
-        position: to_normalised(body.position),
-        radius,
-        angle: is_box.then_some(body.angle),
-    };
-    let mut movers: Vec<Mover> = task.marker.iter().map(|marker| mover(next(), marker.ball.radius, false)).collect();
-    if task.goal.shape == GoalShape::Ball {
-        task.goal.position = to_normalised(next().position);
+    let goal = (task.goal.shape == GoalShape::Ball).then_some(1 + usize::from(task.marker.is_some()));
+    if let Some(goal) = goal {
+        task.goal.position = to_normalised(world.ball(goal).position);
     }
-    movers.extend(task.balls.iter().map(|ball| mover(next(), ball.radius, false)));
-    movers.extend(task.boxes.iter().map(|moving| mover(next(), moving.size / 2.0, true)));
+    let mover = |index: usize| Mover {
+        position: to_normalised(world.ball(index).position),
+        radius: world.ball_material(index).radius,
+        angle: world.moving_box(index).map(|_| world.ball(index).angle),
+    };
+    let movers = (1..world.ball_count()).filter(|index| Some(*index) != goal).map(mover).collect();
     let moment = Moment {
         time: now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT,
         ball: to_normalised(now.ball().position),
         movers,
-        placed: now.world().tools().skip(task.tools.len()).copied().collect(),
+        placed: world.tools().skip(task.tools.len()).copied().collect(),
         reached: now.reached().iter().filter(|reached| **reached).count() + usize::from(now.goal_reached()),
     };
     Animation { task, moments: vec![moment], frame_ms: 0, trail: 0 }
@@ -96,9 +92,7 @@ impl State {
     /// Balls, one row per state: x, y (normalised), velocity x, y (units/s), spin (radians/s); float32.
     #[getter]
     fn balls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let balls: Vec<f32> =
-            self.0.iter().flat_map(|state| ball_row(&state.environment().snapshot().ball())).collect();
-        balls.into_pyarray(py).reshape([self.0.len(), BALL])
+        rows(py, self.0.iter().map(|state| ball_row(&state.environment().snapshot().ball())))
     }
 
     fn __repr__(&self) -> String {

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
+use super::arrays::rows;
 use super::error::exception;
 use super::pool::abandonable;
 use mge_env::{observation_bounds, observation_len};
@@ -93,10 +94,7 @@ impl Task {
     /// Subgoals in order, then the goal: one row each of x, y (normalised) and radius (units), float32.
     #[getter]
     fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let stages = self.0.stages();
-        let rows: Vec<f32> =
-            stages.iter().flat_map(|stage| [stage.position[0], stage.position[1], stage.radius]).collect();
-        rows.into_pyarray(py).reshape([stages.len(), 3])
+        rows(py, self.0.stages().iter().map(|stage| [stage.position[0], stage.position[1], stage.radius]))
     }
 
     fn __repr__(&self) -> String {

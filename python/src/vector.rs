@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arguments::{num_envs, num_threads, numbers, room};
+use super::arrays::{fill, zeros};
 use super::error::{exception, vector_exception};
-use super::facts::{Facts, fill, zeros};
+use super::facts::Facts;
 use super::pool::{Caller, abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;

@@ -34,7 +34,7 @@
 //! An update reports [`UpdateMetrics`]; a run records their means over each episode, as in this
 //! glossary:
 //!
-#![doc = include_str!("../../../docs/metrics.md")]
+#![doc = include_str!("../metrics.md")]
 //!
 //! # Choices the paper leaves open
 //!

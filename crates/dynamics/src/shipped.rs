@@ -11,9 +11,9 @@ use mge_base::paths::expanded;
 use mge_physics::ToolKind;
 
 const FILES: [(&str, &[u8]); 3] = [
-    ("bucket-box", include_bytes!("../../../assets/models/bucket-box.safetensors")),
-    ("square-floor", include_bytes!("../../../assets/models/square-floor.safetensors")),
-    ("box-wall-floor", include_bytes!("../../../assets/models/box-wall-floor.safetensors")),
+    ("bucket-box", include_bytes!("../models/bucket-box.safetensors")),
+    ("square-floor", include_bytes!("../models/square-floor.safetensors")),
+    ("box-wall-floor", include_bytes!("../models/box-wall-floor.safetensors")),
 ];
 
 static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {

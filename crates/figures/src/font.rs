@@ -26,10 +26,10 @@ impl Family {
 
 /// Each family, plain and bold.
 const FILES: [&[u8]; 4] = [
-    include_bytes!("../../../assets/fonts/DejaVuSans.ttf"),
-    include_bytes!("../../../assets/fonts/DejaVuSans-Bold.ttf"),
-    include_bytes!("../../../assets/fonts/DejaVuSansMono.ttf"),
-    include_bytes!("../../../assets/fonts/DejaVuSansMono-Bold.ttf"),
+    include_bytes!("../fonts/DejaVuSans.ttf"),
+    include_bytes!("../fonts/DejaVuSans-Bold.ttf"),
+    include_bytes!("../fonts/DejaVuSansMono.ttf"),
+    include_bytes!("../fonts/DejaVuSansMono-Bold.ttf"),
 ];
 
 static FACES: LazyLock<[Face<'static>; 4]> =

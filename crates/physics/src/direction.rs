@@ -11,7 +11,7 @@ static MEASURED: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
         let mut numbers = line.split(',').map(|number| number.parse().expect("the table has only numbers"));
         std::array::from_fn(|_| numbers.next().expect("a row has three numbers"))
     };
-    include_str!("../../../assets/create/directions.csv").lines().skip(1).map(row).collect()
+    include_str!("../directions.csv").lines().skip(1).map(row).collect()
 });
 
 /// Unit vector of an angle: the numbers nearest to its cosine and sine, the same on every machine.

@@ -3,7 +3,7 @@
 //! The table defines the columns of `metrics.csv` and the fields of an event, the tags of TensorBoard,
 //! the curves on screen and the panels of the dashboard. The glossary below is generated from it.
 //!
-#![doc = include_str!("../../../docs/metrics.md")]
+#![doc = include_str!("../metrics.md")]
 
 use super::event::EpisodeRecord;
 

@@ -16,12 +16,12 @@ use mge_base::validation::ValidationError;
 
 /// The six tasks in `tasks/`, by name.
 const SHIPPED: [(&str, &str); 6] = [
-    ("task1", include_str!("../../../tasks/task1.json")),
-    ("task2", include_str!("../../../tasks/task2.json")),
-    ("task3", include_str!("../../../tasks/task3.json")),
-    ("task4", include_str!("../../../tasks/task4.json")),
-    ("task5", include_str!("../../../tasks/task5.json")),
-    ("task6", include_str!("../../../tasks/task6.json")),
+    ("task1", include_str!("../tasks/task1.json")),
+    ("task2", include_str!("../tasks/task2.json")),
+    ("task3", include_str!("../tasks/task3.json")),
+    ("task4", include_str!("../tasks/task4.json")),
+    ("task5", include_str!("../tasks/task5.json")),
+    ("task6", include_str!("../tasks/task6.json")),
 ];
 
 /// Why a task cannot be loaded or saved.
@@ -43,19 +43,19 @@ pub enum TaskError {
 
 /// CREATE's level files (MIT licence; the notice is in the folder).
 const LEVELS: [(&str, &str); 13] = [
-    ("Basket", include_str!("../../../tasks/create/level_basket.json")),
-    ("Belt", include_str!("../../../tasks/create/level_belt.json")),
-    ("Buckets", include_str!("../../../tasks/create/level_buckets.json")),
-    ("Cannon", include_str!("../../../tasks/create/level_cannon.json")),
-    ("Collide", include_str!("../../../tasks/create/level_collide.json")),
-    ("Funnel", include_str!("../../../tasks/create/level_funnel.json")),
-    ("GoalTest", include_str!("../../../tasks/create/level_test.json")),
-    ("Ladder", include_str!("../../../tasks/create/level_ladder.json")),
-    ("Moving", include_str!("../../../tasks/create/level_moving.json")),
-    ("Navigate", include_str!("../../../tasks/create/level_navigate.json")),
-    ("Obstacle", include_str!("../../../tasks/create/level_obstacle.json")),
-    ("Push", include_str!("../../../tasks/create/level_push.json")),
-    ("Seesaw", include_str!("../../../tasks/create/level_seesaw.json")),
+    ("Basket", include_str!("../tasks/create/level_basket.json")),
+    ("Belt", include_str!("../tasks/create/level_belt.json")),
+    ("Buckets", include_str!("../tasks/create/level_buckets.json")),
+    ("Cannon", include_str!("../tasks/create/level_cannon.json")),
+    ("Collide", include_str!("../tasks/create/level_collide.json")),
+    ("Funnel", include_str!("../tasks/create/level_funnel.json")),
+    ("GoalTest", include_str!("../tasks/create/level_test.json")),
+    ("Ladder", include_str!("../tasks/create/level_ladder.json")),
+    ("Moving", include_str!("../tasks/create/level_moving.json")),
+    ("Navigate", include_str!("../tasks/create/level_navigate.json")),
+    ("Obstacle", include_str!("../tasks/create/level_obstacle.json")),
+    ("Push", include_str!("../tasks/create/level_push.json")),
+    ("Seesaw", include_str!("../tasks/create/level_seesaw.json")),
 ];
 
 /// Names of CREATE's levels. `create/NAME` loads one, `create/NAME-random` its variant with
