@@ -37,6 +37,31 @@ impl ValidationError {
     }
 }
 
+/// Results of checks of a part of a whole.
+pub trait Within {
+    /// The same result for the whole, in which the part is at `parent`: see [`ValidationError::within`].
+    fn within(self, parent: impl Display) -> Self;
+}
+
+impl<T> Within for Result<T, ValidationError> {
+    fn within(self, parent: impl Display) -> Self {
+        self.map_err(|problem| problem.within(parent))
+    }
+}
+
+/// Checks the entries of the list at `path`.
+///
+/// # Errors
+/// The first problem, with the entry's index.
+pub fn check_each<T>(
+    entries: &[T],
+    path: impl Display,
+    check: impl Fn(&T) -> Result<(), ValidationError>,
+) -> Result<(), ValidationError> {
+    let mut entries = entries.iter().enumerate();
+    entries.try_for_each(|(index, entry)| check(entry).within(format_args!("{path}[{index}]")))
+}
+
 /// Whether a number is finite and in `[low, high]`.
 ///
 /// # Errors

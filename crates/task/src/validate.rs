@@ -2,7 +2,7 @@
 
 use super::{BallSpec, Form, GoalShape, Offset, Part, Region, Shift, Task, VERSION};
 use mge_base::text::is_unsafe;
-use mge_base::validation::{Range, Setting, ValidationError, check_settings, in_range};
+use mge_base::validation::{Range, Setting, ValidationError, Within, check_each, check_settings, in_range};
 use mge_physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
 
 /// Longest name of a task, in characters.
@@ -32,33 +32,25 @@ impl Task {
                 return problem(list, format!("has {count} entries; at most {MAX_OBJECTS} are allowed"));
             }
         }
-        ball(&self.ball, "ball")?;
+        ball(&self.ball).within("ball")?;
         if let Some(marker) = &self.marker {
-            ball(&marker.ball, "marker.ball")?;
+            ball(&marker.ball).within("marker.ball")?;
             in_range(marker.move_threshold, "marker.move_threshold", 0.0, 1.0)?;
-            regions(&marker.subgoals, "marker.subgoals")?;
+            check_each(&marker.subgoals, "marker.subgoals", region)?;
         }
-        for (i, other) in self.balls.iter().enumerate() {
-            ball(other, &format!("balls[{i}]"))?;
-        }
-        for (i, moving) in self.boxes.iter().enumerate() {
-            position(moving.position, &format!("boxes[{i}].position"))?;
-            velocity(moving.velocity, &format!("boxes[{i}].velocity"))?;
-            moving.material().check().map_err(|problem| problem.within(format_args!("boxes[{i}]")))?;
-        }
-        for (i, tool) in self.tools.iter().enumerate() {
-            position(tool.position, &format!("tools[{i}].position"))?;
-            form(&tool.form, tool.kind, &format!("tools[{i}]"))?;
-        }
-        form(&self.placeable.form, self.placeable.kind, "placeable")?;
-        regions(&self.subgoals, "subgoals")?;
-        position(self.goal.position, "goal.position")?;
-        in_range(self.goal.radius, "goal.radius", 0.1, 42.0)?;
-        check_settings(&self.rules, &RULES).map_err(|error| error.within("rules"))?;
+        check_each(&self.balls, "balls", ball)?;
+        check_each(&self.boxes, "boxes", |moving| {
+            position(moving.position)?;
+            velocity(moving.velocity)?;
+            moving.material().check()
+        })?;
+        check_each(&self.tools, "tools", |tool| position(tool.position).and_then(|()| tool.form.check(tool.kind)))?;
+        self.placeable.form.check(self.placeable.kind).within("placeable")?;
+        check_each(&self.subgoals, "subgoals", region)?;
+        region(&self.goal.region()).within("goal")?;
+        check_settings(&self.rules, &RULES).within("rules")?;
         order(self)?;
-        for (i, shift) in self.shifts.iter().enumerate() {
-            shifted(self, shift, &format!("shifts[{i}]"))?;
-        }
+        check_each(&self.shifts, "shifts", |shift| shifted(self, shift))?;
         clear_start(self)
     }
 }
@@ -110,32 +102,27 @@ fn listed(parts: &[Part], known: &[Part], path: &str) -> Result<(), ValidationEr
     }
 }
 
-fn shifted(task: &Task, shift: &Shift, path: &str) -> Result<(), ValidationError> {
+fn shifted(task: &Task, shift: &Shift) -> Result<(), ValidationError> {
     let known: Vec<Part> = task.default_parts().collect();
     for i in 0..shift.parts.len() {
-        listed(&shift.parts[..=i], &known, &format!("{path}.parts[{i}]"))?;
+        listed(&shift.parts[..=i], &known, &format!("parts[{i}]"))?;
     }
+    let offset = |value: &f32| in_range(*value, ".", -2.0, 2.0);
     match &shift.by {
         Offset::Uniform { x, y } => {
-            for (axis, range) in [("x", x), ("y", y)] {
-                for (i, value) in range.iter().enumerate() {
-                    in_range(*value, format!("{path}.by.uniform.{axis}[{i}]"), -2.0, 2.0)?;
-                }
+            for (axis, range) in [("by.uniform.x", x), ("by.uniform.y", y)] {
+                check_each(range, axis, offset)?;
                 if range[0] > range[1] {
-                    return problem(&format!("{path}.by.uniform.{axis}"), "must be two numbers, the lower first");
+                    return problem(axis, "must be two numbers, the lower first");
                 }
             }
+            Ok(())
         }
-        Offset::OneOf(choices) => {
-            if choices.is_empty() || choices.len() > MAX_OBJECTS {
-                return problem(&format!("{path}.by.one_of"), "must be 1 to 64 offsets");
-            }
-            for (i, value) in choices.iter().flatten().enumerate() {
-                in_range(*value, format!("{path}.by.one_of[{}]", i / 2), -2.0, 2.0)?;
-            }
+        Offset::OneOf(choices) if choices.is_empty() || choices.len() > MAX_OBJECTS => {
+            problem("by.one_of", "must be 1 to 64 offsets")
         }
+        Offset::OneOf(choices) => check_each(choices, "by.one_of", |choice| choice.iter().try_for_each(offset)),
     }
-    Ok(())
 }
 
 /// The numeric rules of a task.
@@ -190,15 +177,14 @@ fn penetration(tool: &Tool, ball: &BallSpec) -> f32 {
     ball.radius - tool.surface(to_units(ball.position)).0
 }
 
-fn ball(ball: &BallSpec, path: &str) -> Result<(), ValidationError> {
-    position(ball.position, &format!("{path}.position"))?;
-    velocity(ball.velocity, &format!("{path}.velocity"))?;
-    ball.material().check().map_err(|problem| problem.within(path))
+fn ball(ball: &BallSpec) -> Result<(), ValidationError> {
+    position(ball.position)?;
+    velocity(ball.velocity)?;
+    ball.material().check()
 }
 
-fn velocity(velocity: [f32; 2], path: &str) -> Result<(), ValidationError> {
-    let mut axes = velocity.iter().enumerate();
-    axes.try_for_each(|(axis, value)| in_range(*value, format!("{path}[{axis}]"), -1000.0, 1000.0))
+fn velocity(velocity: [f32; 2]) -> Result<(), ValidationError> {
+    check_each(&velocity, "velocity", |value| in_range(*value, ".", -1000.0, 1000.0))
 }
 
 impl Form {
@@ -226,21 +212,14 @@ impl Form {
     }
 }
 
-fn form(form: &Form, kind: ToolKind, path: &str) -> Result<(), ValidationError> {
-    form.check(kind).map_err(|problem| problem.within(path))
-}
-
-fn regions(regions: &[Region], path: &str) -> Result<(), ValidationError> {
-    for (i, region) in regions.iter().enumerate() {
-        position(region.position, &format!("{path}[{i}].position"))?;
-        in_range(region.radius, format!("{path}[{i}].radius"), 0.1, 42.0)?;
-    }
-    Ok(())
+fn region(region: &Region) -> Result<(), ValidationError> {
+    position(region.position)?;
+    in_range(region.radius, "radius", 0.1, 42.0)
 }
 
 /// Levels place walls slightly outside the screen, hence the margin.
-fn position(position: [f32; 2], path: &str) -> Result<(), ValidationError> {
-    position.iter().enumerate().try_for_each(|(axis, value)| in_range(*value, format!("{path}[{axis}]"), -1.5, 1.5))
+fn position(position: [f32; 2]) -> Result<(), ValidationError> {
+    check_each(&position, "position", |value| in_range(*value, ".", -1.5, 1.5))
 }
 
 fn problem(path: &str, message: impl Into<String>) -> Result<(), ValidationError> {

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::lines::Ignored;
 use super::recorded::Recorded;
-use mge_base::validation::ValidationError;
+use mge_base::validation::{ValidationError, Within};
 use mge_physics::{PHYSICS_DT, Tool, ToolKind, to_normalised};
 use mge_task::{Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION};
 
@@ -69,28 +69,28 @@ impl RecordedLevel {
             return Err(ValidationError::new("marker_subgoals", "needs a marker ball"));
         }
         let placeable = match tool {
-            Some(tool) => tool.tool_at([0.0; 2]).map_err(|problem| problem.within("tool"))?,
+            Some(tool) => tool.tool_at([0.0; 2]).within("tool")?,
             None => Tool::new(ToolKind::Box, [0.0; 2]),
         };
         let mut task = Task {
             version: VERSION,
             name: self.name.clone(),
             description: String::new(),
-            ball: self.target.ball().map_err(|problem| problem.within("target"))?,
+            ball: self.target.ball().within("target")?,
             marker: self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?,
             balls: Vec::new(),
             boxes: Vec::new(),
             tools: Vec::new(),
             placeable: Placeable { kind: placeable.kind, form: Form::of(&placeable) },
             subgoals: regions(&self.subgoals, "subgoals")?,
-            goal: self.goal.goal().map_err(|problem| problem.within("goal"))?,
-            rules: self.rules.rules().map_err(|problem| problem.within("rules"))?,
+            goal: self.goal.goal().within("goal")?,
+            rules: self.rules.rules().within("rules")?,
             order: Vec::new(),
             shifts: Vec::new(),
         };
         let mut parts = Vec::new();
         for (i, fixed) in self.fixed.iter().enumerate() {
-            let part = add_fixed(&mut task, fixed).map_err(|problem| problem.within(format_args!("fixed[{i}]")))?;
+            let part = add_fixed(&mut task, fixed).within(format_args!("fixed[{i}]"))?;
             parts.push((fixed.name.as_deref(), part));
         }
         task.order = self.ordered(parts)?;
@@ -100,7 +100,7 @@ impl RecordedLevel {
 
     fn marker(&self, marker: &Recorded) -> Result<Marker, ValidationError> {
         Ok(Marker {
-            ball: marker.ball().map_err(|problem| problem.within("marker"))?,
+            ball: marker.ball().within("marker")?,
             move_threshold: self.rules.move_threshold,
             must_hit: self.rules.marker_must_hit,
             subgoals: regions(&self.marker_subgoals, "marker_subgoals")?,
@@ -153,9 +153,7 @@ fn named(objects: &[Recorded], part: fn(usize) -> Part) -> impl Iterator<Item = 
 }
 
 fn regions(objects: &[Recorded], path: &str) -> Result<Vec<Region>, ValidationError> {
-    let region = |(i, object): (usize, &Recorded)| {
-        object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")))
-    };
+    let region = |(i, object): (usize, &Recorded)| object.region().within(format_args!("{path}[{i}]"));
     objects.iter().enumerate().map(region).collect()
 }
 

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::lines::{Ignored, Lines, LinesError};
 use super::recorded::Recorded;
-use mge_base::validation::{ValidationError, in_range};
+use mge_base::validation::{ValidationError, Within, in_range};
 use mge_physics::{
     Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, START_OVERLAP, Tool, Touch, World,
 };
@@ -83,7 +83,7 @@ impl RecordedScene {
         }
         let mut world = World::new(GRAVITY);
         for (index, tool) in self.tools.iter().enumerate() {
-            let tool = tool.tool().map_err(|problem| problem.within(format_args!("tools[{index}]")))?;
+            let tool = tool.tool().within(format_args!("tools[{index}]"))?;
             world.add_tool(tool);
         }
         let (name, first) = match (&self.ball, &self.mover) {
@@ -197,7 +197,7 @@ fn add_body(
         }
     };
     let own = if is_box { "size" } else { "radius" };
-    let measure = body.measure(own).map_err(|problem| problem.within(path))?;
+    let measure = body.measure(own).within(path)?;
     let required = |name: &str, value: Option<f32>| {
         value.ok_or_else(|| ValidationError::new(format_args!("{path}.{name}"), "is missing"))
     };
@@ -213,11 +213,11 @@ fn add_body(
     let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
     if is_box {
         let moving = MovingBox { size: measure, mass, elasticity, friction };
-        moving.check().map_err(|problem| problem.within(path))?;
+        moving.check().within(path)?;
         world.add_box(moving, motion);
     } else {
         let ball = Ball { radius: measure, mass, elasticity, friction };
-        ball.check().map_err(|problem| problem.within(path))?;
+        ball.check().within(path)?;
         check_clear(world, ball, motion, rows)?;
         world.add_ball(ball, motion);
     }
