@@ -100,25 +100,27 @@ impl BallState {
     }
 }
 
+impl<T: Copy> Motion<T> {
+    /// The motion in another precision.
+    fn map<U>(self, convert: impl Fn(T) -> U) -> Motion<U> {
+        Motion {
+            position: self.position.map(&convert),
+            velocity: self.velocity.map(&convert),
+            angle: convert(self.angle),
+            angular_velocity: convert(self.angular_velocity),
+        }
+    }
+}
+
 impl From<BallState> for Motion {
     fn from(state: BallState) -> Self {
-        Self {
-            position: state.position.map(f64::from),
-            velocity: state.velocity.map(f64::from),
-            angle: state.angle.into(),
-            angular_velocity: state.angular_velocity.into(),
-        }
+        state.map(f64::from)
     }
 }
 
 impl From<Motion> for BallState {
     fn from(motion: Motion) -> Self {
-        Self {
-            position: motion.position.map(|p| p as f32),
-            velocity: motion.velocity.map(|v| v as f32),
-            angle: motion.angle as f32,
-            angular_velocity: motion.angular_velocity as f32,
-        }
+        motion.map(|value| value as f32)
     }
 }
 
