@@ -263,7 +263,7 @@ fn wrong_recordings() {
         ("/rules", "goal_must_wait_for_marker", Some(json!(true)), "goal_must_wait_for_marker"),
         ("/target", "radius", Some(json!(0)), "ball.radius: is 0"),
         ("/rules", "extra", Some(json!(1)), "levels.jsonl:1:"),
-        ("", "marker", Some(json!({})), "levels.jsonl:1:"),
+        ("", "marker", Some(json!({})), "rules.goal_must_wait_for_marker"),
     ] {
         let error = play(&changed(level.clone(), parent, key, new), &episode.to_string()).unwrap_err();
         assert_says(&error, &[expected]);

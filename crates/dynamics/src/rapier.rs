@@ -114,13 +114,13 @@ impl Predictor for Rapier {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mge_physics::{Motion, World};
+    use mge_physics::World;
 
     /// The ball after an action, according to rapier and to the true physics.
     fn both(tool: Tool, start: BallState) -> [BallState; 2] {
         let mut world = World::new([0.0, -2.0]);
         world.add_tool(tool);
-        let ball = world.add_ball(Ball::default(), Motion::from(start));
+        let ball = world.add_ball(Ball::default(), start);
         (0..40).for_each(|_| world.step());
         let rapier = Rapier::every(5, [0.0, -2.0], Ball::default());
         let mut predicted = start;
