@@ -30,7 +30,6 @@
 #![deny(unsafe_code)]
 
 pub use mge_agent as agent;
-mod bench;
 mod cli;
 pub use mge_dynamics as dynamics;
 pub use mge_env as env;
@@ -58,9 +57,6 @@ pub use mge_workbench as workbench;
 /// Runs the `mge` program with the arguments of this process.
 pub use cli::run as run_program;
 
-/// The timed work of the benchmarks.
-#[doc(hidden)]
-pub use bench::{WORKS, Work};
 /// The terminal's screens without a terminal, for the benchmarks.
 #[doc(hidden)]
 pub use tui::OffscreenWorkbench;

@@ -1,10 +1,10 @@
 """Speed of the environments: ours, those of other libraries, and Rust alone.
 
     pip install ./python envpool stable-baselines3 sbx-rl
-    python python/benchmarks/speed.py [--program mge] [--create FOLDER] [--seconds 3] [part ...]
+    python python/benchmarks/speed.py [--create FOLDER] [--seconds 3] [part ...]
 
-Parts: random (random actions in vector environments), rust (the same work in Rust alone; with the
-program, also its benchmark), create (CREATE itself, from a clone of its repository; needs gym 0.21, pymunk
+Parts: random (random actions in vector environments), rust (the same work in Rust alone; with
+cargo, also its benchmark), create (CREATE itself, from a clone of its repository; needs gym 0.21, pymunk
 5.7, pygame, pillow and opencv-python), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory
 (10 million steps). Without names, all parts run. Packages that are not installed are skipped with a note. Prints
 Markdown.
@@ -18,6 +18,7 @@ import importlib.util
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import time
@@ -48,6 +49,13 @@ def row(*cells):
 def shown(rates):
     """Rates as cells of a row."""
     return [f"{actions:,.0f}" for actions in rates]
+
+
+def bench(work, threads):
+    """Actions per second of a work item of the Rust benchmark."""
+    command = ["cargo", "bench", "--quiet", "--bench", "work", "--", "--only", work, "--threads", str(threads)]
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    return next(1e3 / found["ms"] for found in map(json.loads, lines) if found["work"] == work)
 
 
 def random_actions(envs, seconds, batches=64):
@@ -86,7 +94,7 @@ def part_random(options):
 
 def part_rust(options):
     """The same environments and actions with and without Python, alternating; and `env_action` of
-    `mge bench`: a single environment of task5 under random play, including resets."""
+    `benches/work`: a single environment of task5 under random play, including resets."""
     for threads in dict.fromkeys((1, os.cpu_count())):
         envs = mge.PuzzleVectorEnv("task5", 1024, num_threads=threads)
         envs.reset(seed=0)
@@ -101,11 +109,8 @@ def part_rust(options):
         each = [[actions.size / 2 / min(taken) for taken in zip(*times, strict=True)] for times in (rust, ours)]
         row("1024 environments of task5, Rust alone", f"{threads} threads", *shown(each[0]))
         row(f"the same through `step` ({each[0][1] / each[1][1] - 1:+.0%} processor time)", f"{threads} threads", *shown(each[1]))
-        if options.program is not None:
-            command = [options.program, "bench", "--only", "env_action", "--threads", str(threads)]
-            for line in subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines():
-                if (work := json.loads(line))["work"] == "env_action":
-                    row("`mge bench`: one environment of task5", f"{threads} threads", *shown([1e3 / work["ms"]]), "")
+        if shutil.which("cargo"):
+            row("one environment of task5, Rust alone", f"{threads} threads", *shown([bench("env_action", threads)]), "")
 
 
 def part_others(options):
@@ -131,7 +136,7 @@ def part_others(options):
 
 def part_create(options):
     """CREATE's levels with its own action sets, including resets, with and without drawing images; the same in our
-    environments, through Python and, with the program, in Rust alone. Alternates level by level."""
+    environments, through Python and, with cargo, in Rust alone. Alternates level by level."""
     if options.create is None:
         return row("CREATE", "skipped: give a clone of its repository with `--create`", "", "")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
@@ -162,10 +167,8 @@ def part_create(options):
             row(f"CREATE's {name}, {what}", "1 threads", *shown(rate(step, 1, options.seconds)))
             envs = mge.PuzzleVectorEnv(level, 64, num_threads=1, tools="train", observation="image" if image else "vector")
             row(f"`make_vec`, {level}, 64 environments, {what}", "1 threads", *shown(random_actions(envs, options.seconds)))
-        if options.program is not None:
-            command = [options.program, "bench", "--only", f"level_{name}", "--threads", "1"]
-            for line in subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines():
-                row(f"`mge bench`: {level}", "1 threads", *shown([1e3 / json.loads(line)["ms"]]), "")
+        if shutil.which("cargo"):
+            row(f"{level}, Rust alone", "1 threads", *shown([bench(f"level_{name}", 1)]), "")
 
 
 class Toy(gymnasium.Env):
@@ -277,7 +280,6 @@ PARTS = {"random": part_random, "rust": part_rust, "create": part_create, "other
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all")
-    parser.add_argument("--program", help="the program `mge`")
     parser.add_argument("--create", metavar="FOLDER", help="a clone of CREATE's repository")
     parser.add_argument("--seconds", type=float, default=3.0, help="per measurement")
     parser.add_argument("--rounds", type=int, default=50, help="alternating rounds of the trainers")

@@ -11,7 +11,6 @@ mod physics;
 mod progress;
 mod puzzles;
 mod runs;
-mod screenshot;
 mod studies;
 mod sweeps;
 mod tasks;
@@ -109,12 +108,10 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Export(export) => brief(|| runs::export_actor(&export)),
         Command::Figures(figures) => brief(|| runs::figures(&figures)),
         Command::Script(script) => runs::script(&script),
-        Command::Screenshot(screenshot) => screenshot::run(&screenshot),
         Command::Sweep(sweep) => sweeps::run(&sweep),
         Command::Report(report) => brief(|| studies::report(&report)),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
         Command::Man(man) => manual::print(man.markdown),
-        Command::Bench(bench) => brief(|| studies::bench(&bench)),
     };
     outcome.map(|()| ExitCode::SUCCESS)
 }

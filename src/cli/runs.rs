@@ -355,11 +355,11 @@ pub fn figures(arguments: &Figures) -> Outcome {
     }
     let dpi = Some(arguments.print.dpi).filter(|dpi| extension == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
-    let mut composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
-    for option in &arguments.options {
-        let (key, value) = split_definition(option, "--set")?;
-        composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
-    }
+    let options = arguments.options.iter().map(|option| split_definition(option, "--set"));
+    let options = options.collect::<Result<Vec<_>, _>>()?;
+    let composition = Composition::of(options.iter().map(|(key, value)| (key.as_str(), value.as_str())));
+    let mut composition = composition.map_err(|reason| format!("--set {reason}"))?;
+    composition.runs.splice(0..0, arguments.runs.clone());
     let target = |path: &Path| arguments.force.target(path);
     let learning = target(&shared.join(format!("learning.{extension}")));
     let learning = command::Figure::with_defaults(FigureKind::Learning, learning);
@@ -398,11 +398,6 @@ fn figure_path(out: Option<&Path>, run: &Path, figure: &str, extension: &str) ->
 }
 
 pub fn script(arguments: &Script) -> Outcome {
-    after_script(arguments).map(|_| ())
-}
-
-/// Runs a script and returns its session.
-pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
     let interrupt = Interrupt::listen()?;
     let variables = definitions(&arguments.variables, "--define", &[])?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
@@ -421,7 +416,7 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
     }
     drop(viewer);
     // On an error, dropping the session ends its trainings with a checkpoint.
-    let outcome = outcome.map(|()| session);
+    drop(session);
     interrupt.result(outcome, |_| true)
 }
 

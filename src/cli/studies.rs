@@ -1,10 +1,9 @@
-//! `mge reproduce`, `mge report` and `mge bench`.
+//! `mge reproduce` and `mge report`.
 
-use super::arguments::{Bench, Report, Reproduce};
+use super::arguments::{Report, Reproduce};
 use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::progress::Progress;
-use crate::bench::WORKS;
 use mge_base::text::counted;
 use mge_experiments::study::{self, StudyError, StudyPlan};
 use mge_results as evidence;
@@ -56,17 +55,4 @@ pub fn report(arguments: &Report) -> Outcome {
         output::message(format_args!("{} left out: the report has the reasons", counted(report.left_out.len(), "run")));
     }
     Ok(output::line(arguments.out.join("report.md").display())?)
-}
-
-pub fn bench(arguments: &Bench) -> Outcome {
-    let chosen = |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|only| name.starts_with(only));
-    if let Some(unknown) = arguments.only.iter().find(|only| WORKS.iter().all(|work| !work.name.starts_with(*only))) {
-        let known = WORKS.iter().map(|work| work.name).collect::<Vec<_>>().join(", ");
-        return Err(format!("--only {unknown}: use {known}").into());
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.max(1)).build()?;
-    for work in WORKS.iter().filter(|work| chosen(work.name)) {
-        output::line(serde_json::to_string(&pool.install(|| work.measure()))?)?;
-    }
-    Ok(())
 }

@@ -222,7 +222,6 @@ fn a_signal_ends_every_long_command_with_one_line() {
         "evaluate run --episodes 1000000",
         "dynamics evaluate bucket-box --launches 1000000 --quiet",
         "dynamics train --tools box --epochs 1000 --quiet --out m.safetensors",
-        "bench",
     ] {
         let child = listening(line, folder.path());
         signal(&child, Signal::TERM);

@@ -55,7 +55,7 @@ impl TaskActions {
         Self { task: task.clone(), stages: stages.collect() }
     }
 
-    fn draw(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>) {
+    fn draw(&self, view: &SceneView<'_>, canvas: &Canvas) {
         view.task(&self.task);
         for (n, stage) in self.stages.iter().enumerate() {
             let color = stage_color(n, self.stages.len());
@@ -78,7 +78,7 @@ const SHAPES: &str = "Dots: tool placements sampled from the action clusters of 
                       (dashed) standard deviations around the cluster mean, which has the name of its stage.";
 
 /// Draws the stage's name at the mean, and ellipses at one and two standard deviations.
-fn draw_cluster(view: &SceneView<'_, '_>, cluster: &Cluster, name: &str, color: Color) {
+fn draw_cluster(view: &SceneView<'_>, cluster: &Cluster, name: &str, color: Color) {
     let center = view.at(cluster.mean);
     let edge = view.at([cluster.mean[0] + cluster.std[0], cluster.mean[1] + cluster.std[1]]);
     let radii = [edge[0] - center[0], center[1] - edge[1]];
@@ -96,7 +96,7 @@ impl Figure for ActionSamples {
         page_size(self.tasks.len(), LEGEND, SHAPES)
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
             return canvas.placeholder(page, "no sampled actions");

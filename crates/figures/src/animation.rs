@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::canvas::{Canvas, Pen, svg};
 use super::layout::note;
-use super::output::write_with_table;
+use super::output::{encode, write_with_table};
 use super::provenance::Provenance;
 use super::render::{pixels, rgb};
 use super::scene::{Mover, PLACED_TOOL, Position, SceneView, Window};
@@ -49,7 +49,7 @@ pub struct Moment {
 const LAST_FRAME_MS: u32 = 1500;
 
 impl Animation {
-    fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) {
+    fn draw_moment(&self, canvas: &Canvas, index: usize, trail: usize) {
         let page = canvas.page().inset(MARGIN);
         let Some(moment) = self.moments.get(index) else { return canvas.placeholder(page, "nothing happened") };
         let stages = self.task.stage_count();
@@ -105,17 +105,6 @@ impl Animation {
         drop(encoder);
         Ok(bytes)
     }
-
-    /// Writes the GIF to `path` and its numbers to the same path with the extension `.csv`.
-    ///
-    /// # Errors
-    /// When the extension is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
-    pub fn write_gif(&self, to: &Target, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        if suffix(&to.path) != "gif" {
-            return Err(FigureError::Format { path: to.path.clone(), known: "`.gif`" });
-        }
-        write_with_table(to, &self.to_gif(provenance, dpi)?, &self.table())
-    }
 }
 
 /// The 256 most common colours of an RGB image, and for each pixel the index of the nearest.
@@ -146,8 +135,22 @@ impl Figure for Animation {
         [SINGLE_COLUMN, 1.05 * SINGLE_COLUMN]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    /// 480 pixels wide.
+    fn resolution(&self) -> u32 {
+        137
+    }
+
+    fn draw(&self, canvas: &Canvas) {
         self.draw_moment(canvas, self.moments.len().saturating_sub(1), self.moments.len())
+    }
+
+    /// Writes it as a GIF if the extension says so, otherwise as any figure.
+    fn write(&self, to: &Target, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
+        let bytes = match suffix(&to.path).as_str() {
+            "gif" => self.to_gif(provenance, dpi)?,
+            _ => encode(&to.path, &self.to_svg(provenance), provenance, dpi)?,
+        };
+        write_with_table(to, &bytes, &self.table())
     }
 
     fn table(&self) -> Table {

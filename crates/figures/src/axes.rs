@@ -1,13 +1,10 @@
 //! A plot: frame, ticks, labels, and data drawn inside.
 
-use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, Ranged};
-use plotters::coord::types::RangedCoordf64;
-
 use super::canvas::{Canvas, Pen, TextFormat};
-use super::geometry::{Point, Rect, clip_polyline};
+use super::geometry::{Point, Rect};
 use super::style::{
     BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
-    TITLE_SIZE, WHITE, faded,
+    TITLE_SIZE, faded,
 };
 use mge_stats::Estimate;
 
@@ -121,22 +118,22 @@ fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// At most `most` equally spaced round values in a range.
+/// At most `most` equally spaced round values in a range: multiples of 1, 2 or 5 times a power of ten.
 pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
-    RangedCoordf64::from(low..high).key_points(RoundTicks(most))
-}
-
-/// Asks plotters for at most this many round ticks.
-struct RoundTicks(usize);
-
-impl KeyPointHint for RoundTicks {
-    fn max_num_points(&self) -> usize {
-        self.0
+    if most == 0 || high <= low {
+        return vec![low].into_iter().take(most).collect();
     }
-
-    fn weight(&self) -> KeyPointWeight {
-        KeyPointWeight::Bold
-    }
+    let finest = ((high - low) / most as f64).log10().floor() as i32;
+    let steps = (finest..).flat_map(|power| [1.0, 2.0, 5.0].map(|factor| (factor, power)));
+    let ticks = steps.map(|(factor, power)| {
+        // Dividing by a power of ten is exact where multiplying by its inverse is not.
+        let at = move |n: f64| if power < 0 { n * factor / 10f64.powi(-power) } else { n * factor * 10f64.powi(power) };
+        let (first, last) = ((low / at(1.0) - 1e-9).ceil(), (high / at(1.0) + 1e-9).floor());
+        let count = (last - first + 1.0).max(0.0) as usize;
+        (0..count).map(move |n| at(first + n as f64))
+    });
+    // A step beyond the range leaves at most one tick, so that one is found.
+    ticks.into_iter().find(|ticks| ticks.len() <= most).map(Iterator::collect).unwrap_or_default()
 }
 
 /// A number with a true minus sign and thin spaces between thousands.
@@ -162,8 +159,8 @@ fn power_of_ten(power: i32) -> String {
 }
 
 /// A framed plot that maps data to the page.
-pub struct Plot<'c, 'p> {
-    canvas: &'c Canvas<'p>,
+pub struct Plot<'c> {
+    canvas: &'c Canvas,
     /// The inside of the frame.
     pub rect: Rect,
     x: Axis,
@@ -180,9 +177,9 @@ pub struct Frame<'t> {
     pub square: bool,
 }
 
-impl<'c, 'p> Plot<'c, 'p> {
+impl<'c> Plot<'c> {
     /// Draws frame, ticks and labels into `outer`.
-    pub fn new(canvas: &'c Canvas<'p>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Self {
+    pub fn new(canvas: &'c Canvas, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Self {
         let widest = y
             .ticks
             .iter()
@@ -242,11 +239,7 @@ impl<'c, 'p> Plot<'c, 'p> {
             let points: Vec<Point> = run.map(|n| self.at(xs[n], ys[n])).collect();
             match points[..] {
                 [lone] if self.rect.contains(lone) => self.canvas.dot(lone, pen.width, pen.color),
-                _ => {
-                    for part in clip_polyline(&points, &self.rect) {
-                        self.canvas.line(&part, pen);
-                    }
-                }
+                _ => self.canvas.within(&self.rect, &points, |points| self.canvas.line(points, pen)),
             }
         }
     }
@@ -268,14 +261,11 @@ impl<'c, 'p> Plot<'c, 'p> {
             // One polygon per run: adjacent translucent slices would show seams.
             let (mut upper, mut lower) = (Vec::new(), Vec::new());
             for n in run {
-                let clamp = |p: Point| {
-                    [p[0].clamp(self.rect.left, self.rect.right), p[1].clamp(self.rect.top, self.rect.bottom)]
-                };
-                upper.push(clamp(self.at(xs[n], high[n])));
-                lower.push(clamp(self.at(xs[n], low[n])));
+                upper.push(self.at(xs[n], high[n]));
+                lower.push(self.at(xs[n], low[n]));
             }
             upper.extend(lower.into_iter().rev());
-            self.canvas.fill(&upper, faded(color, BAND_OPACITY));
+            self.canvas.within(&self.rect, &upper, |corners| self.canvas.fill(corners, faded(color, BAND_OPACITY)));
         }
     }
 
@@ -308,18 +298,6 @@ impl<'c, 'p> Plot<'c, 'p> {
             let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
             let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
             self.canvas.text([x + 1.5, y], &series.number(), look);
-        }
-    }
-
-    /// Numbers slightly above their curves, each on a pale background.
-    pub fn numbers(&self, places: impl IntoIterator<Item = (Point, Series)>) {
-        for ([x, y], series) in places {
-            let y = (y - 0.8 * TINY_SIZE).max(self.rect.top + 0.7 * TINY_SIZE);
-            let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
-            let half = look.width(&series.number()) / 2.0;
-            let patch = Rect::new(x - half - 0.8, y - 0.5 * TINY_SIZE, x + half + 0.8, y + 0.5 * TINY_SIZE);
-            self.canvas.fill(&patch.corners(), faded(WHITE, 0.7));
-            self.canvas.text([x, y], &series.number(), look.centered());
         }
     }
 
@@ -375,7 +353,7 @@ mod tests {
         assert!(labels(0.0, 3e30).contains(&"2·10³⁰".to_owned()), "{:?}", labels(0.0, 3e30));
         assert!(labels(-2e-9, 0.0).contains(&"\u{2212}1·10⁻⁹".to_owned()), "{:?}", labels(-2e-9, 0.0));
         for high in [1e-200, 1e-12, 1e-4, 1.0, 1e5, 1e6, 1e200] {
-            assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 9), "{:?}", labels(0.0, high));
+            assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 10), "{:?}", labels(0.0, high));
         }
         let axis = Axis::around("", [-1e308, 1e308, 2.0, 3.0], 4);
         assert!(axis.low > 1.0 && axis.high < 4.0, "values beyond MAX_MAGNITUDE are ignored");

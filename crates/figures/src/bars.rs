@@ -39,7 +39,7 @@ pub struct BarLook<'t> {
 }
 
 /// Draws clusters of bars side by side, those of each member in the order of `series`.
-pub fn grouped_bars(canvas: &Canvas<'_>, rect: Rect, look: &BarLook<'_>, clusters: &[BarCluster], series: &[Series]) {
+pub fn grouped_bars(canvas: &Canvas, rect: Rect, look: &BarLook<'_>, clusters: &[BarCluster], series: &[Series]) {
     let mut x = CLUSTER_GAP / 2.0;
     let (mut placed, mut names) = (Vec::new(), Vec::new());
     for cluster in clusters {
@@ -79,7 +79,7 @@ pub fn grouped_bars(canvas: &Canvas<'_>, rect: Rect, look: &BarLook<'_>, cluster
 }
 
 /// Writes the count above its bar, unless it would overlap one written before.
-fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, x: f64, bar: Estimate, taken: &mut Vec<Rect>) {
+fn write_count(canvas: &Canvas, plot: &Plot<'_>, x: f64, bar: Estimate, taken: &mut Vec<Rect>) {
     if !bar.value.is_finite() {
         return;
     }

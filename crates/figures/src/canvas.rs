@@ -1,21 +1,12 @@
-//! The drawing surface of figures: a page in points, written as SVG by plotters.
+//! The drawing surface of figures: a page in points, written as SVG.
 
-use std::cell::RefCell;
-
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
-use plotters_backend::{BackendCoord, DrawingBackend};
-use plotters_svg::SVGBackend;
+use std::cell::{Cell, RefCell};
+use std::fmt::Write as _;
 
 use super::font::{self, Family};
-use super::geometry::{Point, Rect, dashes};
+use super::geometry::{Point, Rect};
 use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SMALL_SIZE, TITLE_SIZE, WHITE};
-use super::xml;
-
-/// Backend coordinates per point. Backend coordinates are integers; one per point would be too coarse for hairlines.
-const SCALE: f64 = 16.0;
-/// The SVG backend of plotters divides text sizes by this factor.
-const PLOTTERS_EM: f64 = 1.24;
+use super::xml::escaped;
 
 /// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,41 +27,41 @@ impl Pen {
     }
 }
 
-/// Style and anchor of a text.
-#[derive(Clone, Copy)]
+/// The part of a text that is at its position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// Style and anchor of a text, which is vertically centred at its position.
+#[derive(Debug, Clone, Copy)]
 pub struct TextFormat {
     pub family: Family,
     pub size: f64,
     pub bold: bool,
     pub color: Color,
-    pub horizontal: HPos,
-    pub vertical: VPos,
+    pub anchor: Anchor,
     /// Whether it is rotated to read upwards.
     pub rotated: bool,
 }
 
 impl TextFormat {
-    /// Titles of panels: left edge, vertically centred.
+    /// Titles of panels.
     pub const TITLE: Self = Self { size: TITLE_SIZE, bold: true, ..Self::LABEL };
     /// Axis and legend labels.
-    pub const LABEL: Self = Self {
-        family: Family::Sans,
-        size: LABEL_SIZE,
-        bold: false,
-        color: INK,
-        horizontal: HPos::Left,
-        vertical: VPos::Center,
-        rotated: false,
-    };
+    pub const LABEL: Self =
+        Self { family: Family::Sans, size: LABEL_SIZE, bold: false, color: INK, anchor: Anchor::Start, rotated: false };
     /// Ticks and notes.
     pub const SMALL: Self = Self { size: SMALL_SIZE, ..Self::LABEL };
 
     pub fn centered(self) -> Self {
-        Self { horizontal: HPos::Center, ..self }
+        Self { anchor: Anchor::Middle, ..self }
     }
 
     pub fn right(self) -> Self {
-        Self { horizontal: HPos::Right, ..self }
+        Self { anchor: Anchor::End, ..self }
     }
 
     pub fn color(self, color: Color) -> Self {
@@ -91,63 +82,74 @@ impl TextFormat {
     }
 }
 
-/// A page in points, origin at the upper left.
-pub struct Canvas<'t> {
-    backend: RefCell<SVGBackend<'t>>,
+/// A page in points, origin at the upper left. Shapes with a coordinate that is not finite are not drawn.
+pub struct Canvas {
+    /// The elements drawn so far.
+    elements: RefCell<String>,
     page: Rect,
+    /// Number of clipped groups so far.
+    clips: Cell<usize>,
 }
 
 /// The SVG of a page of `size` points, in which everything is magnified by `scale`; `head` is inserted after the
 /// opening tag.
-pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas<'_>)) -> String {
-    let [paper_width, paper_height] = size;
+pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas)) -> String {
     let [width, height] = size.map(|side| side / scale);
-    let (columns, rows) = ((width * SCALE).round() as u32, (height * SCALE).round() as u32);
-    let mut text = String::new();
-    let backend = RefCell::new(SVGBackend::with_string(&mut text, (columns, rows)));
-    let canvas = Canvas { backend, page: Rect::new(0.0, 0.0, width, height) };
-    canvas.fill(&canvas.page.corners(), WHITE);
+    let page = Rect::new(0.0, 0.0, width, height);
+    let canvas = Canvas { elements: RefCell::default(), page, clips: Cell::default() };
+    canvas.fill(&page.corners(), WHITE);
     draw(&canvas);
-    drop(canvas);
-    // The backend gives the size in pixels and mitres every corner: set the size on paper, and round the joins.
-    let plain = format!("width=\"{columns}\" height=\"{rows}\"");
-    let ours = format!(
-        "width=\"{paper_width}pt\" height=\"{paper_height}pt\" stroke-linejoin=\"round\" stroke-linecap=\"round\""
-    );
-    text.replacen(&plain, &ours, 1).replacen(">\n", &format!(">\n{head}"), 1)
+    let [wide, high] = size;
+    format!(
+        "<svg width=\"{wide}pt\" height=\"{high}pt\" viewBox=\"0 0 {width} {height}\" \
+         xmlns=\"http://www.w3.org/2000/svg\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n{head}{}</svg>\n",
+        canvas.elements.into_inner()
+    )
 }
 
-impl Canvas<'_> {
+/// A coordinate or length as written: in hundredths of a point, not farther from the page than any renderer can handle.
+fn written(points: f64) -> f64 {
+    const FAR: f64 = 1e4;
+    // Adding 0 turns a negative zero into a positive one.
+    (points.clamp(-FAR, FAR) * 100.0).round() / 100.0 + 0.0
+}
+
+/// The attributes of a colour that fills a shape or strokes a line.
+fn paint(name: &str, Color(red, green, blue, opacity): Color) -> String {
+    let color = format!("{name}=\"#{red:02X}{green:02X}{blue:02X}\"");
+    if opacity < 1.0 { format!("{color} {name}-opacity=\"{opacity}\"") } else { color }
+}
+
+impl Canvas {
     /// The whole page.
     pub fn page(&self) -> Rect {
         self.page
     }
 
-    fn put<E: std::fmt::Debug>(&self, draw: impl FnOnce(&mut SVGBackend<'_>) -> Result<(), E>) {
-        // The backend appends to a string, which cannot fail.
-        draw(&mut self.backend.borrow_mut()).expect("a string takes every element");
+    fn put(&self, element: std::fmt::Arguments<'_>) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.elements.borrow_mut(), "{element}");
     }
 
-    /// A point in backend coordinates. Out-of-range and non-finite numbers saturate: data is clipped before it gets
-    /// here, so such points could only lie off the page.
-    fn place(point: Point) -> BackendCoord {
-        ((point[0] * SCALE).round() as i32, (point[1] * SCALE).round() as i32)
-    }
-
-    fn map(points: &[Point]) -> impl Iterator<Item = BackendCoord> {
-        points.iter().copied().map(Self::place)
+    /// A polyline or polygon, unless it is invisible.
+    fn path(&self, name: &str, points: &[Point], Color(.., opacity): Color, style: &str) {
+        if opacity > 0.0 && points.iter().flatten().all(|value| value.is_finite()) {
+            let places: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", written(*x), written(*y))).collect();
+            self.put(format_args!("<{name} {style} points=\"{}\"/>", places.join(" ")));
+        }
     }
 
     /// A polyline.
     pub fn line(&self, points: &[Point], pen: Pen) {
+        if points.len() < 2 {
+            return;
+        }
+        let mut style = format!("fill=\"none\" {} stroke-width=\"{}\"", paint("stroke", pen.color), pen.width);
         if !pen.dash.is_empty() {
-            let solid = Pen { dash: &[], ..pen };
-            return dashes(points, pen.dash).iter().for_each(|stroke| self.line(stroke, solid));
+            let lengths: Vec<String> = pen.dash.iter().map(f64::to_string).collect();
+            style += &format!(" stroke-dasharray=\"{}\"", lengths.join(","));
         }
-        if points.len() >= 2 {
-            let width = (pen.width * SCALE).round().max(1.0) as u32;
-            self.put(|backend| backend.draw_path(Self::map(points), &pen.color.stroke_width(width)));
-        }
+        self.path("polyline", points, pen.color, &style);
     }
 
     /// The outline of a polygon.
@@ -159,14 +161,29 @@ impl Canvas<'_> {
     /// A filled polygon.
     pub fn fill(&self, corners: &[Point], color: Color) {
         if corners.len() >= 3 {
-            self.put(|backend| backend.fill_polygon(Self::map(corners), &color.filled()));
+            self.path("polygon", corners, color, &paint("fill", color));
         }
     }
 
     /// A filled dot.
-    pub fn dot(&self, center: Point, radius: f64, color: Color) {
-        let radius = (radius * SCALE).round().max(1.0) as u32;
-        self.put(|backend| backend.draw_circle(Self::place(center), radius, &color.filled(), true));
+    pub fn dot(&self, [x, y]: Point, radius: f64, color: Color) {
+        if x.is_finite() && y.is_finite() {
+            let [x, y, radius] = [x, y, radius].map(written);
+            self.put(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {}/>", paint("fill", color)));
+        }
+    }
+
+    /// Draws a shape around these points; what lies outside `rect` is cut off.
+    pub fn within(&self, rect: &Rect, points: &[Point], draw: impl FnOnce(&[Point])) {
+        if points.iter().all(|point| rect.contains(*point)) {
+            return draw(points);
+        }
+        let clip = self.clips.replace(self.clips.get() + 1);
+        let [x, y, width, height] = [rect.left, rect.top, rect.width(), rect.height()].map(written);
+        let area = format_args!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>");
+        self.put(format_args!("<clipPath id=\"clip{clip}\">{area}</clipPath>\n<g clip-path=\"url(#clip{clip})\">"));
+        draw(points);
+        self.put(format_args!("</g>"));
     }
 
     /// A line with an arrowhead at its end.
@@ -184,13 +201,22 @@ impl Canvas<'_> {
     }
 
     /// One line of text.
-    pub fn text(&self, at: Point, text: &str, look: TextFormat) {
-        let weight = if look.bold { FontStyle::Bold } else { FontStyle::Normal };
-        let size = look.size * PLOTTERS_EM * SCALE;
-        let font = FontDesc::new(FontFamily::Name(look.family.name()), size, weight);
-        let font = if look.rotated { font.transform(FontTransform::Rotate270) } else { font };
-        let style = TextStyle::from(font).color(&look.color).pos(Pos::new(look.horizontal, look.vertical));
-        self.put(|backend| backend.draw_text(&xml::characters(text), &style, Self::place(at)));
+    pub fn text(&self, [x, y]: Point, text: &str, look: TextFormat) {
+        if !(x.is_finite() && y.is_finite()) {
+            return;
+        }
+        let anchor = match look.anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let ([x, y, size], family, color) =
+            ([x, y, look.size].map(written), look.family.name(), paint("fill", look.color));
+        let weight = if look.bold { " font-weight=\"bold\"" } else { "" };
+        let turn = if look.rotated { format!(" transform=\"rotate(270, {x}, {y})\"") } else { String::new() };
+        let place = format_args!("x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\"");
+        let font = format_args!("font-family=\"{family}\" font-size=\"{size}\" {color}{weight}{turn}");
+        self.put(format_args!("<text {place} {font}>\n{}\n</text>", escaped(text)));
     }
 
     /// A placeholder with a message for an empty figure.

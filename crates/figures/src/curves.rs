@@ -123,14 +123,16 @@ struct Legend<'f> {
     entries: Vec<(&'f str, &'f str, Series)>,
     /// Whether curves have bands.
     banded: bool,
+    /// Whether curves have their numbers in the legend at their right ends.
+    numbered: bool,
 }
 
 impl<'f> Legend<'f> {
-    /// A legend in order of appearance.
+    /// A legend in order of appearance, without numbers: for curves that all end at the same point.
     fn of(curves: impl IntoIterator<Item = &'f Curve>) -> Self {
         let curves: Vec<&Curve> = curves.into_iter().collect();
         let order = labels(curves.iter().map(|curve| curve.label.as_str()));
-        Self::new(&curves, order.into_iter().map(|label| (label, label)), None)
+        Self { numbered: false, ..Self::new(&curves, order.into_iter().map(|label| (label, label)), None) }
     }
 
     /// A legend in this order, of labels and texts.
@@ -146,7 +148,7 @@ impl<'f> Legend<'f> {
         };
         let entries: Vec<_> = order.into_iter().enumerate().map(look).collect();
         let banded = entries.len() <= MAX_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
-        Self { entries, banded }
+        Self { numbered: entries.len() > 1, entries, banded }
     }
 
     fn look(&self, curve: &Curve) -> Option<Series> {
@@ -157,7 +159,7 @@ impl<'f> Legend<'f> {
     fn marks(&self) -> Vec<(Mark, String)> {
         let entry = |(_, text, look): &(&str, &str, Series)| {
             let pen = look.pen(1.2 * LINE_WIDTH);
-            let text = if self.entries.len() > 1 { look.numbered(text) } else { (*text).to_owned() };
+            let text = if self.numbered { look.numbered(text) } else { (*text).to_owned() };
             (if self.banded { Mark::Band(pen) } else { Mark::Line(pen) }, text)
         };
         self.entries.iter().map(entry).collect()
@@ -169,7 +171,7 @@ impl<'f> Legend<'f> {
     }
 
     /// Draws curves as percentages, each in its label's style.
-    fn draw_curves(&self, canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve], numbers: Numbers) {
+    fn draw_curves(&self, canvas: &Canvas, plot: &Plot<'_>, curves: &[Curve]) {
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
         let shown = || curves.iter().filter_map(|curve| Some((curve, self.look(curve)?)));
         for (curve, look) in shown().filter(|_| self.banded) {
@@ -181,15 +183,7 @@ impl<'f> Legend<'f> {
         for (curve, look) in shown() {
             plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look.pen(LINE_WIDTH));
         }
-        if self.entries.len() > 1 && numbers == Numbers::Apart {
-            let drawn: Vec<(&Curve, Series)> = shown().collect();
-            let places = apart(&drawn.iter().map(|(curve, _)| *curve).collect::<Vec<_>>());
-            let number = |(place, (curve, look)): (Option<usize>, &(&Curve, Series))| {
-                let place = place?;
-                Some((plot.at(*curve.x.get(place)?, 100.0 * curve.y.get(place)?), *look))
-            };
-            plot.numbers(places.into_iter().zip(&drawn).filter_map(number));
-        } else if self.entries.len() > 1 {
+        if self.numbered {
             let end = |(curve, look): (&Curve, Series)| {
                 let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
                 Some((plot.at(*x, 100.0 * y), look))
@@ -201,36 +195,6 @@ impl<'f> Legend<'f> {
             canvas.text(plot.rect.center(), "no finished episodes", look);
         }
     }
-}
-
-/// Where curves are numbered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Numbers {
-    /// At their right ends.
-    Ends,
-    /// On the curves, where they are far apart: for curves that all end at the same point.
-    Apart,
-}
-
-/// For curves over the same x: for each the first index, not near the ends, at which it is farthest from all others.
-/// None for a curve without points there.
-fn apart(curves: &[&Curve]) -> Vec<Option<usize>> {
-    /// Distances beyond this count as equal.
-    const ENOUGH: f64 = 0.12;
-    let distance = |n: usize, at: usize| {
-        let y = |curve: &Curve| curve.y.get(at).copied().filter(|y| y.is_finite());
-        let own = y(curves[n])?;
-        let others = curves.iter().enumerate().filter(|(other, _)| *other != n);
-        let gaps = others.filter_map(|(_, curve)| Some((y(curve)? - own).abs()));
-        Some(gaps.fold(ENOUGH, f64::min))
-    };
-    let farthest = |(n, curve): (usize, &&Curve)| {
-        let edge = curve.x.len().div_ceil(20);
-        let inner = edge..curve.x.len().saturating_sub(edge);
-        let places = inner.filter_map(|at| Some((at, distance(n, at)?)));
-        places.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(at, _)| at)
-    };
-    curves.iter().enumerate().map(farthest).collect()
 }
 
 fn rate_axis(label: &str) -> Axis {
@@ -308,7 +272,7 @@ impl Figure for LearningCurves {
         self.style.scale()
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.panels.is_empty() {
             return canvas.placeholder(page, "no learning curves");
@@ -321,7 +285,7 @@ impl Figure for LearningCurves {
             let y = rate_axis(&format!("{} (%)", self.measure.words()[0])).labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
-            curves.draw_curves(canvas, &plot, &panel.curves, Numbers::Ends);
+            curves.draw_curves(canvas, &plot, &panel.curves);
         }
     }
 
@@ -342,7 +306,7 @@ impl Figure for PerformanceProfile {
         [SINGLE_COLUMN, 190.0 + Legend::of(&self.curves).further(SINGLE_COLUMN - 2.0 * MARGIN)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.curves.iter().all(Curve::is_empty) {
             return canvas.placeholder(page, "no scores");
@@ -355,7 +319,7 @@ impl Figure for PerformanceProfile {
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
         let frame = Frame { title: "", grid: true, square: false };
         let plot = Plot::new(canvas, rect, &frame, x, rate_axis("share above \u{3c4} (%)"));
-        curves.draw_curves(canvas, &plot, &self.curves, Numbers::Apart)
+        curves.draw_curves(canvas, &plot, &self.curves)
     }
 
     fn table(&self) -> Table {
@@ -371,24 +335,5 @@ impl Figure for PerformanceProfile {
 fn push_curve(table: &mut Table, name: &str, label: &str, curve: &Curve) {
     for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
         table.push(&[&name, &label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn profile_curves_are_numbered_where_they_are_far_apart() {
-        let curve = |y: &[f64]| Curve { x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y: y.to_vec(), ..Curve::default() };
-        let curves = [
-            curve(&[1.0, 1.0, 1.0, 0.9, 0.0]),
-            curve(&[0.5, 0.99, 0.7, 0.4, 0.0]),
-            curve(&[0.9, 0.9, 0.72, 0.1, 0.0]),
-            curve(&[f64::NAN; 5]),
-        ];
-        assert_eq!(apart(&curves.each_ref()), [Some(2), Some(3), Some(3), None], "neither at the start nor at the end");
-        assert_eq!(apart(&[&curves[0]]), [Some(1)]);
-        assert_eq!(apart(&[&Curve::default()]), [None]);
     }
 }

@@ -80,7 +80,7 @@ impl Dashboard {
         ]
     }
 
-    fn draw_panel(&self, canvas: &Canvas<'_>, panel: RunPanel<'_>, place: Panel) {
+    fn draw_panel(&self, canvas: &Canvas, panel: RunPanel<'_>, place: Panel) {
         let last = self.episode.iter().copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
         let x = Axis::linear("episode", 0.0, last, 5).labelled(place.x_label);
         // Titles name the y axes; the space for their labels stays empty in every column.
@@ -131,7 +131,7 @@ impl Figure for Dashboard {
         [DOUBLE_COLUMN, 320.0]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.episode.is_empty() {
             return canvas.placeholder(page, "no finished episodes");

@@ -17,8 +17,8 @@ pub enum FigureError {
     )]
     Size { width: u32, height: u32 },
     /// The file's extension is not a format that the figure can be written in.
-    #[error("{}: figures are written as {known}: use one of these extensions", path.display())]
-    Format { path: PathBuf, known: &'static str },
+    #[error("{}: figures are written as `.png`, `.svg` or `.pdf`: use one of these extensions", .0.display())]
+    Format(PathBuf),
     /// The file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },

@@ -1,4 +1,4 @@
-//! Plane geometry of drawing: rectangles and their division, clipping, dashes.
+//! Plane geometry of drawing: rectangles and their division, outlines.
 //! Points are `[x, y]` with y downwards, lengths in points (1/72 inch).
 
 use mge_physics::{Tool, to_normalised};
@@ -87,105 +87,6 @@ impl Rect {
     }
 }
 
-/// The parts of a polyline inside `rect`; a non-finite point ends a part.
-pub fn clip_polyline(points: &[Point], rect: &Rect) -> Vec<Vec<Point>> {
-    let mut parts: Vec<Vec<Point>> = Vec::new();
-    let mut open = false;
-    for pair in points.windows(2) {
-        let clipped =
-            if pair.iter().flatten().all(|v| v.is_finite()) { clip_segment(pair[0], pair[1], rect) } else { None };
-        let Some((from, to)) = clipped else {
-            open = false;
-            continue;
-        };
-        match parts.last_mut() {
-            Some(part) if open && from == pair[0] => part.push(to),
-            _ => parts.push(vec![from, to]),
-        }
-        open = to == pair[1];
-    }
-    parts
-}
-
-/// The part of a segment inside `rect` (Liang and Barsky).
-pub fn clip_segment(from: Point, to: Point, rect: &Rect) -> Option<(Point, Point)> {
-    let delta = [to[0] - from[0], to[1] - from[1]];
-    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for (p, q) in [
-        (-delta[0], from[0] - rect.left),
-        (delta[0], rect.right - from[0]),
-        (-delta[1], from[1] - rect.top),
-        (delta[1], rect.bottom - from[1]),
-    ] {
-        if p == 0.0 {
-            if q < 0.0 {
-                return None;
-            }
-        } else if p < 0.0 {
-            enter = enter.max(q / p);
-        } else {
-            leave = leave.min(q / p);
-        }
-    }
-    let at = |t: f64| [from[0] + t * delta[0], from[1] + t * delta[1]];
-    (enter <= leave).then(|| (if enter > 0.0 { at(enter) } else { from }, if leave < 1.0 { at(leave) } else { to }))
-}
-
-/// The part of a convex polygon inside `rect` (Sutherland and Hodgman); may be empty.
-pub fn clip_polygon(polygon: &[Point], rect: &Rect) -> Vec<Point> {
-    // Signed distance to each side, positive inside.
-    let sides: [&dyn Fn(Point) -> f64; 4] =
-        [&|p| p[0] - rect.left, &|p| rect.right - p[0], &|p| p[1] - rect.top, &|p| rect.bottom - p[1]];
-    sides.iter().fold(polygon.to_vec(), |polygon, inside| {
-        let mut clipped = Vec::with_capacity(polygon.len() + 1);
-        for (n, &to) in polygon.iter().enumerate() {
-            let from = polygon[(n + polygon.len() - 1) % polygon.len()];
-            let (a, b) = (inside(from), inside(to));
-            if (a < 0.0) != (b < 0.0) {
-                let t = a / (a - b);
-                clipped.push([from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]);
-            }
-            if b >= 0.0 {
-                clipped.push(to);
-            }
-        }
-        clipped
-    })
-}
-
-/// The strokes of a dashed polyline; `pattern` holds alternating lengths of dashes and gaps.
-pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
-    let mut lengths = pattern.iter().copied().cycle();
-    let mut strokes = Vec::new();
-    let (Some(&first), Some(mut left)) = (points.first(), lengths.next()) else { return strokes };
-    let (mut stroke, mut drawing) = (vec![first], true);
-    for pair in points.windows(2) {
-        let (mut from, to) = (pair[0], pair[1]);
-        let mut length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        while length > left {
-            let t = left / length;
-            from = [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])];
-            length -= left;
-            if drawing {
-                stroke.push(from);
-                strokes.push(std::mem::take(&mut stroke));
-            } else {
-                stroke = vec![from];
-            }
-            drawing = !drawing;
-            left = lengths.next().unwrap_or(f64::INFINITY);
-        }
-        left -= length;
-        if drawing {
-            stroke.push(to);
-        }
-    }
-    if drawing && stroke.len() > 1 {
-        strokes.push(stroke);
-    }
-    strokes
-}
-
 /// The outline of a tool, normalised. Segments have round ends and a thickness of at least twice `least` units.
 pub fn tool_outline(tool: &Tool, least: f32) -> Vec<[f32; 2]> {
     const STEPS: u32 = 16;
@@ -228,17 +129,6 @@ mod tests {
     use super::*;
     use mge_physics::ToolKind;
 
-    const UNIT: Rect = Rect { left: 0.0, top: 0.0, right: 1.0, bottom: 1.0 };
-
-    #[test]
-    fn polylines_end_at_the_border_and_at_gaps() {
-        let parts = clip_polyline(&[[-1.0, 0.5], [0.5, 0.5], [2.0, 0.5], [0.5, 0.5]], &UNIT);
-        assert_eq!(parts, [vec![[0.0, 0.5], [0.5, 0.5], [1.0, 0.5]], vec![[1.0, 0.5], [0.5, 0.5]]]);
-        let gap = [[0.1, 0.1], [0.2, 0.1], [f64::NAN, 0.1], [0.3, 0.1], [0.4, 0.1]];
-        assert_eq!(clip_polyline(&gap, &UNIT), [vec![[0.1, 0.1], [0.2, 0.1]], vec![[0.3, 0.1], [0.4, 0.1]]]);
-        assert!(clip_polyline(&[[2.0, 2.0], [3.0, 2.0]], &UNIT).is_empty());
-    }
-
     #[test]
     fn a_wall_has_its_thickness_and_round_ends() {
         let wall = Tool::new(ToolKind::Wall, [42.0, 42.0]).with_size(20.0);
@@ -247,19 +137,5 @@ mod tests {
         assert!((width - 1.0 / 42.0).abs() < 1e-6 && (height - 11.0 / 42.0).abs() < 1e-6);
         assert!((extent(&tool_outline(&wall, 3.0))[0] - 3.0 / 42.0).abs() < 1e-6);
         assert_eq!(tool_outline(&Tool::new(ToolKind::Box, [42.0, 42.0]), 3.0).len(), 4);
-    }
-
-    #[test]
-    fn polygons_are_cut_at_the_border() {
-        let half = clip_polygon(&[[-1.0, 0.0], [0.5, 0.0], [0.5, 1.0], [-1.0, 1.0]], &UNIT);
-        assert_eq!(half, [[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]]);
-        assert!(clip_polygon(&circle([5.0, 5.0], 1.0), &UNIT).is_empty());
-    }
-
-    #[test]
-    fn dashes_cover_the_requested_share() {
-        let drawn: f64 =
-            dashes(&[[0.0, 0.0], [10.0, 0.0]], &[2.0, 3.0]).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
-        assert_eq!(drawn, 4.0);
     }
 }

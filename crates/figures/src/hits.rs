@@ -78,7 +78,7 @@ impl Figure for HitBars {
         [DOUBLE_COLUMN, 200.0]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
             return canvas.placeholder(page, "no hits were counted");

@@ -44,7 +44,7 @@ impl ToolLaunches {
         trajectory.iter().position(touches).unwrap_or(trajectory.len())
     }
 
-    fn draw(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>) {
+    fn draw(&self, view: &SceneView<'_>, canvas: &Canvas) {
         for trajectory in &self.trajectories {
             let contact = self.contact(trajectory);
             view.path(&trajectory[..trajectory.len().min(contact + 1)], Pen::new(faded(BLUE, 0.55), 0.6));
@@ -82,7 +82,7 @@ impl Figure for Launches {
         [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, panels, panels, LEGEND + 2.0 * NOTE)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.tools.is_empty() {
             return canvas.placeholder(page, "no launches");

@@ -2,7 +2,7 @@
 
 use super::axes::{X_LABEL, Y_LABEL};
 use super::canvas::{Canvas, Pen, TextFormat};
-use super::geometry::{Point, Rect, clip_polyline};
+use super::geometry::Rect;
 use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, WHITE, faded};
 
 /// A cell of a grid whose plots have equal insides: outer cells are larger by the axis labels that only they have.
@@ -78,21 +78,28 @@ impl Series {
     }
 
     /// Draws a bar: filled, and hatched except for the first series, so that series differ without colour.
-    pub fn bar(&self, canvas: &Canvas<'_>, rect: &Rect) {
+    pub fn bar(&self, canvas: &Canvas, rect: &Rect) {
         canvas.fill(&rect.corners(), self.color);
-        let (size, step) = (rect.width() + rect.height(), 3.0);
-        let lines = (1..).map(|n| f64::from(n) * step).take_while(|along| *along < size);
-        let strokes: Vec<[Point; 2]> = match self.place % 4 {
-            0 => Vec::new(),
-            1 => lines.map(|x| [[rect.left + x, rect.top], [rect.left, rect.top + x]]).collect(),
-            2 => lines.map(|y| [[rect.left, rect.top + y], [rect.right, rect.top + y]]).collect(),
-            _ => lines.map(|x| [[rect.right - x, rect.top], [rect.right, rect.top + x]]).collect(),
-        };
-        // Round caps extend beyond the ends of a line.
+        /// Distance between two strokes, and their width.
+        const STEP: f64 = 3.0;
         const WIDTH: f64 = 0.7;
+        // Round caps extend beyond the ends of a line.
         let inside = rect.inset(WIDTH / 2.0);
-        for part in strokes.iter().flat_map(|stroke| clip_polyline(stroke, &inside)) {
-            canvas.line(&part, Pen::new(WHITE, WIDTH));
+        let (width, height) = (inside.width(), inside.height());
+        // A slanted stroke begins on the upper or right side and ends on the left or lower one.
+        let slanted = |along: f64| {
+            let (right, left) = (along.min(width), (along - height).max(0.0));
+            [[right, along - right], [left, along - left]]
+        };
+        let stroke = |along: f64| match self.place % 4 {
+            1 => slanted(along),
+            2 => [[0.0, along], [width, along]],
+            _ => slanted(along).map(|[x, y]| [width - x, y]),
+        };
+        let reach = if self.place % 4 == 2 { height } else { width + height };
+        let places = (1..).map(|n| f64::from(n) * STEP - WIDTH / 2.0).take_while(|along| *along < reach);
+        for along in places.filter(|_| self.place % 4 != 0 && width > 0.0 && height > 0.0) {
+            canvas.line(&stroke(along).map(|[x, y]| [inside.left + x, inside.top + y]), Pen::new(WHITE, WIDTH));
         }
     }
 }
@@ -130,7 +137,7 @@ pub fn legend_height(width: f64, entries: &[(Mark, String)]) -> f64 {
 }
 
 /// Draws a legend along the top of `rect`, centred, in as many rows as it needs, and returns the rectangle below.
-pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Rect {
+pub fn legend(canvas: &Canvas, rect: Rect, entries: &[(Mark, String)]) -> Rect {
     let (rows, widths) = legend_rows(rect.width(), entries);
     for (row, members) in rows.iter().enumerate() {
         let total = members.iter().map(|&n| widths[n]).sum::<f64>() + BETWEEN * (members.len() - 1) as f64;
@@ -160,7 +167,7 @@ pub(super) fn fitted(label: &str, kind: TextFormat, width: f64) -> String {
     ends.into_iter().find(|text| fits(text)).unwrap_or_default()
 }
 
-fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) {
+fn draw_mark(canvas: &Canvas, mark: Mark, x: f64, y: f64) {
     let bar = |half: f64| Rect::new(x, y - half, x + MARK, y + half);
     let line = [[x, y], [x + MARK, y]];
     match mark {
@@ -212,7 +219,7 @@ pub fn note_height(page_width: f64, text: &str) -> f64 {
 }
 
 /// Writes a wrapped note along the bottom of `rect` and returns the rectangle above.
-pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Rect {
+pub fn note(canvas: &Canvas, rect: Rect, text: &str) -> Rect {
     let look = TextFormat::SMALL.color(GREY);
     let lines = note_lines(rect.width(), text);
     let (rest, foot) = rect.split_bottom(NOTE * lines.len() as f64);

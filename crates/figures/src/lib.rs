@@ -5,8 +5,7 @@
 //! figure. Non-finite values are missing: they leave gaps and never break an axis. Figures without data are drawn as
 //! empty panels with a message.
 //!
-//! A figure draws in points on a [`Canvas`], which plotters writes as SVG. PNG, PDF and GIF frames are rendered from
-//! that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system library or
+//! A figure draws in points on a [`Canvas`], which writes SVG. PNG, PDF and GIF frames are rendered from that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system library or
 //! font is needed.
 //!
 //! ```
@@ -22,7 +21,6 @@
 
 #![deny(unsafe_code)]
 
-mod ablation;
 mod actions;
 mod animation;
 mod axes;
@@ -53,7 +51,6 @@ mod tasks;
 mod tests;
 mod xml;
 
-pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
 pub use axes::round_ticks;

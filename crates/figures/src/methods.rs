@@ -104,7 +104,7 @@ impl MethodScores {
         Axis::linear("", low - 0.04 * (high - low), high + 0.04 * (high - low), 6)
     }
 
-    fn draw_panel(&self, canvas: &Canvas<'_>, panel: &ScorePanel, cell: Rect, named: bool) {
+    fn draw_panel(&self, canvas: &Canvas, panel: &ScorePanel, cell: Rect, named: bool) {
         let methods = self.methods();
         let row = |label: &str| methods.iter().position(|name| *name == label).unwrap_or(0);
         let place = |row: usize| (methods.len() - row) as f64;
@@ -129,7 +129,7 @@ impl MethodScores {
     }
 }
 
-fn draw_score(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, score: &MethodScore, y: f64, color: Color) {
+fn draw_score(canvas: &Canvas, plot: &Plot<'_>, score: &MethodScore, y: f64, color: Color) {
     for run in score.runs.iter().filter(|run| run.is_finite()) {
         canvas.dot(plot.at(*run, y - BELOW), 0.9, faded(color, 0.45));
     }
@@ -156,7 +156,7 @@ impl Figure for MethodScores {
         [DOUBLE_COLUMN, rows * panel + (rows - 1.0) * GAP + around]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.methods().is_empty() {
             return canvas.placeholder(page, "no finished runs");

@@ -58,7 +58,7 @@ impl ModelError {
         self.predictors.iter().map(move |predictor| predictor.rollout.get(tool).map_or(&[][..], Vec::as_slice))
     }
 
-    fn draw_rollouts(&self, canvas: &Canvas<'_>, rect: Rect) {
+    fn draw_rollouts(&self, canvas: &Canvas, rect: Rect) {
         let all = || (0..self.tools.len()).flat_map(|tool| self.rollouts(tool));
         let longest = all().map(<[Estimate]>::len).max().unwrap_or(0).max(2);
         let values: Vec<f64> = all().flatten().flat_map(Estimate::values).collect();
@@ -89,7 +89,7 @@ impl Figure for ModelError {
         [DOUBLE_COLUMN, 420.0]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.tools.is_empty() || self.predictors.is_empty() {
             return canvas.placeholder(page, "no model was evaluated");

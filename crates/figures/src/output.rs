@@ -7,6 +7,7 @@ use super::error::FigureError;
 use super::pdf::pdf;
 use super::provenance::Provenance;
 use super::render;
+use super::style::DEFAULT_DPI;
 use super::table::Table;
 use mge_base::atomic::{Format, Target};
 use mge_base::paths::suffix;
@@ -36,8 +37,13 @@ pub trait Figure {
         1.0
     }
 
+    /// Usual resolution of its pixels, in dots per inch.
+    fn resolution(&self) -> u32 {
+        DEFAULT_DPI
+    }
+
     /// Draws the figure on the whole page of `canvas`.
-    fn draw(&self, canvas: &Canvas<'_>);
+    fn draw(&self, canvas: &Canvas);
 
     /// Every number in the figure.
     fn table(&self) -> Table;
@@ -94,7 +100,7 @@ pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Resu
         "png" => render::png(svg, provenance, dpi),
         "svg" => Ok(svg.as_bytes().to_vec()),
         "pdf" => pdf(svg, provenance),
-        _ => Err(FigureError::Format { path: path.to_owned(), known: "`.png`, `.svg` or `.pdf`" }),
+        _ => Err(FigureError::Format(path.to_owned())),
     }
 }
 

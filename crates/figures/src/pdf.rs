@@ -66,6 +66,14 @@ impl Page {
     /// Applies a group's opacity to each of its members, which is exact because members never overlap.
     fn group(&mut self, group: &Group, page: Transform, opacity: f32) {
         let opacity = opacity * group.opacity().get();
+        self.content.save_state();
+        // Figures clip to rectangles only.
+        for part in group.clip_path().iter().flat_map(|clip| clip.root().children()) {
+            if let Node::Path(path) = part {
+                self.outline(path.data(), page.pre_concat(path.abs_transform()));
+                self.content.clip_nonzero().end_path();
+            }
+        }
         for node in group.children() {
             match node {
                 Node::Group(group) => self.group(group, page, opacity),
@@ -78,6 +86,7 @@ impl Page {
                 Node::Image(_) => {}
             }
         }
+        self.content.restore_state();
     }
 
     fn path(&mut self, path: &resvg::usvg::Path, page: Transform, opacity: f32) {
@@ -94,7 +103,11 @@ impl Page {
         if let Some((stroke, color)) = path.stroke().and_then(|stroke| Some((stroke, color(stroke.paint())?))) {
             self.opacity(opacity * stroke.opacity().get());
             self.content.set_stroke_rgb(color[0], color[1], color[2]);
-            self.content.set_line_width(stroke.width().get() * transform.get_scale().0);
+            let scale = transform.get_scale().0;
+            self.content.set_line_width(stroke.width().get() * scale);
+            if let Some(lengths) = stroke.dasharray() {
+                self.content.set_dash_pattern(lengths.iter().map(|length| length * scale), 0.0);
+            }
             self.content.set_line_cap(match stroke.linecap() {
                 LineCap::Butt => LineCapStyle::ButtCap,
                 LineCap::Round => LineCapStyle::RoundCap,

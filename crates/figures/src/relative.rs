@@ -58,7 +58,7 @@ const RELATIVE_REACH: f64 = 1.0;
 const BEYOND: f64 = 0.2;
 
 impl RelativeFrames {
-    fn scene(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>, instant: &Instant) {
+    fn scene(&self, view: &SceneView<'_>, canvas: &Canvas, instant: &Instant) {
         view.surroundings(&self.task);
         for position in &instant.placed {
             view.tool(&self.task.placeable.tool(*position), PLACED_TOOL);
@@ -87,7 +87,7 @@ impl RelativeFrames {
     }
 
     /// Writes the relative vectors of active edges beside their tools, without overlaps.
-    fn vectors(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>, instant: &Instant) {
+    fn vectors(&self, view: &SceneView<'_>, canvas: &Canvas, instant: &Instant) {
         let look = TextFormat::SMALL.centered().color(VERMILLION);
         let stages = self.task.stages();
         let things = instant.edges.iter().map(|edge| edge.object).chain(stages.iter().map(|stage| stage.position));
@@ -141,7 +141,7 @@ impl Figure for RelativeFrames {
         [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, 2 * columns, columns, X_LABEL - TITLE + LEGEND + 2.0 * NOTE)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.instants.is_empty() {
             return canvas.placeholder(page, "no instants");

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, TextFormat};
-use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline, tool_outline};
+use super::geometry::{Point, Rect, circle, tool_outline};
 use super::style::{
     BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, SMALL_SIZE, THIN_WIDTH, WHITE, YELLOW, faded, stage_color,
 };
@@ -57,16 +57,16 @@ impl Window {
 }
 
 /// A framed square view of the plane, on which objects are drawn.
-pub struct SceneView<'c, 'p> {
-    canvas: &'c Canvas<'p>,
-    plot: Plot<'c, 'p>,
+pub struct SceneView<'c> {
+    canvas: &'c Canvas,
+    plot: Plot<'c>,
     origin: [f64; 2],
     per_unit: f64,
 }
 
-impl<'c, 'p> SceneView<'c, 'p> {
+impl<'c> SceneView<'c> {
     /// Frames `window` in `outer`, with x and y as axes.
-    pub fn new(canvas: &'c Canvas<'p>, outer: Rect, title: &str, window: Window) -> Self {
+    pub fn new(canvas: &'c Canvas, outer: Rect, title: &str, window: Window) -> Self {
         let axis = |n: usize| {
             let center = window.center[n] - window.origin[n];
             Axis::linear(window.names[n], center - window.half, center + window.half, 5).labelled(window.labels[n])
@@ -99,16 +99,18 @@ impl<'c, 'p> SceneView<'c, 'p> {
 
     /// A filled convex polygon with an outline, clipped to the frame.
     pub fn shape(&self, corners: &[Point], fill: Color, pen: Pen) {
-        let rect = self.plot.rect;
-        self.canvas.fill(&clip_polygon(corners, &rect), fill);
-        let closed: Vec<Point> = corners.iter().chain(corners.first()).copied().collect();
-        clip_polyline(&closed, &rect).iter().for_each(|part| self.canvas.line(part, pen))
+        self.canvas.within(&self.plot.rect, corners, |corners| {
+            self.canvas.fill(corners, fill);
+            self.canvas.outline(corners, pen);
+        });
     }
 
     /// A line through positions, clipped to the frame; non-finite positions leave a gap.
     pub fn path(&self, positions: &[Position], pen: Pen) {
-        let points: Vec<Point> = positions.iter().map(|position| self.at(*position)).collect();
-        clip_polyline(&points, &self.plot.rect).iter().for_each(|part| self.canvas.line(part, pen))
+        for part in positions.split(|position| !position.iter().all(|value| value.is_finite())) {
+            let points: Vec<Point> = part.iter().map(|position| self.at(*position)).collect();
+            self.canvas.within(&self.plot.rect, &points, |points| self.canvas.line(points, pen));
+        }
     }
 
     /// The task at its start, without the agent's tools.
@@ -138,9 +140,8 @@ impl<'c, 'p> SceneView<'c, 'p> {
         match (tool.kind, outline[..].first_chunk()) {
             (ToolKind::Bucket, Some([a, b, c, d])) => {
                 self.shape(&outline, faded(fill, 0.45), Pen::new(INK, THIN_WIDTH).dashed(&[1.2, 1.2]));
-                for part in clip_polyline(&[*d, *a, *b, *c], &self.plot.rect) {
-                    self.canvas.line(&part, Pen::new(INK, 2.4 * THIN_WIDTH));
-                }
+                let rim = Pen::new(INK, 2.4 * THIN_WIDTH);
+                self.canvas.within(&self.plot.rect, &[*d, *a, *b, *c], |points| self.canvas.line(points, rim));
             }
             _ => self.shape(&outline, fill, Pen::new(INK, THIN_WIDTH)),
         }
@@ -154,7 +155,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
     /// A disc of `radius` units.
     pub fn disc(&self, position: Position, radius: f32, color: Color) {
         let corners = circle(self.at(position), self.length(radius));
-        self.canvas.fill(&clip_polygon(&corners, &self.plot.rect), color)
+        self.canvas.within(&self.plot.rect, &corners, |corners| self.canvas.fill(corners, color));
     }
 
     /// An empty circle of `radius` units.

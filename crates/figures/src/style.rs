@@ -1,18 +1,17 @@
 //! The common style of all figures: colours, type sizes, line widths, spacing. Lengths are in points (1/72 inch), so
 //! that they do not depend on the resolution.
 
-use plotters::style::{Color as _, RGBAColor, RGBColor};
-
-/// A colour with an opacity.
-pub type Color = RGBAColor;
+/// A colour: red, green, blue, and the opacity in [0, 1].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Color(pub u8, pub u8, pub u8, pub f64);
 
 const fn rgb(r: u8, g: u8, b: u8) -> Color {
-    RGBAColor(r, g, b, 1.0)
+    Color(r, g, b, 1.0)
 }
 
 /// `color` at `opacity` in [0, 1].
 pub fn faded(color: Color, opacity: f64) -> Color {
-    RGBColor(color.0, color.1, color.2).mix(opacity)
+    Color { 3: opacity, ..color }
 }
 
 /// The palette of Okabe and Ito, distinguishable with every common form of colour vision.
@@ -119,7 +118,7 @@ fn method(label: &str) -> Option<(&'static str, Color)> {
 /// The colour itself, then a lighter and a darker shade, repeated.
 fn shade(color: Color, index: usize) -> Color {
     let mix = |channel: u8, with: f64| (f64::from(channel) + 0.42 * (with - f64::from(channel))).round() as u8;
-    let mixed = |with: f64| RGBAColor(mix(color.0, with), mix(color.1, with), mix(color.2, with), color.3);
+    let mixed = |with: f64| Color(mix(color.0, with), mix(color.1, with), mix(color.2, with), color.3);
     match index % 3 {
         0 => color,
         1 => mixed(255.0),

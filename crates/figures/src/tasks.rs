@@ -51,7 +51,7 @@ impl Figure for TaskGrid {
         page_size(self.tasks.len(), 0.0, LEGEND_NOTE)
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) {
+    fn draw(&self, canvas: &Canvas) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
             return canvas.placeholder(page, "no tasks");

@@ -29,8 +29,8 @@
 //!
 //! # Division of work with dfdx
 //! dfdx provides tensors, tape, gradients, losses and element-wise operations. This module adds what
-//! dfdx lacks and what is measurably faster here (on one core, AVX2 or AVX-512; `mge bench` times
-//! complete training steps):
+//! dfdx lacks and what is measurably faster here (on one core, AVX2 or AVX-512;
+//! `cargo bench --bench work` times complete training steps):
 //!
 //! - **Fused stacks.** A training step of 17 layers of 64 on 128 rows takes 2.6 ms with dfdx's own
 //!   operations, of which 1.9 ms are a scalar `tanh` and the rest mostly copies between layers; as

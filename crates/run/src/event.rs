@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use compact_str::CompactString;
 use serde::{Deserialize, Serialize};
 
 use super::number;
@@ -63,7 +62,7 @@ pub struct EpisodeRecord {
     /// [`Metric::Truncated`](super::Metric::Truncated).
     pub truncated: bool,
     /// Why it ended, as named by the environment, such as `goal` or `left the screen`.
-    pub end: CompactString,
+    pub end: String,
     /// [`Metric::Placed`](super::Metric::Placed).
     pub placed: u32,
     /// [`Metric::Blocked`](super::Metric::Blocked).

@@ -13,7 +13,6 @@ mod tests;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use compact_str::{CompactString, ToCompactString};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
@@ -417,7 +416,7 @@ impl Training {
             rolling_success,
             terminated: last.terminated,
             truncated: last.truncated,
-            end: last.end.map_or_else(CompactString::default, |end| end.to_compact_string()),
+            end: last.end.map(|end| end.to_string()).unwrap_or_default(),
             placed,
             blocked,
         }

@@ -9,9 +9,7 @@ use super::run::RunView;
 use super::{Session, SessionError};
 use mge_base::atomic;
 use mge_env::Placement;
-use mge_figures::{
-    ActionSamples, Animation, DEFAULT_DPI, Dashboard, Figure, Moment, Provenance, TaskActions, TaskGrid,
-};
+use mge_figures::{ActionSamples, Animation, Dashboard, Figure, Moment, Provenance, TaskActions, TaskGrid};
 use mge_physics::PHYSICS_DT;
 use mge_results::{Composed, Composition, LearningRow, find_runs};
 use mge_run::{EpisodeRecord, RunError, config_hash};
@@ -21,8 +19,6 @@ use mge_trainer::{RunConfig, Trace};
 
 /// Physics steps between two frames of an animation.
 const STEPS_PER_FRAME: usize = 3;
-/// Default resolution of an animation: 480 pixels wide.
-const ANIMATION_DPI: u32 = 137;
 
 /// Deferred work that produces a figure and its provenance.
 pub type FigureJob = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<DrawnFigure, String> + Send>;
@@ -45,29 +41,15 @@ impl Session {
             made_by.composition.runs = self.evidence(&command.composition);
         }
         let made_by = Command::from(made_by).to_string();
-        let drawing = match command.kind {
-            FigureKind::Episode => Err(self.episode_to_show()?),
-            kind => Ok(self.figure(kind, &command.composition)?),
-        };
-        let settings = self.settings_of(command.kind);
-        let (seed, config_hash) = (settings.seed, config_hash(settings)?);
+        let drawing = self.figure(command.kind, &command.composition)?;
         let report = format!("drawing {}", command.to.path.display());
         let (to, dpi) = (command.to.clone(), command.dpi);
         let work = move |reporter: &Reporter| -> Result<PathBuf, String> {
             atomic::create_parent(&to.path).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
-            let written = match drawing {
-                Ok(drawing) => {
-                    let DrawnFigure { figure, seeds, config_hash } =
-                        drawing(&mut |done, all| _ = reporter.progress(done, all))?;
-                    figure.write(&to, &Provenance::new(made_by, &seeds, config_hash), dpi.unwrap_or(DEFAULT_DPI))
-                }
-                Err(play) => {
-                    let (task, trace) = play().map_err(|error| error.to_string())?;
-                    let provenance = Provenance::new(made_by, &[seed], config_hash);
-                    animation(&task, &trace).write_gif(&to, &provenance, dpi.unwrap_or(ANIMATION_DPI))
-                }
-            };
-            written.map(|()| to.path).map_err(|error| error.to_string())
+            let drawn = drawing(&mut |done, all| _ = reporter.progress(done, all))?;
+            let DrawnFigure { figure, seeds, config_hash } = drawn;
+            let (provenance, dpi) = (Provenance::new(made_by, &seeds, config_hash), dpi.unwrap_or(figure.resolution()));
+            figure.write(&to, &provenance, dpi).map(|()| to.path).map_err(|error| error.to_string())
         };
         self.start_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())));
         Ok(report)
@@ -101,8 +83,10 @@ impl Session {
     /// A figure of the session, to be drawn later.
     ///
     /// # Errors
-    /// When there is nothing of that kind to show yet, or the kind is the animation, which is not a figure.
+    /// When there is nothing of that kind to show yet.
     pub fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<FigureJob, SessionError> {
+        let settings = self.settings_of(kind);
+        let (seeds, config_hash) = (vec![settings.seed], config_hash(settings)?);
         let figure: Box<dyn Figure + Send> = match kind {
             FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
             FigureKind::Clusters => {
@@ -123,13 +107,13 @@ impl Session {
             }
             FigureKind::Dashboard => Box::new(dashboard(self.run().ok_or(SessionError::NoRun)?)),
             FigureKind::Episode => {
-                return Err(SessionError::Failed(
-                    "Animations have no preview: the Scene screen plays them.".to_owned(),
-                ));
+                let play = self.episode_to_show()?;
+                return Ok(Box::new(move |_| {
+                    let (task, trace) = play().map_err(|error| error.to_string())?;
+                    Ok(DrawnFigure { figure: Box::new(animation(&task, &trace)), seeds, config_hash })
+                }));
             }
         };
-        let settings = self.settings_of(kind);
-        let (seeds, config_hash) = (vec![settings.seed], config_hash(settings)?);
         Ok(Box::new(move |_| Ok(DrawnFigure { figure, seeds, config_hash })))
     }
 
@@ -280,7 +264,7 @@ mod tests {
         assert_eq!((&shown.episode[..], &shown.metrics[&mge_run::Metric::Success]), (&[1.0, 2.0, 3.0][..], &successes));
         let [none, greedy, last] = shown.greedy_success[..] else { panic!("three episodes") };
         assert!(none.is_nan() && last.is_nan() && greedy == run.evaluations()[0].success);
-        assert!(session.figure(FigureKind::Episode, &Composition::default()).is_err());
+        assert!(session.figure(FigureKind::Episode, &Composition::default()).is_ok());
     }
 
     #[test]
@@ -316,6 +300,10 @@ mod tests {
             assert!(error.contains(reason), "{key}={value}: {error}");
         }
         assert!(Composition::default().set("name", "x").unwrap_err().contains("must follow the curve="));
+        let error = Composition::of([("width", "single"), ("font", "9"), ("width", "double")]).unwrap_err();
+        assert_eq!(error, "width=single and width=double set the same: give one of them");
+        let repeated = [("runs", "a"), ("runs", "b"), ("curve", "x"), ("name", "n"), ("curve", "y"), ("name", "n")];
+        assert_eq!(Composition::of(repeated).unwrap().options().len(), 6);
     }
 
     #[test]

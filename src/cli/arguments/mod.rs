@@ -9,7 +9,7 @@ mod tasks;
 pub use dynamics::{Clusters, Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 pub use physics::{Env, Play};
 pub use runs::{Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
-pub use studies::{Report, Reproduce, Screenshot, Script, Sweep};
+pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions, Tasks, TasksCommand};
 
 use std::path::{Path, PathBuf};
@@ -141,8 +141,6 @@ pub enum Command {
     Figures(Figures),
     /// Run a workbench script
     Script(Script),
-    /// Run a workbench script and draw screens of the workbench
-    Screenshot(Screenshot),
     /// Train many agents or dynamics models: all combinations of the values in a sweep file
     Sweep(Sweep),
     /// Write tables and figures of runs: report.md and report.json
@@ -152,8 +150,6 @@ pub enum Command {
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),
-    /// Time the program's own work, one JSON line per item
-    Bench(Bench),
 }
 
 #[derive(Debug, Args)]
@@ -161,14 +157,4 @@ pub struct Man {
     /// Print Markdown instead: the page docs/reference.md
     #[arg(long)]
     pub markdown: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct Bench {
-    /// Prefixes of the names of work items, comma-separated [default: all]
-    #[arg(long, value_delimiter = ',')]
-    pub only: Vec<String>,
-    /// Threads
-    #[arg(long, default_value_t = 1, value_parser = threads())]
-    pub threads: usize,
 }

@@ -1,4 +1,4 @@
-//! Arguments of `script`, `screenshot`, `sweep`, `report` and `reproduce`.
+//! Arguments of `script`, `sweep`, `report` and `reproduce`.
 
 use std::path::PathBuf;
 
@@ -19,24 +19,6 @@ pub struct Script {
     /// Only errors and warnings on stderr
     #[arg(long)]
     pub quiet: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct Screenshot {
-    #[command(flatten)]
-    pub script: Script,
-    /// PNG, SVG or PDF file to write, and the keys that lead to its screen from the previous one:
-    /// `training.png="3 z"`
-    #[arg(long = "screen", value_name = "FILE=KEYS", required = true)]
-    pub screens: Vec<String>,
-    #[command(flatten)]
-    pub force: Force,
-    /// Columns and rows of the screen
-    #[arg(long, value_name = "COLUMNSxROWS", default_value = "120x36")]
-    pub size: String,
-    /// Dots per inch of PNGs
-    #[arg(long, default_value_t = 144, value_parser = clap::value_parser!(u32).range(1..=2400))]
-    pub dpi: u32,
 }
 
 #[derive(Debug, Args)]

@@ -355,11 +355,6 @@ impl App {
         self.show_message(level, text);
     }
 
-    /// Whether the preview of a figure is still being drawn.
-    pub fn is_drawing_figure(&self) -> bool {
-        self.screens.preview.is_drawing()
-    }
-
     /// Draws the screen and its layers. While only the scene has changed, as during playback, everything else is
     /// copied from the previous picture.
     pub fn draw(&mut self, frame: &mut Frame) {

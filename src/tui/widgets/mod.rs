@@ -6,6 +6,5 @@ pub mod list;
 pub mod popup;
 pub mod preview;
 pub mod raster;
-pub mod screenshot;
 pub mod text_input;
 pub mod theme;

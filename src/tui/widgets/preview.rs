@@ -117,6 +117,7 @@ impl Preview {
     }
 
     /// Whether a picture is being drawn.
+    #[cfg(test)]
     pub fn is_drawing(&self) -> bool {
         self.job.is_some()
     }

@@ -300,7 +300,6 @@ fn a_file_of_the_user_is_replaced_only_by_force() {
     let here = folder.path();
     train(here, "runs/a");
     fs::write(here.join("s.json"), r#"{"task": "task1", "method": "ddpg", "episodes": 1, "ddpg.hidden": 8}"#).unwrap();
-    fs::write(here.join("tour.mge"), "seed 7").unwrap();
     // The arguments, the file in the way, and whether to try `--force` and a repetition as well, which takes longer.
     let commands = [
         ("report runs --out .", "report.md", true),
@@ -320,8 +319,6 @@ fn a_file_of_the_user_is_replaced_only_by_force() {
         ("dynamics evaluate bucket-box --figure e.png", "e.png", false),
         ("dynamics ablate --out .", "ablation.md", false),
         ("reproduce --quick --out .", "report.md", false),
-        ("screenshot tour.mge --quiet --screen s.png=1", "s.png", true),
-        ("screenshot tour.mge --quiet --screen s.svg=1", "s.svg", true),
     ];
     for (arguments, file, whole) in commands {
         let path = here.join(file);

@@ -11,7 +11,7 @@ use mge_dynamics::{
     Evaluation, EvaluationConfig, ModelConfig, OneTool, SceneErrors, TrainConfig, TrainingOutcome, Variant, evaluate,
     tool_set_name, train_to_file,
 };
-use mge_figures::{self as figures, Figure, Provenance, Statistics};
+use mge_figures::{Figure, MethodScore, MethodScores, Provenance, ScorePanel, Statistics};
 use mge_physics::ToolKind;
 use mge_results::figures::INTERVAL;
 use mge_run::config_hash;
@@ -318,16 +318,17 @@ impl AblationReport {
     }
 
     /// A figure of one measure of all variants, over the last summary group: the mean over all tool sets.
-    pub fn figure(&self, measure: Measure, label: &str) -> figures::Ablation {
+    pub fn figure(&self, measure: Measure, label: &str) -> MethodScores {
         let last = self.summaries.len().saturating_sub(Variant::ALL.len());
         let variants = self.summaries[last..].iter().map(|row| {
             let estimate = row.measures.iter().find(|summary| summary.measure == measure).and_then(|s| s.estimate);
-            figures::Variant {
+            MethodScore {
                 label: row.variant.label().to_owned(),
                 estimate: estimate.unwrap_or(Estimate::exact(f64::NAN)),
+                runs: Vec::new(),
             }
         });
-        figures::Ablation {
+        MethodScores {
             measure: label.to_owned(),
             statistics: Statistics {
                 centre: "Mean".to_owned(),
@@ -335,7 +336,8 @@ impl AblationReport {
                 seeds: self.seeds as usize,
                 fewest_seeds: None,
             },
-            variants: variants.collect(),
+            reference: None,
+            panels: vec![ScorePanel { task: String::new(), methods: variants.collect() }],
         }
     }
 }
@@ -422,7 +424,7 @@ mod tests {
         let errors = boxes.flat_map(|model| model.evaluation.launches.iter().map(|l| l.errors.model.one_step.mean));
         assert!((of("bucket-box", Measure::OneStep).value - mean(errors).unwrap()).abs() < 1e-12);
         let figure = report.figure(Measure::SceneLast, "scenes");
-        assert_eq!(figure.variants.len(), 4);
-        assert_eq!(figure.variants[0].estimate.value, of("all", Measure::SceneLast).value);
+        assert_eq!(figure.panels[0].methods.len(), 4);
+        assert_eq!(figure.panels[0].methods[0].estimate.value, of("all", Measure::SceneLast).value);
     }
 }

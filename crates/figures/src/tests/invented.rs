@@ -232,21 +232,6 @@ pub fn model_error() -> ModelError {
     }
 }
 
-pub fn ablation() -> Ablation {
-    let variant = |label: &str, value: f64| Variant { label: label.to_owned(), estimate: estimate(value, 22.0) };
-    Ablation {
-        measure: "goal hits in 1000 episodes".to_owned(),
-        statistics: statistics(),
-        variants: vec![
-            variant("full method", 170.0),
-            variant("shared edge function", 121.0),
-            variant("absolute coordinates", 64.0),
-            variant("all edges always active", 92.0),
-            variant("one cluster", 110.0),
-        ],
-    }
-}
-
 pub fn dashboard() -> Dashboard {
     let mut rng = stream(40);
     let success = curve("", 3000, 0.8, 1200.0, &mut rng);
@@ -305,7 +290,6 @@ pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
         ("methods", Box::new(methods())),
         ("profile", Box::new(profile())),
         ("model_error", Box::new(model_error())),
-        ("ablation", Box::new(ablation())),
         ("dashboard", Box::new(dashboard())),
         ("animation", Box::new(animation())),
     ]

@@ -43,7 +43,6 @@ fn empty() -> Vec<Box<dyn Figure>> {
         Box::new(PerformanceProfile::default()),
         Box::new(ModelError::default()),
         Box::new(ModelError { tools: vec!["box".to_owned()], ..ModelError::default() }),
-        Box::new(Ablation::default()),
         Box::new(Dashboard::default()),
         Box::new(Dashboard { episode: vec![1.0, 2.0], ..Dashboard::default() }),
         Box::new(Animation { task: task(), moments: vec![], frame_ms: 100, trail: 5 }),
@@ -68,7 +67,7 @@ fn every_figure_is_written_with_its_numbers() {
         assert!(!rows(&path).is_empty(), "{name} has no numbers");
         figure.write(&Target::from(&folder.join(name).with_extension("svg")), &provenance(), dpi).unwrap();
     }
-    invented::animation().write_gif(&Target::from(&folder.join("episode.gif")), &provenance(), 72).unwrap();
+    invented::animation().write(&Target::from(&folder.join("episode.gif")), &provenance(), 72).unwrap();
 }
 
 #[test]
@@ -202,12 +201,14 @@ fn non_finite_numbers_do_not_break_figures() {
             ..LearningCurves::default()
         }),
         Box::new(PerformanceProfile { curves: vec![curve], ..PerformanceProfile::default() }),
-        Box::new(Ablation {
-            variants: vec![
-                Variant { label: String::new(), estimate },
-                Variant { label: String::new(), estimate: Estimate::exact(-3.0) },
-            ],
-            ..Ablation::default()
+        Box::new(MethodScores {
+            panels: vec![ScorePanel {
+                methods: [estimate, Estimate::exact(-3.0)]
+                    .map(|estimate| MethodScore { label: String::new(), estimate, runs: wild.to_vec() })
+                    .to_vec(),
+                ..ScorePanel::default()
+            }],
+            ..MethodScores::default()
         }),
         Box::new(Dashboard {
             episode: series.clone(),
@@ -339,7 +340,7 @@ fn legends_keep_the_order_of_the_data_and_share_numbers_with_the_curves() {
     // The numbers at the ends of the curves, from top to bottom.
     let place = |number: &str| {
         let text = svg[..svg.rfind(&format!("\n{number}\n")).unwrap()].rsplit_once(" y=\"").unwrap().1;
-        text.split('"').next().unwrap().parse::<i64>().unwrap()
+        text.split('"').next().unwrap().parse::<f64>().unwrap()
     };
     assert!(place("1") < place("3") && place("3") < place("2"));
 }

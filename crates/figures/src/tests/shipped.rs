@@ -126,17 +126,6 @@ fn methods(rows: &[&Row], seeds: usize) -> MethodScores {
     }
 }
 
-fn ablation(rows: &[&Row]) -> Ablation {
-    Ablation {
-        measure: rows[0]["measure"].clone(),
-        statistics: statistics("Mean", INTERVAL, number(rows[0], "seeds") as usize),
-        variants: rows
-            .iter()
-            .map(|row| Variant { label: row["variant"].clone(), estimate: estimate(row, "value") })
-            .collect(),
-    }
-}
-
 fn figure(name: &str, rows: &[&Row], seeds: usize) -> Box<dyn Figure> {
     match name {
         "figure4" => Box::new(actions(rows)),
@@ -144,7 +133,10 @@ fn figure(name: &str, rows: &[&Row], seeds: usize) -> Box<dyn Figure> {
         "figure6" => Box::new(curves(rows, seeds, false)),
         "figure6-greedy" => Box::new(curves(rows, seeds, true)),
         "methods" => Box::new(methods(rows, seeds)),
-        "ablation-scenes" => Box::new(ablation(rows)),
+        "ablation-scenes" => {
+            let statistics = statistics("Mean", INTERVAL, seeds);
+            Box::new(MethodScores { statistics, ..methods(rows, seeds) })
+        }
         other => panic!("{other}: no figure is known by this name"),
     }
 }

@@ -125,7 +125,7 @@ fn the_tour_does_not_cover_the_ball() {
 #[test]
 fn background_work_is_reported() {
     let (app, _) = app(empty());
-    assert!(!app.is_reading_runs() && !app.is_drawing_figure());
+    assert!(!app.is_reading_runs() && !app.screens.preview.is_drawing());
     let mut view = empty();
     view.runs_unread = 3;
     assert!(super::app(view).0.is_reading_runs());
@@ -139,8 +139,8 @@ fn a_picture_is_drawn_once_it_is_finished_unless_it_would_show_through_a_layer()
     // The picture needs the regions of a first drawing.
     screen(&mut app);
     app.tick(Duration::ZERO);
-    assert!(app.is_drawing_figure());
-    while app.is_drawing_figure() {
+    assert!(app.screens.preview.is_drawing());
+    while app.screens.preview.is_drawing() {
         take_changed(&mut app);
         std::thread::yield_now();
         app.tick(Duration::ZERO);

@@ -7,6 +7,7 @@ mod details;
 mod frame;
 mod golden;
 mod lists;
+mod pictures;
 #[path = "../../../../tests/cli/terminal.rs"]
 #[allow(dead_code, reason = "shared: each test file uses a part of it")]
 mod pseudo_terminal;

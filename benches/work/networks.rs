@@ -15,7 +15,7 @@ const OUTPUTS: usize = 2;
 const BATCH: usize = 128;
 const ROLLOUTS: usize = 4096;
 
-pub(super) fn train_step() -> Box<dyn FnMut()> {
+pub fn train_step() -> Box<dyn FnMut()> {
     let (mut network, device) = (network(), Cpu::default());
     let mut optimiser = Optimiser::new(OptimiserKind::Adam, &network.networks());
     let graphs = graphs(BATCH, [0..BATCH / 2, BATCH / 2..BATCH]);
@@ -28,7 +28,7 @@ pub(super) fn train_step() -> Box<dyn FnMut()> {
     })
 }
 
-pub(super) fn forward() -> Box<dyn FnMut()> {
+pub fn forward() -> Box<dyn FnMut()> {
     let (network, graphs) = (network(), graphs(ROLLOUTS, [0..ROLLOUTS, 0..0]));
     Box::new(move || {
         std::hint::black_box(network.predict(&graphs));

@@ -1,9 +1,76 @@
-//! Screenshots: the cells of a ratatui buffer as SVG, drawn with the canvas of the figures.
+//! Draws the pictures of screens in `docs/images`, with the canvas of the figures:
+//!
+//! ```sh
+//! cargo test --release -p mge --lib pictures -- --ignored
+//! ```
 
+use std::path::Path;
+use std::time::Duration;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 
-use mge_figures::{self as figures, Canvas, Family, Pen, Rect, TextFormat};
+use super::super::App;
+use super::press;
+use crate::tui::input::Keymap;
+use crate::tui::view::SessionWorkspace;
+use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use mge_base::atomic::Target;
+use mge_figures::{self as figures, Canvas, Family, PICTURE, Pen, Provenance, Rect, TextFormat, encode};
+use mge_workbench::{FIRST_TASK, Script, Session};
+
+/// The session behind the pictures.
+const SESSION: &str = "clusters
+wait
+episodes 1500
+method ddpg
+train ${out}/ddpg-0
+method ddpg-mge
+epsilon linear:0.5:0:750
+seed 1
+train ${out}/ddpg-mge-1
+seed 0
+train ${out}/ddpg-mge-0
+wait";
+
+/// The pictures, each with the keys that lead to it from the one before.
+const PICTURES: [(&str, &str); 4] =
+    [("scene.png", "1 end"), ("edit.png", "2 backtab"), ("training.png", "4"), ("tools.png", "2 T")];
+
+#[test]
+#[ignore = "trains for some minutes and rewrites docs/images"]
+fn the_pictures_of_the_documentation() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = Session::on_task(FIRST_TASK, folder.path().to_owned()).unwrap();
+    let variables = [("out".to_owned(), folder.path().display().to_string())];
+    Script::parse(SESSION, "pictures", &variables).unwrap().run(&mut session, |_| {}).unwrap();
+    let provenance = Provenance::new("cargo test -p mge --lib pictures -- --ignored", &[0, 1], "");
+    let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+    let mut app = App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default());
+    let images = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
+    for (name, keys) in PICTURES {
+        keys.split(' ').for_each(|key| press(&mut app, key));
+        let picture = svg(&settled(&mut app), &provenance.to_svg());
+        let to = Target { path: images.join(name), force: true };
+        to.write(&encode(&to.path, &picture, &provenance, 144).unwrap(), &PICTURE).unwrap();
+    }
+}
+
+/// The screen once nothing more is read or drawn in the background.
+fn settled(app: &mut App) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(120, 36)).unwrap();
+    let mut drawn = 0;
+    // Parts that depend on the layout of the previous frame appear in the second frame.
+    while drawn < 2 || app.screens.preview.is_drawing() || app.is_reading_runs() {
+        app.tick(Duration::from_millis(20));
+        terminal.draw(|frame| app.draw(frame)).unwrap();
+        drawn += 1;
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    terminal.backend().buffer().clone()
+}
 
 /// Width and height of a cell in points: whole pixels at 144 dots per inch.
 const CELL: [f64; 2] = [6.0, 11.5];
@@ -16,7 +83,7 @@ const MIDDLE: f64 = 0.588 * CELL[1];
 const OWN: [Color; 2] = [Color::Rgb(0xc8, 0xcc, 0xd8), Color::Rgb(0x16, 0x18, 0x21)];
 
 /// The screen as SVG; `head` is inserted after the opening tag.
-pub fn svg(screen: &Buffer, head: &str) -> String {
+fn svg(screen: &Buffer, head: &str) -> String {
     let size = [f64::from(screen.area.width) * CELL[0], f64::from(screen.area.height) * CELL[1]];
     figures::svg(size, 1.0, head, |canvas| {
         canvas.fill(&canvas.page().corners(), colour(OWN[1], OWN[1]));
@@ -29,7 +96,7 @@ pub fn svg(screen: &Buffer, head: &str) -> String {
 }
 
 /// Draws a row, backgrounds first, because a character may extend into the next cell.
-fn draw_row(canvas: &Canvas<'_>, row: &[&Cell], top: f64) {
+fn draw_row(canvas: &Canvas, row: &[&Cell], top: f64) {
     let colours: Vec<[Color; 2]> = row.iter().map(|cell| colours(cell)).collect();
     for run in runs(row.len(), |n| colours[n][1]) {
         if colours[run.start][1] != OWN[1] {
@@ -83,7 +150,7 @@ fn is_text(symbol: &str) -> bool {
 }
 
 /// Draws blocks and braille as shapes, because the typeface lacks them or leaves gaps between them.
-fn draw_block(canvas: &Canvas<'_>, symbol: &str, n: usize, top: f64, ink: figures::Color) {
+fn draw_block(canvas: &Canvas, symbol: &str, n: usize, top: f64, ink: figures::Color) {
     let part = |from: f64, to: f64| cells(n..n + 1, top, [from, to]).corners();
     match symbol.chars().next() {
         Some('▀') => canvas.fill(&part(0.0, 0.5), ink),
@@ -112,88 +179,11 @@ fn colours(cell: &Cell) -> [Color; 2] {
     if cell.modifier.contains(Modifier::REVERSED) { [colours[1], colours[0]] } else { colours }
 }
 
-/// Converts a colour. A named or indexed colour, which an [`OffscreenWorkbench`](crate::tui::OffscreenWorkbench)
-/// never shows, becomes `other`.
+/// Converts a colour. A named or indexed colour, which this theme does not have, becomes
+/// `other`.
 fn colour(colour: Color, other: Color) -> figures::Color {
     match (colour, other) {
         (Color::Rgb(r, g, b), _) | (_, Color::Rgb(r, g, b)) => figures::Color { 0: r, 1: g, 2: b, 3: 1.0 },
         _ => figures::Color { 0: 0, 1: 0, 2: 0, 3: 1.0 },
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use ratatui::layout::Rect;
-    use ratatui::style::Style;
-
-    use super::*;
-
-    /// The colour of a picture of two rows at a cell of the first row and a fractional position from its corner.
-    fn drawn(paint: impl Fn(&mut Buffer)) -> impl Fn(u16, f64, f64) -> [u8; 3] {
-        let mut buffer = Buffer::empty(Rect::new(0, 0, 3, 2));
-        paint(&mut buffer);
-        let (width, height) = (3 * 40, 2 * 80);
-        let pixels = figures::rgb(&svg(&buffer, ""), width, height).unwrap();
-        move |cell, x, y| {
-            let (x, y) = ((f64::from(cell) + x) * 40.0, y * 80.0);
-            let at = 3 * (y as usize * width as usize + x as usize);
-            [pixels[at], pixels[at + 1], pixels[at + 2]]
-        }
-    }
-
-    const RED: Color = Color::Rgb(255, 0, 0);
-    const PAPER: [u8; 3] = [0x16, 0x18, 0x21];
-
-    #[test]
-    fn blocks_and_braille_dots_are_where_a_terminal_shows_them() {
-        let pixel = drawn(|buffer| {
-            buffer.set_string(0, 0, "▀⠁⢀", Style::new().fg(RED));
-        });
-        assert_eq!([pixel(0, 0.5, 0.25), pixel(0, 0.5, 0.75)], [[255, 0, 0], PAPER]);
-        assert_eq!([pixel(1, 0.25, 0.125), pixel(1, 0.75, 0.875)], [[255, 0, 0], PAPER]);
-        assert_eq!([pixel(2, 0.25, 0.125), pixel(2, 0.75, 0.875)], [PAPER, [255, 0, 0]]);
-    }
-
-    #[test]
-    fn the_second_row_is_below_the_first() {
-        let pixel = drawn(|buffer| {
-            buffer.set_string(0, 1, "▄█░", Style::new().fg(RED));
-        });
-        for (cell, [upper, lower]) in [(0, [false, true]), (1, [true; 2]), (2, [true; 2])] {
-            let is_inked = |y: f64| pixel(cell, 0.5, y) != PAPER;
-            assert_eq!([0.25, 0.75, 1.25, 1.75].map(is_inked), [false, false, upper, lower], "cell {cell}");
-        }
-        assert_eq!((pixel(0, 0.5, 1.75), pixel(1, 0.5, 1.25)), ([255, 0, 0], [255, 0, 0]));
-        assert_ne!(pixel(2, 0.5, 1.25), [255, 0, 0], "a light shade");
-    }
-
-    #[test]
-    fn text_stays_within_its_cells() {
-        let pixel = drawn(|buffer| {
-            buffer.set_string(2, 1, "M", Style::new().fg(RED));
-        });
-        let is_inked = |cell: u16, row: f64| {
-            let mut places = (0..400).map(|place| [f64::from(place % 20) / 20.0, row + f64::from(place / 20) / 20.0]);
-            places.any(|[x, y]| pixel(cell, x, y) != PAPER)
-        };
-        assert_eq!([0, 1, 2].map(|cell| is_inked(cell, 0.0)), [false; 3]);
-        assert_eq!([0, 1, 2].map(|cell| is_inked(cell, 1.0)), [false, false, true]);
-    }
-
-    #[test]
-    fn backgrounds_are_drawn_for_reversed_cells_too() {
-        let pixel = drawn(|buffer| {
-            buffer.set_string(0, 0, " ", Style::new().bg(RED));
-            buffer.set_string(1, 0, " ", Style::new().fg(RED).add_modifier(Modifier::REVERSED));
-        });
-        assert_eq!([0, 1, 2].map(|cell| pixel(cell, 0.5, 0.5)), [[255, 0, 0], [255, 0, 0], PAPER]);
-    }
-
-    #[test]
-    fn text_is_kept_as_text() {
-        let mut buffer = Buffer::empty(Rect::new(0, 0, 20, 1));
-        buffer.set_string(0, 0, "a<b  c", Style::new().fg(RED).add_modifier(Modifier::BOLD));
-        let text = svg(&buffer, "");
-        assert!(text.contains("a&lt;b") && text.contains("font-weight=\"bold\"") && text.contains("#FF0000"), "{text}");
     }
 }

@@ -8,7 +8,7 @@ use mge_agent::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, Transition};
 const OBSERVATION: usize = 160;
 const ACTION: usize = 2;
 
-pub(super) fn update() -> Box<dyn FnMut()> {
+pub fn update() -> Box<dyn FnMut()> {
     let config = DdpgConfig::default();
     // The default configuration is valid.
     let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng()).expect("the default is valid");
@@ -30,7 +30,7 @@ pub(super) fn update() -> Box<dyn FnMut()> {
     })
 }
 
-pub(super) fn environment_step() -> Box<dyn FnMut()> {
+pub fn environment_step() -> Box<dyn FnMut()> {
     let config = DdpgConfig { warmup_steps: 0, ..DdpgConfig::default() };
     let streams = LearnerStreams { noise: rng(), replay: rng() };
     // The default configuration is valid.

@@ -10,7 +10,7 @@ use mge_physics::{ACTION_SET, ToolKind, ToolSplit};
 use mge_task::{self as task, BallSpec, Form, Task, ToolSpec};
 
 /// A falling ball beside one tool.
-pub(super) fn small() -> Box<dyn FnMut()> {
+pub fn small() -> Box<dyn FnMut()> {
     let mut task = middle_task();
     task.tools.truncate(1);
     task.subgoals.clear();
@@ -18,12 +18,12 @@ pub(super) fn small() -> Box<dyn FnMut()> {
 }
 
 /// One of the shipped tasks.
-pub(super) fn middle() -> Box<dyn FnMut()> {
+pub fn middle() -> Box<dyn FnMut()> {
     play(middle_task())
 }
 
 /// A scene full of tools of every type, with three balls.
-pub(super) fn full() -> Box<dyn FnMut()> {
+pub fn full() -> Box<dyn FnMut()> {
     let mut task = middle_task();
     task.balls = vec![BallSpec::at([-0.3, 0.9]), BallSpec::at([0.1, 0.9])];
     let cells = (0..5).flat_map(|row| (0..5).map(move |column| (row, column)));
@@ -38,7 +38,7 @@ pub(super) fn full() -> Box<dyn FnMut()> {
 }
 
 /// A level of CREATE, with a new action set for every episode.
-pub(super) fn level(name: &str) -> Box<dyn FnMut()> {
+pub fn level(name: &str) -> Box<dyn FnMut()> {
     // A test loads every level.
     let task = task::load(&format!("create/{name}")).expect("levels are valid");
     let mut environment = Environment::new(Arc::new(task)).with_tools(ToolSplit::Train);
