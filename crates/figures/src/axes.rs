@@ -63,15 +63,11 @@ impl Axis {
         Self::linear(label, 0.0, high, count)
     }
 
-    /// A logarithmic axis over the positive `values`, with ticks at powers of ten.
+    /// A logarithmic axis over the powers of ten around the positive `values`.
     pub fn logarithmic(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = extent(values.into_iter().filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
         let (low, high) = (low.log10().floor() as i32, (high.log10() + 1e-9).ceil() as i32);
-        let high = high.max(low + 1);
-        let every = ((high - low) / 5 + 1) as usize;
-        let ticks = (low..=high).step_by(every).map(|power| (10f64.powi(power), power_of_ten(power))).collect();
-        let (low, high) = (10f64.powi(low), 10f64.powi(high));
-        Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
+        Self::decades(label, 10f64.powi(low), 10f64.powi(high.max(low + 1)))
     }
 
     /// A logarithmic axis between two positive values, with ticks at powers of ten and, over a short range, at two

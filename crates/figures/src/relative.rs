@@ -2,11 +2,11 @@
 
 use super::Figure;
 use super::axes::{X_LABEL, number};
-use super::canvas::{Canvas, Pen, TextFormat};
-use super::geometry::{Point, Rect, circle};
+use super::canvas::{Canvas, Pen};
+use super::geometry::circle;
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
-use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, faded};
 use super::table::Table;
 use mge_task::Task;
 
@@ -85,54 +85,6 @@ impl RelativeFrames {
         let farthest = vectors.flatten().map(|value| f64::from(value.abs())).filter(|value| value.is_finite());
         farthest.map(|value| value + BEYOND).fold(RELATIVE_REACH, f64::max)
     }
-
-    /// Writes the relative vectors of active edges beside their tools, without overlaps.
-    fn vectors(&self, view: &SceneView<'_>, canvas: &Canvas, instant: &Instant) {
-        let look = TextFormat::SMALL.centered().color(VERMILLION);
-        let stages = self.task.stages();
-        let things = instant.edges.iter().map(|edge| edge.object).chain(stages.iter().map(|stage| stage.position));
-        let around = |[x, y]: Point| {
-            Rect::new(x - OBJECT_HALF_SIZE, y - OBJECT_HALF_SIZE, x + OBJECT_HALF_SIZE, y + OBJECT_HALF_SIZE)
-        };
-        let mut taken: Vec<Rect> = things.chain([instant.ball]).map(|position| around(view.at(position))).collect();
-        for edge in instant.edges.iter().filter(|edge| edge.active && view.shows(edge.object)) {
-            let [dx, dy] = edge.relative(instant.ball).map(|value| number(f64::from(value), 2));
-            let text = format!("({dx}, {dy})");
-            let plate = free_place(view.at(edge.object), look.width(&text), &view.rect(), &taken);
-            taken.push(plate);
-            canvas.fill(&plate.corners(), faded(WHITE, 0.8));
-            canvas.text(plate.center(), &text, look);
-        }
-    }
-}
-
-/// Half the size of an object that texts must not cover, in points.
-const OBJECT_HALF_SIZE: f64 = 7.5;
-
-/// A free place for a text of this width near a point, inside `rect`: beside, below or above the point, at increasing
-/// distances.
-fn free_place([x, y]: Point, width: f64, rect: &Rect, taken: &[Rect]) -> Rect {
-    let (half, high) = (width / 2.0 + 1.0, 4.0);
-    let place = |dx: f64, dy: f64| {
-        let x = (x + dx).clamp(rect.left + half, rect.right - half);
-        let y = (y + dy).clamp(rect.top + high, rect.bottom - high);
-        Rect::new(x - half, y - high, x + half, y + high)
-    };
-    let beside = OBJECT_HALF_SIZE + half + 1.0;
-    let ring = |n: usize| {
-        let away = n as f64 * 2.0 * high;
-        [
-            (beside, away),
-            (beside, -away),
-            (0.0, OBJECT_HALF_SIZE + high + away),
-            (0.0, -OBJECT_HALF_SIZE - high - away),
-            (-beside, away),
-        ]
-    };
-    let mut candidates = (0..8).flat_map(ring).map(|(dx, dy)| place(dx, dy));
-    candidates
-        .find(|plate| !taken.iter().any(|other| other.overlaps(plate)))
-        .unwrap_or(place(0.0, OBJECT_HALF_SIZE + high))
 }
 
 impl Figure for RelativeFrames {
@@ -147,8 +99,7 @@ impl Figure for RelativeFrames {
             return canvas.placeholder(page, "no instants");
         }
         let text = format!(
-            "Above: the screen's coordinates. Below: the same instants with the ball as origin; numbers are the relative vectors of \
-             active edges. Dotted circle: cutoff of {} units from the ball to a tool's surface.",
+            "Above: the screen's coordinates. Below: the same instants with the ball as origin. Dotted circle: cutoff of {} units from the ball to a tool's surface.",
             self.cutoff
         );
         let rect = note(canvas, page, &text);
@@ -175,7 +126,6 @@ impl Figure for RelativeFrames {
                 Window { center: origin, half: self.reach(), origin, names, ..window },
             );
             self.scene(&view, canvas, instant);
-            self.vectors(&view, canvas, instant);
         }
     }
 
