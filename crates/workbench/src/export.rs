@@ -73,11 +73,11 @@ impl Session {
             return composition.runs.clone();
         }
         let elsewhere =
-            self.runs().iter().map(|run| run.directory().path()).filter(|path| !path.starts_with(&self.folder));
+            self.runs().iter().map(|run| run.directory().path()).filter(|path| !path.starts_with(self.folder()));
         let elsewhere: Vec<PathBuf> = elsewhere.map(Path::to_owned).collect();
         // A session folder without runs is left out if other runs are open.
-        let holds_runs = elsewhere.is_empty() || find_runs(std::slice::from_ref(&self.folder)).is_ok();
-        Some(self.folder.clone()).filter(|_| holds_runs).into_iter().chain(elsewhere).collect()
+        let holds_runs = elsewhere.is_empty() || find_runs(&[self.folder().to_owned()]).is_ok();
+        Some(self.folder().to_owned()).filter(|_| holds_runs).into_iter().chain(elsewhere).collect()
     }
 
     /// A figure of the session, to be drawn later.
@@ -94,7 +94,7 @@ impl Session {
                 Box::new(ActionSamples { tasks: vec![TaskActions::sample(self.task(), prior, self.config().seed)] })
             }
             FigureKind::Learning => {
-                if composition.runs.is_empty() && self.runs().is_empty() && !self.folder.is_dir() {
+                if composition.runs.is_empty() && self.runs().is_empty() && !self.folder().is_dir() {
                     return Err(SessionError::NoRun);
                 }
                 let composition = Composition { runs: self.evidence(composition), ..composition.clone() };

@@ -17,7 +17,7 @@ impl Session {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (source, name, number) = (run.directory().clone(), run.name(), run.number());
         let config = self.forked(run, &name, command)?;
-        let free = || self.free_folder_named(&format!("{name}-at{}", command.episode));
+        let free = || self.runs.free_folder_named(&format!("{name}-at{}", command.episode));
         let path = command.folder.clone().unwrap_or_else(free);
         // Reserves the folder, so that a concurrent fork gets another.
         std::fs::create_dir_all(&path).map_err(mge_run::RunError::io("create", &path))?;
@@ -35,7 +35,7 @@ impl Session {
         };
         let asked = command.clone();
         self.start_job(command.clone(), work, move |session, made| {
-            let added = session.add(made?);
+            let added = session.runs.add(made?);
             session.journal.note(Watch(number).into(), Some(number));
             session.journal.note(asked.clone().into(), Some(added));
             session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())

@@ -167,7 +167,7 @@ impl Session {
 
     /// Describes what is running or queued.
     pub(super) fn activity(&self) -> String {
-        let runs = self.runs.iter().filter(|run| run.is_working() || run.is_queued()).count();
+        let runs = self.runs().iter().filter(|run| run.is_working() || run.is_queued()).count();
         match (runs, self.jobs.len()) {
             (0, 0) => "nothing is running".to_owned(),
             (runs, jobs) => format!("runs running or queued: {runs}; computations: {jobs}"),

@@ -54,7 +54,7 @@ impl Session {
         }
         self.setup.propose(regions);
         // Recorded when the proposals arrive: only later commands can refer to them.
-        self.journal.note(Propose(Some(count)).into(), self.current);
+        self.journal.note(Propose(Some(count)).into(), self.runs.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
         Ok(format!(
             "{}{all} proposed: each stage was reached by {percent:.0} % of the guided rollouts or more",

@@ -35,7 +35,7 @@ impl Session {
         self.forget_results_of_task();
         let report = format!("puzzle {}, {}: `propose` looks for subgoals", command.0, self.task().name);
         // Recorded when it is opened: only later commands can refer to it.
-        self.journal.note(command.into(), self.current);
+        self.journal.note(command.into(), self.runs.current);
         Ok(report)
     }
 

@@ -12,6 +12,7 @@ use super::job::Progress;
 use super::jobs::CommandJob;
 use super::journal::{Journal, run_name, run_number};
 use super::run::RunView;
+use super::runs::Runs;
 use super::setup::Setup;
 use mge_base::stop;
 use mge_results::{KnownEstimates, RunReader};
@@ -50,20 +51,7 @@ pub struct Session {
     /// Jobs block while a test holds this lock.
     #[cfg(test)]
     pub(crate) gate: Arc<std::sync::Mutex<()>>,
-    pub(super) runs: Vec<RunView>,
-    /// Number of the current run, on which commands act.
-    pub(super) current: Option<usize>,
-    /// Number of runs so far, including deleted ones.
-    pub(super) runs_created: usize,
-    /// The folders of the session's runs that were deleted, with their numbers; restored ones too.
-    pub(super) former: Vec<(usize, PathBuf)>,
-    /// The folders of deleted runs that were not restored, in the order of their deletion.
-    pub(super) deleted: Vec<PathBuf>,
-    /// Number of runs queued so far.
-    pub(super) turns: u64,
-    /// Maximum number of runs trained at the same time; further runs are queued.
-    pub(super) cores: usize,
-    pub(super) folder: PathBuf,
+    pub(super) runs: Runs,
     /// Cache of the runs read for figures.
     pub(super) reader: Arc<Mutex<RunReader>>,
     /// Cache of the intervals computed for figures.
@@ -87,14 +75,7 @@ impl Session {
             notices: Vec::new(),
             #[cfg(test)]
             gate: Arc::default(),
-            runs: Vec::new(),
-            current: None,
-            runs_created: 0,
-            former: Vec::new(),
-            deleted: Vec::new(),
-            turns: 0,
-            cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            folder,
+            runs: Runs::new(folder),
             reader: Arc::default(),
             estimates: Arc::default(),
             journal: Journal::default(),
@@ -136,9 +117,7 @@ impl Session {
         let InScripts { unrecorded, depends_on, .. } = command.behaviour().in_scripts();
         let at = self.episodes_of(depends_on);
         // A run of the session is recorded by number, as its folder may differ when the script is played.
-        let former = |folder: &Path| self.former.iter().rev().find(|(_, path)| path == folder);
-        let number = |folder: &Path| self.number_of(folder).or_else(|| former(folder).map(|(number, _)| *number));
-        let named = |folder: &Path| Ok::<_, SessionError>(number(folder).map(run_name));
+        let named = |folder: &Path| Ok::<_, SessionError>(self.runs.number_ever_of(folder).map(run_name));
         let recorded = command.clone().with_run_folders(named)?;
         command.check_output(self.file())?;
         let report = command.behaviour().execute(self)?;
@@ -146,7 +125,7 @@ impl Session {
             return Ok(report);
         }
         let entry = match at.is_empty() {
-            true => self.journal.note(recorded, self.current),
+            true => self.journal.note(recorded, self.runs.current),
             false => self.journal.note_at(recorded, at),
         };
         // An earlier job of the same command, such as that of a run opened twice, decides about both entries.
@@ -163,9 +142,8 @@ impl Session {
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
         command.with_run_folders(|name| {
             let Some(number) = run_number(name) else { return Ok(None) };
-            let run = self.run_numbered(number).map(|run| run.directory().path());
-            let former = || self.former.iter().find(|(other, _)| *other == number).map(|(_, path)| &**path);
-            Ok(Some(run.or_else(former).ok_or(SessionError::NoSuchRun(number + 1))?.to_owned()))
+            let folder = self.runs.folder_of(number).ok_or(SessionError::NoSuchRun(number + 1))?;
+            Ok(Some(folder.to_owned()))
         })
     }
 
@@ -174,7 +152,7 @@ impl Session {
         let runs: Vec<&RunView> = match depends_on {
             DependsOn::Nothing => Vec::new(),
             DependsOn::Run | DependsOn::Checkpoint => self.run().into_iter().filter(|run| run.is_active()).collect(),
-            DependsOn::Runs => self.runs.iter().filter(|run| run.is_active() || run.is_queued()).collect(),
+            DependsOn::Runs => self.runs.all.iter().filter(|run| run.is_active() || run.is_queued()).collect(),
         };
         let is_saved = depends_on == DependsOn::Checkpoint;
         let episodes = |run: &RunView| if is_saved { run.saved_episode() } else { run.episodes() };
@@ -223,7 +201,7 @@ impl Session {
     pub(super) fn advance(&mut self) {
         self.advance_jobs();
         let mut effects = Vec::new();
-        for run in &mut self.runs {
+        for run in &mut self.runs.all {
             let (events, changed) = run.poll();
             if changed && events.is_empty() {
                 self.notices.push(Notice::Changed);
@@ -238,7 +216,7 @@ impl Session {
         for (run, event) in effects {
             self.note_effect(run, &event);
         }
-        if self.start_queued() {
+        if self.runs.start_queued() {
             self.notices.push(Notice::Changed);
         }
     }
@@ -256,7 +234,7 @@ impl Session {
     /// Whether there are no jobs, and no runs but ended and paused ones.
     pub fn is_idle(&self) -> bool {
         let busy = |run: &RunView| run.is_working() || run.is_queued();
-        self.jobs.is_empty() && !self.runs.iter().any(busy)
+        self.jobs.is_empty() && !self.runs.all.iter().any(busy)
     }
 
     pub(super) fn expect(&mut self, expected: &Expect) -> Result<String, SessionError> {
@@ -303,31 +281,30 @@ impl Session {
 
     /// All runs of the session.
     pub fn runs(&self) -> &[RunView] {
-        &self.runs
+        &self.runs.all
     }
 
     /// The current run, on which commands act.
     pub fn run(&self) -> Option<&RunView> {
-        self.run_numbered(self.current?)
+        self.run_numbered(self.runs.current?)
     }
 
     /// The run with a number.
     pub fn run_numbered(&self, number: usize) -> Option<&RunView> {
-        self.runs.iter().find(|run| run.number() == number)
+        self.runs.all.iter().find(|run| run.number() == number)
     }
 
     pub(super) fn run_numbered_mut(&mut self, number: usize) -> Option<&mut RunView> {
-        self.runs.iter_mut().find(|run| run.number() == number)
+        self.runs.all.iter_mut().find(|run| run.number() == number)
     }
 
     pub(super) fn run_mut(&mut self) -> Option<&mut RunView> {
-        let number = self.current?;
-        self.run_numbered_mut(number)
+        self.run_numbered_mut(self.runs.current?)
     }
 
     /// The folder for new runs.
     pub fn folder(&self) -> &Path {
-        &self.folder
+        &self.runs.folder
     }
 
     /// The episode played by hand.
@@ -338,7 +315,7 @@ impl Session {
     /// The session so far, as a script that repeats it without a terminal.
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
-        for run in self.runs.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
+        for run in self.runs.all.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
             journal.note_at(Pause.into(), vec![(run.number(), episode_number(run.episodes()))]);
         }
         journal.to_script()
@@ -367,7 +344,7 @@ pub(super) fn episode_number(episodes: u64) -> u32 {
 impl Drop for Session {
     /// Asks all trainings of this process to stop before the first run is dropped, which waits for its training.
     fn drop(&mut self) {
-        for run in self.runs.iter_mut().filter(|run| run.is_active()) {
+        for run in self.runs.all.iter_mut().filter(|run| run.is_active()) {
             // Fails only if the training has just ended.
             let _ = run.send(Control::Stop { reason: "the program ended".to_owned() });
         }

@@ -132,7 +132,7 @@ impl Execute for Out {
     syntax! { "out" "FOLDER" "choose the folder for runs" => Out { 0: Place("a folder") }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.folder.clone_from(&self.0);
+        session.runs.folder.clone_from(&self.0);
         Ok(format!("runs go to {}", self.0.display()))
     }
 }

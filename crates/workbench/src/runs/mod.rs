@@ -3,8 +3,11 @@
 //! As many runs are trained at the same time as there are cores; the others are queued in the
 //! order of their requests. A paused run frees its core.
 
+mod list;
 #[cfg(test)]
 mod tests;
+
+pub(super) use list::Runs;
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +17,6 @@ use super::job::Reporter;
 use super::run::{Past, RunView};
 use super::session::{Session, episode_number};
 use super::setup::Setup;
-use mge_base::paths::fitting;
 use mge_base::text::counted;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, restore};
 use mge_trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
@@ -27,7 +29,7 @@ impl Session {
         let directory = self.setup.config.create_run(&path)?;
         let Setup { config, set, .. } = self.setup.clone();
         self.warn(&config, &set);
-        let number = self.add(RunView::new(directory)?);
+        let number = self.runs.add(RunView::new(directory)?);
         self.start_run(number, until, "training in")
     }
 
@@ -37,7 +39,7 @@ impl Session {
             Some(folder) => folder.clone(),
             None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
         };
-        self.refuse_if_busy(&folder)?;
+        self.runs.refuse_if_busy(&folder)?;
         let report = match self.extend(&RunDirectory::open(&folder)?)? {
             Some(episodes) => format!("extended to {episodes} episodes, continuing"),
             None => "continuing".to_owned(),
@@ -74,7 +76,7 @@ impl Session {
         check_continuation(directory, &config)
             .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
         directory.replace_config(&config)?;
-        if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
+        if let Some(run) = self.runs.all.iter_mut().find(|run| run.directory() == directory) {
             run.set_config(config);
         }
         Ok(Some(episodes))
@@ -83,12 +85,12 @@ impl Session {
     /// The number of the run in a folder. A run new to the session is added, and its log is read in
     /// the background.
     fn known_or_read(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
-        if let Some(number) = self.number_of(folder) {
+        if let Some(number) = self.runs.number_of(folder) {
             return Ok(number);
         }
         let run = RunView::open(folder)?;
         let (directory, task) = (run.directory().clone(), run.config().task.clone());
-        let number = self.add(run.with_past_unread());
+        let number = self.runs.add(run.with_past_unread());
         let report = format!("opened {}", folder.display());
         let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
         self.start_job(command, work, move |session, past| {
@@ -106,12 +108,11 @@ impl Session {
         until: Option<u32>,
         report: &str,
     ) -> Result<String, SessionError> {
-        self.current = Some(number);
-        self.turns += 1;
-        let turn = self.turns;
+        self.runs.current = Some(number);
+        let turn = self.runs.next_turn();
         let Some(run) = self.run_mut() else { return Err(SessionError::NoRun) };
         run.enqueue(turn, until);
-        self.start_queued();
+        self.runs.start_queued();
         let Some(run) = self.run() else { return Err(SessionError::NoRun) };
         let path = run.directory().path().display();
         match run.failure() {
@@ -121,65 +122,22 @@ impl Session {
         }
     }
 
-    /// Adds a run to the session, or replaces the one with the same folder, and returns its number.
-    pub(super) fn add(&mut self, run: RunView) -> usize {
-        let path = run.directory().path();
-        if let Some(known) = self.runs.iter_mut().find(|known| known.directory().path() == path) {
-            let number = known.number();
-            *known = run.numbered(number);
-            return number;
-        }
-        let number = self.runs_created;
-        self.runs_created += 1;
-        self.runs.push(run.numbered(number));
-        number
-    }
-
     /// Adds an opened run and makes it the current one.
     pub(super) fn show(&mut self, run: RunView) {
         let folder = run.directory().path().to_owned();
-        self.current = Some(self.add(run));
-        self.journal.note(Open(folder).into(), self.current);
-    }
-
-    /// Starts queued runs while cores are free; true if any was started.
-    pub(super) fn start_queued(&mut self) -> bool {
-        let mut began = false;
-        loop {
-            let working = self.runs.iter().filter(|run| run.is_working()).count();
-            let next = self.runs.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
-            let Some(run) = next.filter(|_| working < self.cores) else { return began };
-            // The run keeps the error, where it is shown.
-            began |= run.start().is_ok();
-        }
+        self.runs.current = Some(self.runs.add(run));
+        self.journal.note(Open(folder).into(), self.runs.current);
     }
 
     /// Sets the number of runs trained at the same time, at least one.
     pub fn set_cores(&mut self, cores: usize) {
-        self.cores = cores.max(1);
-    }
-
-    fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
-        match self.runs.iter().find(|run| run.directory().path() == path) {
-            Some(run) if run.is_queued() => Err(SessionError::Queued(run.name())),
-            Some(run) if run.is_active() && run.state() == RunState::Paused => Err(SessionError::Paused(run.name())),
-            Some(run) if run.is_active() => Err(SessionError::Busy(run.name())),
-            _ => Ok(()),
-        }
+        self.runs.cores = cores.max(1);
     }
 
     /// An unused folder for a new run.
     fn free_folder(&self) -> PathBuf {
         let RunConfig { task, method, seed, .. } = &self.setup.config;
-        self.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
-    }
-
-    /// An unused folder of this name, with a number appended if needed.
-    pub(super) fn free_folder_named(&self, base: &str) -> PathBuf {
-        let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
-        let mut paths = ends.map(|end| self.folder.join(fitting(base, &end)));
-        // The fallback is unreachable: the candidates do not end.
-        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+        self.runs.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
     }
 
     pub(super) fn stop(&mut self) -> Result<String, SessionError> {
@@ -199,36 +157,29 @@ impl Session {
         Ok(report.to_owned())
     }
 
-    /// The number of the run in a folder, if it is in the session.
-    pub(super) fn number_of(&self, folder: &Path) -> Option<usize> {
-        // A folder may have several names, such as `.`.
-        let place = folder.canonicalize().ok();
-        let is_there = |path: &Path| path == folder || (place.is_some() && path.canonicalize().ok() == place);
-        self.runs.iter().find(|run| is_there(run.directory().path())).map(RunView::number)
-    }
-
     /// Opens the run in a folder and makes it the current one.
     pub(super) fn open(&mut self, command: &Open) -> Result<String, SessionError> {
         let number = self.known_or_read(&command.0, command.clone().into())?;
-        self.current = Some(number);
+        self.runs.current = Some(number);
         Ok(format!("opened {}", command.0.display()))
     }
 
     pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
         let run = self.run_numbered(number).ok_or(SessionError::NoSuchRun(number + 1))?;
         let report = format!("run {} is {}", number + 1, run.name());
-        self.current = Some(number);
+        self.runs.current = Some(number);
         Ok(report)
     }
 
     /// Moves a run to the trash beside it, unless this or another process is training it.
     pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
-        let number = self.number_of(&command.0);
+        let number = self.runs.number_of(&command.0);
         let known = number.and_then(|number| self.run_numbered(number)).map(|run| run.directory().path().to_owned());
         let folder = known.unwrap_or_else(|| command.0.clone());
-        self.refuse_if_busy(&folder)?;
+        self.runs.refuse_if_busy(&folder)?;
         let name = folder.display();
         let report = if number.is_some() && !folder.exists() {
+            self.runs.remove(number);
             format!("{name} is no longer listed: its folder is gone")
         } else {
             let is_valid = |run: &RunDirectory| match run.is_of_model()? {
@@ -236,12 +187,10 @@ impl Session {
                 false => run.config::<RunConfig>().map(drop),
             };
             RunDirectory::deletable(&folder, is_valid)?.discard()?;
-            self.former.extend(number.map(|number| (number, folder.clone())));
-            self.deleted.push(folder.clone());
-            format!("moved {name} to the trash: `restore` brings it back")
+            let report = format!("moved {name} to the trash: `restore` brings it back");
+            self.runs.forget_deleted(number, folder);
+            report
         };
-        self.runs.retain(|run| Some(run.number()) != number);
-        self.current = self.current.filter(|_| self.run().is_some());
         Ok(report)
     }
 
@@ -254,18 +203,18 @@ impl Session {
 
     /// Brings back the run deleted from a folder, or else the one that this session deleted last.
     pub(super) fn restore(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        let last = self.deleted.last().map(PathBuf::as_path);
+        let last = self.runs.deleted.last().map(PathBuf::as_path);
         let folder = folder.or(last).ok_or(SessionError::Nothing("restore"))?.to_owned();
         restore(&folder)?;
-        self.deleted.retain(|deleted| *deleted != folder);
+        self.runs.deleted.retain(|deleted| *deleted != folder);
         Ok(format!("restored {}", folder.display()))
     }
 
     /// Removes the runs in the trash of a folder of runs, or else of the session's, for good.
     pub(super) fn empty_trash(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        let folder = folder.unwrap_or(&self.folder);
+        let folder = folder.unwrap_or(&self.runs.folder);
         let count = empty_trash(folder)?;
-        self.deleted.retain(|deleted| deleted.parent() != Some(folder));
+        self.runs.deleted.retain(|deleted| deleted.parent() != Some(folder));
         Ok(format!("removed {} for good", counted(count, "deleted run")))
     }
 

@@ -1,0 +1,132 @@
+//! The runs of a session by number, their queue for cores and their folders.
+
+use std::path::{Path, PathBuf};
+
+use crate::SessionError;
+use crate::run::RunView;
+use mge_base::paths::fitting;
+use mge_run::RunState;
+
+/// The runs of a session.
+#[derive(Debug)]
+pub(crate) struct Runs {
+    /// In the order in which they were started or opened.
+    pub all: Vec<RunView>,
+    /// Number of the current run, on which commands act.
+    pub current: Option<usize>,
+    /// Number of runs so far, including deleted ones.
+    created: usize,
+    /// The folders of the session's runs that were deleted, with their numbers; restored ones too.
+    former: Vec<(usize, PathBuf)>,
+    /// The folders of deleted runs that were not restored, in the order of their deletion.
+    pub deleted: Vec<PathBuf>,
+    /// Number of runs queued so far.
+    turns: u64,
+    /// Maximum number of runs trained at the same time; further runs are queued.
+    pub cores: usize,
+    /// The folder for new runs.
+    pub folder: PathBuf,
+}
+
+impl Runs {
+    /// No runs yet; new ones go to `folder`.
+    pub fn new(folder: PathBuf) -> Self {
+        Self {
+            all: Vec::new(),
+            current: None,
+            created: 0,
+            former: Vec::new(),
+            deleted: Vec::new(),
+            turns: 0,
+            cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            folder,
+        }
+    }
+
+    /// The number of the run in a folder, if it is in the session.
+    pub fn number_of(&self, folder: &Path) -> Option<usize> {
+        // A folder may have several names, such as `.`.
+        let place = folder.canonicalize().ok();
+        let is_there = |path: &Path| path == folder || (place.is_some() && path.canonicalize().ok() == place);
+        self.all.iter().find(|run| is_there(run.directory().path())).map(RunView::number)
+    }
+
+    /// The number that the run in a folder has or, if it was deleted, had in the session.
+    pub fn number_ever_of(&self, folder: &Path) -> Option<usize> {
+        let former = || self.former.iter().rev().find(|(_, path)| path == folder).map(|(number, _)| *number);
+        self.number_of(folder).or_else(former)
+    }
+
+    /// The folder of the run that has or had a number.
+    pub fn folder_of(&self, number: usize) -> Option<&Path> {
+        let run = self.all.iter().find(|run| run.number() == number).map(|run| run.directory().path());
+        let former = || self.former.iter().find(|(other, _)| *other == number).map(|(_, path)| &**path);
+        run.or_else(former)
+    }
+
+    /// Adds a run to the session, or replaces the one with the same folder, and returns its number.
+    pub fn add(&mut self, run: RunView) -> usize {
+        let path = run.directory().path();
+        if let Some(known) = self.all.iter_mut().find(|known| known.directory().path() == path) {
+            let number = known.number();
+            *known = run.numbered(number);
+            return number;
+        }
+        let number = self.created;
+        self.created += 1;
+        self.all.push(run.numbered(number));
+        number
+    }
+
+    /// Removes the run with a number, whose files were moved to the trash.
+    pub fn forget_deleted(&mut self, number: Option<usize>, folder: PathBuf) {
+        self.former.extend(number.map(|number| (number, folder.clone())));
+        self.deleted.push(folder);
+        self.remove(number);
+    }
+
+    /// Removes the run with a number from the session.
+    pub fn remove(&mut self, number: Option<usize>) {
+        self.all.retain(|run| Some(run.number()) != number);
+        self.current = self.current.filter(|current| Some(*current) != number);
+    }
+
+    /// The next turn in the queue.
+    pub fn next_turn(&mut self) -> u64 {
+        self.turns += 1;
+        self.turns
+    }
+
+    /// Starts queued runs while cores are free; true if any was started.
+    pub fn start_queued(&mut self) -> bool {
+        let mut began = false;
+        loop {
+            let working = self.all.iter().filter(|run| run.is_working()).count();
+            let next = self.all.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
+            let Some(run) = next.filter(|_| working < self.cores) else { return began };
+            // The run keeps the error, where it is shown.
+            began |= run.start().is_ok();
+        }
+    }
+
+    /// Fails if the run in a folder is queued, trained or paused by this session.
+    ///
+    /// # Errors
+    /// Which of these.
+    pub fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
+        match self.all.iter().find(|run| run.directory().path() == path) {
+            Some(run) if run.is_queued() => Err(SessionError::Queued(run.name())),
+            Some(run) if run.is_active() && run.state() == RunState::Paused => Err(SessionError::Paused(run.name())),
+            Some(run) if run.is_active() => Err(SessionError::Busy(run.name())),
+            _ => Ok(()),
+        }
+    }
+
+    /// An unused folder of this name, with a number appended if needed.
+    pub fn free_folder_named(&self, base: &str) -> PathBuf {
+        let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
+        let mut paths = ends.map(|end| self.folder.join(fitting(base, &end)));
+        // The fallback is unreachable: the candidates do not end.
+        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+    }
+}
