@@ -355,11 +355,11 @@ pub fn figures(arguments: &Figures) -> Outcome {
     }
     let dpi = Some(arguments.print.dpi).filter(|dpi| extension == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
-    let options = arguments.options.iter().map(|option| split_definition(option, "--set"));
-    let options = options.collect::<Result<Vec<_>, _>>()?;
-    let composition = Composition::of(options.iter().map(|(key, value)| (key.as_str(), value.as_str())));
-    let mut composition = composition.map_err(|reason| format!("--set {reason}"))?;
-    composition.runs.splice(0..0, arguments.runs.clone());
+    let mut composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
+    for option in &arguments.options {
+        let (key, value) = split_definition(option, "--set")?;
+        composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
+    }
     let target = |path: &Path| arguments.force.target(path);
     let learning = target(&shared.join(format!("learning.{extension}")));
     let learning = command::Figure::with_defaults(FigureKind::Learning, learning);

@@ -76,23 +76,6 @@ fn unless_default<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> O
 }
 
 impl Composition {
-    /// The composition with these options, keys and values; only `runs`, `curve` and `name` may be repeated.
-    ///
-    /// # Errors
-    /// The option that is invalid, and why.
-    pub fn of<'o>(options: impl IntoIterator<Item = (&'o str, &'o str)>) -> Result<Self, String> {
-        let (mut composition, mut known) = (Self::default(), Vec::new());
-        for (key, value) in options {
-            let earlier = known.iter().find(|(other, _)| *other == key && !["runs", "curve", "name"].contains(&key));
-            if let Some((_, earlier)) = earlier {
-                return Err(format!("{key}={earlier} and {key}={value} set the same: give one of them"));
-            }
-            composition.set(key, value).map_err(|reason| format!("{key}={value}: {reason}"))?;
-            known.push((key, value));
-        }
-        Ok(composition)
-    }
-
     /// Sets an option.
     ///
     /// # Errors

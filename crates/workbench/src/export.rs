@@ -300,10 +300,6 @@ mod tests {
             assert!(error.contains(reason), "{key}={value}: {error}");
         }
         assert!(Composition::default().set("name", "x").unwrap_err().contains("must follow the curve="));
-        let error = Composition::of([("width", "single"), ("font", "9"), ("width", "double")]).unwrap_err();
-        assert_eq!(error, "width=single and width=double set the same: give one of them");
-        let repeated = [("runs", "a"), ("runs", "b"), ("curve", "x"), ("name", "n"), ("curve", "y"), ("name", "n")];
-        assert_eq!(Composition::of(repeated).unwrap().options().len(), 6);
     }
 
     #[test]

@@ -242,7 +242,8 @@ fn every_setting_of_the_reference_is_accepted_with_its_default_and_at_both_ends_
 
 #[test]
 fn commands_in_prose_exist() {
-    for page in pages() {
+    // The changelog names commands of former versions too.
+    for page in pages().into_iter().filter(|page| page.name() != "CHANGELOG.md") {
         let (_, prose) = page.split();
         for span in prose.iter().flat_map(|line| line.split('`').skip(1).step_by(2)) {
             let mut words = span.split_whitespace();

@@ -267,11 +267,12 @@ pub(super) struct Composed;
 
 impl Argument<Composition> for Composed {
     fn read(&self, words: &mut Words<'_>) -> Result<Composition, String> {
-        let mut options = Vec::new();
+        let mut composition = Composition::default();
         while words.peek().is_some() {
-            options.push(key_value(words.next("KEY=VALUE")?)?);
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
+            composition.set(key, value)?;
         }
-        Composition::of(options)
+        Ok(composition)
     }
 
     fn write(&self, value: &Composition) -> String {
