@@ -2,8 +2,8 @@
 //!
 //! The kind: a deletion that a crash or another process divides, or that takes a user's files along; a result written
 //! over a user's file. Decided in `crates/run/src/trash.rs` (deletion is one rename into a trash), in `place.rs` beside it
-//! (what a folder holds), in `checkpoint.rs` (files in the folder of a checkpoint), and in `atomic::Target`, through which everything
-//! goes that is written to a path named by the user.
+//! (what a folder holds), in `checkpoint.rs` (files in the folder of a checkpoint), and in `atomic::Target`, through
+//! which everything goes that is written to a path named by the user.
 
 use std::fs;
 use std::path::{Path, PathBuf};
