@@ -32,7 +32,8 @@ impl Branch {
     /// they were after `episode` episodes.
     ///
     /// # Errors
-    /// [`RunError::AlreadyARun`]; [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run has fewer episodes; [`RunError::Io`].
+    /// [`RunError::AlreadyARun`]; [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run has fewer episodes;
+    /// [`RunError::Io`].
     pub fn new(source: &RunDirectory, place: &Path, episode: u64) -> Result<Self> {
         RunDirectory::at(place).make_room()?;
         let is_taken = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_some());
@@ -61,8 +62,8 @@ impl Branch {
         self.events.iter().map(|logged| &logged.event)
     }
 
-    /// Writes the configuration, the file of its model, if given, and the checkpoint from which the run continues, both as `last` and as
-    /// `episode-N`, and moves the run to its place.
+    /// Writes the configuration, the file of its model, if given, and the checkpoint from which the run continues, both
+    /// as `last` and as `episode-N`, and moves the run to its place.
     ///
     /// # Errors
     /// [`RunError::Io`]; then nothing remains.

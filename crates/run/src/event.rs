@@ -102,8 +102,8 @@ impl Practised {
 ///    then, if they apply to that episode, [`Evaluated`](Event::Evaluated), then
 ///    [`Checkpointed`](Event::Checkpointed). Anywhere between these there may be a
 ///    [`ScheduleChanged`](Event::ScheduleChanged), a [`ClustersChanged`](Event::ClustersChanged), a
-///    [`NeedsChanged`](Event::NeedsChanged), a [`Warned`](Event::Warned), or a [`Paused`](Event::Paused) that is followed by
-///    [`Resumed`](Event::Resumed) before the next `EpisodeFinished`;
+///    [`NeedsChanged`](Event::NeedsChanged), a [`Warned`](Event::Warned), or a [`Paused`](Event::Paused)
+///    that is followed by [`Resumed`](Event::Resumed) before the next `EpisodeFinished`;
 /// 3. exactly one of [`Finished`](Event::Finished), [`Stopped`](Event::Stopped) and
 ///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds
 ///    the run's lock, the process exited unexpectedly.

@@ -55,8 +55,8 @@
 //!
 //! # Deletion
 //!
-//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`. What a folder holds is
-//! decided in `place.rs`.
+//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`. What a folder
+//! holds is decided in `place.rs`.
 
 #![deny(unsafe_code)]
 

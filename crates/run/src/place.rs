@@ -1,5 +1,5 @@
-//! What a folder holds in which a run is to be created, replaced or deleted. Nothing is touched that the program did not
-//! write: a file whose name could as well be that of a user's is recognised by its content.
+//! What a folder holds in which a run is to be created, replaced or deleted. Nothing is touched that the program did
+//! not write: a file whose name could as well be that of a user's is recognised by its content.
 
 use std::path::PathBuf;
 
@@ -105,7 +105,7 @@ impl RunDirectory {
         Ok(names.filter(|name| !atomic::is_temporary(name)).collect())
     }
 
-    /// Whether these names, of everything in the folder, are those of a run's files, and one of the files is recognised.
+    /// Whether these names, of everything in the folder, are those of a run's files, and one of them is recognised.
     fn is_of_a_run(&self, names: &[String]) -> bool {
         const FILES: [&str; 15] = [
             "checkpoint",

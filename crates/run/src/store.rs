@@ -104,11 +104,12 @@ impl CheckpointStore {
         Ok(episodes)
     }
 
-    /// What is to be saved and removed after an episode: see [`checkpoint_actions`]. `closing` tells that the run ends.
+    /// What `policy` demands to be saved and removed after an episode; `closing` tells that the run ends. Whenever
+    /// something is saved, `last` is saved first.
     ///
     /// # Errors
     /// As [`CheckpointStore::names`].
-    pub(super) fn due(
+    pub fn due(
         &self,
         policy: &Retention,
         episode: u64,

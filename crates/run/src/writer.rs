@@ -128,21 +128,7 @@ impl RunWriter {
         self.episodes.append_json(episode)
     }
 
-    /// What `policy` demands to be saved and removed after an episode; `closing` tells that the run ends.
-    ///
-    /// # Errors
-    /// [`RunError::Io`].
-    pub fn due(
-        &self,
-        policy: &Retention,
-        episode: u64,
-        score: Option<f64>,
-        closing: bool,
-    ) -> Result<Vec<CheckpointAction>> {
-        self.directory.checkpoints().due(policy, episode, score, closing)
-    }
-
-    /// Carries out actions, then records [`Event::Checkpointed`] if anything was saved.
+    /// Carries out actions, of which one saves, then records [`Event::Checkpointed`].
     ///
     /// # Errors
     /// [`RunError::Io`]; existing checkpoints are still intact.
@@ -154,9 +140,6 @@ impl RunWriter {
             CheckpointAction::Delete(_) => None,
         };
         let names: Vec<_> = actions.iter().filter_map(saved).collect();
-        if names.is_empty() {
-            return Ok(());
-        }
         self.record(&Event::Checkpointed { episode, names })
     }
 
@@ -248,7 +231,7 @@ mod tests {
             let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let actions = writer.due(&policy, episode, None, false).unwrap();
+            let actions = writer.directory().checkpoints().due(&policy, episode, None, false).unwrap();
             if !actions.is_empty() {
                 writer.checkpoint(&actions, Checkpoint::new(episode)).unwrap();
             }
@@ -341,7 +324,7 @@ mod tests {
             checkpoint
         };
         let saved = |writer: &mut RunWriter, episode: u64| {
-            let actions = writer.due(&policy, episode, Some(episode as f64), false).unwrap();
+            let actions = writer.directory().checkpoints().due(&policy, episode, Some(episode as f64), false).unwrap();
             writer.checkpoint(&actions, scored(episode)).unwrap();
         };
         let (_folder, whole) = new_run();

@@ -302,7 +302,8 @@ impl RunLoop<'_> {
     /// Writes the checkpoints that are due.
     fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
         let policy = &training.config().checkpoints;
-        let actions = self.writer.due(policy, training.episode(), self.score, training.is_finished())?;
+        let store = self.writer.directory().checkpoints();
+        let actions = store.due(policy, training.episode(), self.score, training.is_finished())?;
         if !actions.is_empty() {
             self.writer.checkpoint(&actions, self.checkpoint(training)?)?;
             (self.is_saved, self.is_changed) = (true, false);
