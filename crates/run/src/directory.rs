@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::file::{check_format, parse_json};
-use super::log::{EventReader, read_tail};
+use super::reader::{EventReader, read_tail};
 use super::status::{RunState, RunStatus};
 use super::store::CheckpointStore;
 use super::{Result, RunError, file, folder};

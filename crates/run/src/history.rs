@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 
 use super::event::{EpisodeRecord, Event, Practised};
-use super::log::for_each_event;
+use super::reader::for_each_event;
 use super::series::{Numbered, Series};
 use super::{Result, RunDirectory, RunState};
 
