@@ -1,13 +1,14 @@
 //! Tools with their sizes and materials.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI, TAU};
 
 use rapier2d::parry::query::{self, Ray, RayCast};
 use rapier2d::prelude::*;
 
 use super::direction::direction;
 use super::outline::{Frame, Outline};
-use super::tool_kind::{ToolKind, regular};
+use super::tool_kind::{ToolKind, local_corners};
+use super::units::START_OVERLAP;
 use mge_base::validation::{ValidationError, in_range};
 
 /// A tool at a position.
@@ -150,6 +151,13 @@ impl Tool {
         (contact.dist as f32, single(contact.normal1))
     }
 
+    /// Whether a ball of this radius at `centre`, both in units, would start inside the tool. It may start in front of a
+    /// fan or on a plank.
+    pub fn holds_start(&self, centre: [f32; 2], radius: f32) -> bool {
+        let is_solid = !self.kind.is_sensor() && !self.kind.is_hinged();
+        is_solid && radius - self.surface(centre).0 > START_OVERLAP
+    }
+
     /// Lowers each distance to that at which the ray from `origin` in the direction of the same index meets the tool,
     /// if that is less; 0 if the origin is inside. In units; directions are unit vectors.
     pub fn shorten_rays(&self, origin: [f32; 2], directions: &[[f32; 2]], distances: &mut [f32]) {
@@ -201,15 +209,10 @@ impl Tool {
         }
     }
 
-    /// Corners of a bucket's or funnel's polygon, as the engine numbers them; empty for other types.
+    /// Corners of a regular polygon, as the engine numbers them; empty for other types.
     pub(super) fn corners(&self) -> Vec<Vector> {
-        let (count, turn) = match self.kind {
-            ToolKind::Bucket => (4, FRAC_PI_4),
-            ToolKind::Funnel => (3, FRAC_PI_6),
-            _ => (0, 0.0),
-        };
         let place = Vector::from(self.position);
-        regular(count, turn + self.angle, self.size).into_iter().map(|corner| place + corner).collect()
+        local_corners(self).into_iter().map(|corner| place + corner).collect()
     }
 }
 

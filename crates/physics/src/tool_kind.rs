@@ -65,6 +65,8 @@ pub(super) struct ToolType {
     /// CREATE's default size, in units.
     pub size: f64,
     pub outline: fn(&Tool) -> (Outline, Frame),
+    /// Regular polygons: number of corners, and angle at which the first stands if the tool's angle is 0.
+    corners: (usize, f64),
     pub elasticity: f64,
     pub friction: f64,
     /// Whether it detects bodies and exerts no contact forces.
@@ -84,6 +86,7 @@ const PLAIN: ToolType = ToolType {
     measure: "size",
     size: 8.0,
     outline: segment,
+    corners: (0, 0.0),
     elasticity: 0.5,
     friction: 1.0,
     is_sensor: false,
@@ -91,6 +94,11 @@ const PLAIN: ToolType = ToolType {
     pre_solve: None,
     post_solve: None,
 };
+
+/// A regular polygon.
+const fn polygon(corners: usize, turn: f64) -> ToolType {
+    ToolType { outline: regular_polygon, corners: (corners, turn), ..PLAIN }
+}
 
 /// A segment.
 const SEGMENT: ToolType = ToolType { measure: "length", size: 16.0, ..PLAIN };
@@ -116,8 +124,8 @@ const SENSOR_BOX: ToolType = ToolType { elasticity: 0.4, is_sensor: true, size: 
 static TYPES: [ToolType; 19] = {
     use ToolKind::*;
     [
-        ToolType { kind: Bucket, name: "bucket", size: 6.0, outline: bucket, pre_solve: Some(rules::capture), ..PLAIN },
-        ToolType { kind: Square, name: "square", outline: |tool| polygon(tool, 4, 0.0), ..PLAIN },
+        ToolType { kind: Bucket, name: "bucket", size: 6.0, pre_solve: Some(rules::capture), ..polygon(4, FRAC_PI_4) },
+        ToolType { kind: Square, name: "square", ..polygon(4, 0.0) },
         ToolType { kind: Box, name: "box", outline: square, elasticity: 0.4, ..PLAIN },
         ToolType { kind: Wall, name: "wall", outline: upright, ..SEGMENT },
         ToolType { kind: Floor, name: "floor", ..SEGMENT },
@@ -133,16 +141,16 @@ static TYPES: [ToolType; 19] = {
             friction: 0.0,
             ..PLAIN
         },
-        ToolType { kind: Triangle, name: "triangle", outline: |tool| polygon(tool, 3, 0.0), ..PLAIN },
-        ToolType { kind: Pentagon, name: "pentagon", outline: |tool| polygon(tool, 5, 0.0), ..PLAIN },
-        ToolType { kind: Hexagon, name: "hexagon", outline: |tool| polygon(tool, 6, 0.0), ..PLAIN },
+        ToolType { kind: Triangle, name: "triangle", ..polygon(3, 0.0) },
+        ToolType { kind: Pentagon, name: "pentagon", ..polygon(5, 0.0) },
+        ToolType { kind: Hexagon, name: "hexagon", ..polygon(6, 0.0) },
         ToolType { kind: Hinge, name: "hinge", ..PLANK },
         ToolType { kind: HingeConstrained, name: "hinge_constrained", ..PLANK },
         ToolType { kind: SeeSaw, name: "see_saw", ..PLANK },
         ToolType { kind: Cannon, name: "cannon", outline: cannon, begin: Some(rules::fire), ..SENSOR_BOX },
         ToolType { kind: Fan, name: "fan", outline: fan, pre_solve: Some(rules::blow), ..SENSOR_BOX },
         ToolType { kind: Belt, name: "belt", pre_solve: Some(rules::carry), ..SENSOR_SEGMENT },
-        ToolType { kind: Funnel, name: "funnel", outline: funnel, pre_solve: Some(rules::swallow), ..PLAIN },
+        ToolType { kind: Funnel, name: "funnel", pre_solve: Some(rules::swallow), ..polygon(3, FRAC_PI_6) },
         ToolType { kind: Ladder, name: "ladder", pre_solve: Some(rules::climb), ..SENSOR_SEGMENT },
     ]
 };
@@ -240,16 +248,14 @@ fn unrotated(position: [f64; 2]) -> Frame {
     Frame { position: position.into(), rotation: Vector::X }
 }
 
-fn polygon(tool: &Tool, corners: usize, turn: f64) -> (Outline, Frame) {
-    (Outline::hull(&regular(corners, turn + tool.angle, tool.size)), unrotated(tool.position))
+/// Corners of a tool that is a regular polygon, in the frame of its body; empty for other types.
+pub(super) fn local_corners(tool: &Tool) -> Vec<Vector> {
+    let (count, turn) = tool.kind.row().corners;
+    regular(count, turn + tool.angle, tool.size)
 }
 
-fn bucket(tool: &Tool) -> (Outline, Frame) {
-    polygon(tool, 4, FRAC_PI_4)
-}
-
-fn funnel(tool: &Tool) -> (Outline, Frame) {
-    polygon(tool, 3, FRAC_PI_6)
+fn regular_polygon(tool: &Tool) -> (Outline, Frame) {
+    (Outline::hull(&local_corners(tool)), unrotated(tool.position))
 }
 
 fn square(tool: &Tool) -> (Outline, Frame) {

@@ -154,9 +154,7 @@ fn clear_start(task: &Task) -> Result<(), ValidationError> {
     for (n, (path, ball)) in balls.iter().enumerate() {
         let path = || format!("{path}.position");
         for (i, tool) in task.tools.iter().enumerate() {
-            // Balls may start in front of a fan or on a plank.
-            let is_solid = !tool.kind.is_sensor() && !tool.kind.is_hinged();
-            if is_solid && penetration(&tool.tool(), ball) > START_OVERLAP {
+            if tool.tool().holds_start(to_units(ball.position), ball.radius) {
                 return problem(
                     &path(),
                     format!("the ball starts inside tools[{i}] ({}): move one of them", tool.kind),
@@ -171,10 +169,6 @@ fn clear_start(task: &Task) -> Result<(), ValidationError> {
         }
     }
     Ok(())
-}
-
-fn penetration(tool: &Tool, ball: &BallSpec) -> f32 {
-    ball.radius - tool.surface(to_units(ball.position)).0
 }
 
 fn ball(ball: &BallSpec) -> Result<(), ValidationError> {

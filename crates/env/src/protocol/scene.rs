@@ -9,9 +9,7 @@ use serde_json::Value;
 use super::lines::{Ignored, Lines, LinesError};
 use super::recorded::Recorded;
 use mge_base::validation::{ValidationError, Within, in_range};
-use mge_physics::{
-    Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, START_OVERLAP, Tool, Touch, World,
-};
+use mge_physics::{Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, Touch, World};
 
 /// Largest number of physics steps of a scene.
 const MAX_STEPS: u32 = 100_000;
@@ -226,15 +224,14 @@ fn add_body(
 
 /// Checks that the ball does not start inside a solid, fixed tool.
 fn check_clear(world: &World, ball: Ball, motion: Motion, rows: &str) -> Result<(), ValidationError> {
-    let is_solid = |tool: &&Tool| !tool.kind.is_sensor() && !tool.kind.is_hinged();
     let centre = BallState::from(motion).position;
-    for (index, tool) in world.tools().enumerate().filter(|(_, tool)| is_solid(tool)) {
-        if ball.radius - tool.surface(centre).0 > START_OVERLAP {
+    match world.tools().enumerate().find(|(_, tool)| tool.holds_start(centre, ball.radius)) {
+        None => Ok(()),
+        Some((index, tool)) => {
             let message = format_args!("the ball starts inside tools[{index}] ({}): move one of them", tool.kind);
-            return Err(ValidationError::new(format_args!("{rows}[0]"), message));
+            Err(ValidationError::new(format_args!("{rows}[0]"), message))
         }
     }
-    Ok(())
 }
 
 /// A body's motion as a row.
