@@ -57,7 +57,7 @@ impl Facts {
     }
 
     /// Writes the facts of every environment.
-    pub fn note<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
+    pub fn write<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
         fill(py, &self.success, infos.clone().map(|info| info.goal))?;
         fill(py, &self.placed, infos.clone().map(|info| info.placed as i64))?;
         fill(py, &self.placement, infos.clone().map(|info| code(&PLACEMENTS, info.placement)))?;
@@ -66,7 +66,7 @@ impl Facts {
     }
 
     /// Writes the numbers of the tools in the action sets.
-    pub fn note_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
+    pub fn write_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
         let Some(tools) = &self.tools else { return Ok(()) };
         fill(py, tools, numbers.map(|number| number as i64))
     }

@@ -205,8 +205,8 @@ impl VectorCore {
         let rows: Vec<f32> = ended().flat_map(|ended| ended.observation.iter().copied()).collect();
         let rows = rows.into_pyarray(py).reshape([which.len(), this.env.observation_len()])?;
         let facts = Facts::new(py, which.len(), &this.env);
-        facts.note(py, ended().map(|ended| &ended.info))?;
-        facts.note_tools(py, ended().flat_map(|ended| ended.tools.iter().copied()))?;
+        facts.write(py, ended().map(|ended| &ended.info))?;
+        facts.write_tools(py, ended().flat_map(|ended| ended.tools.iter().copied()))?;
         let images = this.images.as_ref().map(|_| {
             let pixels = this.env.outcomes().filter_map(|outcome| outcome.ended_image.as_ref()).flatten();
             let pixels: Vec<u8> = pixels.copied().collect();
@@ -314,17 +314,17 @@ impl VectorCore {
             }
             Ok(changed) => {
                 changed.map_err(|error| vector_exception(py, error))?;
-                self.note(py)
+                self.write_results(py)
             }
         }
     }
 
     /// Writes the results of the latest reset or step to the arrays.
-    fn note(&mut self, py: Python<'_>) -> PyResult<()> {
+    fn write_results(&mut self, py: Python<'_>) -> PyResult<()> {
         fill(py, &self.rewards, self.env.outcomes().map(|outcome| outcome.reward.into()))?;
         fill(py, &self.terminated, self.env.outcomes().map(|outcome| outcome.terminated))?;
         fill(py, &self.truncated, self.env.outcomes().map(|outcome| outcome.truncated))?;
-        self.facts.note(py, self.env.outcomes().map(|outcome| &outcome.info))?;
-        self.facts.note_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))
+        self.facts.write(py, self.env.outcomes().map(|outcome| &outcome.info))?;
+        self.facts.write_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))
     }
 }

@@ -213,7 +213,7 @@ impl Snapshot {
     pub(super) fn advance(&mut self, step: &mut Step) {
         self.world.step();
         if !step.reached_stage() {
-            self.note_touched_tools(step);
+            self.record_touched_tools(step);
         }
         if self.task.rules.subgoal_check == SubgoalCheck::AnyStep {
             self.check_subgoals(step);
@@ -226,7 +226,7 @@ impl Snapshot {
         }
     }
 
-    fn note_touched_tools(&self, step: &mut Step) {
+    fn record_touched_tools(&self, step: &mut Step) {
         for touch in self.world.touches() {
             if let ObjectId::Tool(index) = touch.object
                 && let Some(placed) = index.checked_sub(self.task.tools.len())

@@ -83,7 +83,7 @@ impl World {
         let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);
         let contact = &mut self.contacts[index as usize];
         contact.refresh([first, second], [a, b], &self.bodies, &touching);
-        self.note_touch(owners);
+        self.record_touch(owners);
         let is_kept = self.apply_rules(index, owners);
         let contact = &mut self.contacts[index as usize];
         contact.seen = self.step;
@@ -108,7 +108,7 @@ impl World {
         self.contacts.len() as u32 - 1
     }
 
-    fn note_touch(&mut self, [a, b]: [ObjectId; 2]) {
+    fn record_touch(&mut self, [a, b]: [ObjectId; 2]) {
         for (one, other) in [(a, b), (b, a)] {
             if let ObjectId::Ball(ball) = one {
                 self.touches.push(Touch { ball, object: other });

@@ -121,7 +121,7 @@ impl RecordedScene {
         };
         for step in 1..=self.steps {
             world.step();
-            trajectory.note(&world, step);
+            trajectory.record(&world, step);
         }
         Ok(trajectory)
     }
@@ -141,7 +141,7 @@ fn parts(world: &World) -> impl Iterator<Item = (String, Motion, bool)> {
 }
 
 impl Trajectory {
-    fn note(&mut self, world: &World, step: u32) {
+    fn record(&mut self, world: &World, step: u32) {
         self.traj.push(row(world.motion(0)));
         if world.is_asleep(0) {
             self.sleep_steps.entry("mover0".to_owned()).or_insert(step);
@@ -160,12 +160,12 @@ impl Trajectory {
         }
         for &Touch { ball, object } in world.moved() {
             if let ObjectId::Tool(tool) = object {
-                self.note_moved(world, ball, tool, step);
+                self.record_move(world, ball, tool, step);
             }
         }
     }
 
-    fn note_moved(&mut self, world: &World, ball: usize, tool: usize, step: u32) {
+    fn record_move(&mut self, world: &World, ball: usize, tool: usize, step: u32) {
         let kind = world.tools().nth(tool).map_or("", |tool| tool.kind.name());
         let (body, tool) = (format!("mover{ball}"), format!("tool{tool}"));
         let continues =

@@ -69,12 +69,12 @@ impl Info {
     /// The facts about the episode `now`.
     pub fn of(now: &Snapshot, placement: Option<Placement>) -> Self {
         let mut info = Self::default();
-        info.note(now, placement);
+        info.update(now, placement);
         info
     }
 
     /// Like [`of`](Self::of), but reuses its memory.
-    fn note(&mut self, now: &Snapshot, placement: Option<Placement>) {
+    fn update(&mut self, now: &Snapshot, placement: Option<Placement>) {
         self.goal = now.goal_reached();
         self.subgoals.clear();
         self.subgoals.extend_from_slice(now.reached());
@@ -121,7 +121,7 @@ impl Player {
         let outcome = &mut self.outcome;
         (outcome.reward, outcome.terminated, outcome.truncated) = (step.reward, step.terminated, step.truncated);
         (outcome.ended, outcome.ended_image) = (None, None);
-        outcome.info.note(self.env.snapshot(), Some(step.placement));
+        outcome.info.update(self.env.snapshot(), Some(step.placement));
         if step.end.is_none() || autoreset != Autoreset::SameStep {
             return self.env.write_observation(observation);
         }
