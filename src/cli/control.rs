@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use super::interrupt;
 use super::output::{self, Outcome};
 use mge_guidance::EpsilonSchedule;
 use mge_run::{Event, Request, RunDirectory, RunState};
@@ -92,6 +93,7 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
 pub fn detach() -> io::Result<()> {
     // Fails if the process leads its group, as when started by a shell or the workbench; it then keeps its session.
     let _ = rustix::process::setsid();
+    interrupt::ignore_hang_up();
     // Replaces the default action of SIGHUP, which a closing terminal sends, by a flag that nothing reads.
     signal_hook::flag::register(signal_hook::consts::SIGHUP, std::sync::Arc::default())?;
     Ok(())

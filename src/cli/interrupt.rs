@@ -1,5 +1,5 @@
-//! Handling of [`ENDING_SIGNALS`]: the first signal asks the command to save its state and end, a second one ends the
-//! program at once. A command without state to save ends at the first signal.
+//! Handling of [`ENDING_SIGNALS`], and of SIGHUP from a closing terminal: the first signal asks the command to save its
+//! state and end, a second one ends the program at once. A command without state to save ends at the first signal.
 
 use std::io;
 use std::process::ExitCode;
@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use crossbeam_channel::bounded;
 use nix::sys::signal::{SigSet, SigmaskHow, Signal};
+use signal_hook::consts::SIGHUP;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 
@@ -131,11 +132,31 @@ impl Interrupt {
     }
 }
 
+/// Whether the process outlives the terminal it was started from.
+static IS_DETACHED: AtomicBool = AtomicBool::new(false);
+
+/// From now on, SIGHUP does not end the program. To be called before it listens.
+pub fn ignore_hang_up() {
+    IS_DETACHED.store(true, Ordering::SeqCst);
+}
+
+/// Whether SIGHUP ends the program: not if the process was started with the signal ignored, as by `nohup`, which only
+/// Linux tells.
+fn ends_at_hang_up() -> bool {
+    let is_ignored = |status: String| {
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        Some(u64::from_str_radix(mask.trim(), 16).ok()? & 1 << (SIGHUP - 1) != 0)
+    };
+    let status = std::fs::read_to_string("/proc/self/status").ok();
+    !IS_DETACHED.load(Ordering::SeqCst) && status.and_then(is_ignored) == Some(false)
+}
+
 /// Starts the thread that receives the signals. Without it, the first signal ends the program, as without handlers.
 fn register() -> io::Result<()> {
     let (sender, registered) = bounded(1);
+    let hang_up = Some(SIGHUP).filter(|_| ends_at_hang_up());
     let receive = move || {
-        let mut signals = match Signals::new(ENDING_SIGNALS) {
+        let mut signals = match Signals::new(ENDING_SIGNALS.into_iter().chain(hang_up)) {
             Ok(signals) => signals,
             Err(error) => return drop(sender.send(Err(error))),
         };
@@ -145,6 +166,8 @@ fn register() -> io::Result<()> {
             match first {
                 None => INTERRUPT.receive(number),
                 Some(at) if Instant::elapsed(&at) < SAME_SIGNAL => {}
+                // A closing terminal may send several, while the work is being saved.
+                Some(_) if number == SIGHUP => {}
                 Some(_) => low_level::exit(128 + number),
             }
             first = first.or_else(|| Some(Instant::now()));

@@ -42,7 +42,7 @@ pub fn report(arguments: &Report) -> Outcome {
         command += &format!(" --reference {}", shell_words::quote(label));
     }
     command += &arguments.print.option();
-    let mut progress = Progress::new(1, false);
+    let mut progress = Progress::new(1, arguments.quiet);
     let on_progress = &mut |read: usize, all: usize| {
         let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
         progress.set(read as u64, all as u64, message);

@@ -125,8 +125,13 @@ impl Terminal {
 
     /// Types a text, which may have control characters.
     pub fn type_text(&self, text: &str) {
+        self.type_bytes(text.as_bytes());
+    }
+
+    /// Types bytes.
+    pub fn type_bytes(&self, bytes: &[u8]) {
         let mut writer = self.writer.lock().unwrap();
-        writer.write_all(text.as_bytes()).unwrap();
+        writer.write_all(bytes).unwrap();
         writer.flush().unwrap();
     }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::SessionError;
+use super::command::Command;
 use super::setup::Setup;
-use mge_base::atomic::Target;
 use mge_base::paths::expanded;
 use mge_trainer::{PriorSource, check_model, warnings};
 
@@ -59,9 +59,9 @@ impl DryRun {
         if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
     }
 
-    /// Notes that a file is written.
-    pub fn writes(&mut self, to: Option<&Target>) {
-        self.written.extend(to.map(|to| to.path.clone()));
+    /// Notes the file that a command writes.
+    pub fn writes(&mut self, command: &Command) {
+        self.written.extend(command.with_output(|to, _| to.path.clone()));
     }
 
     /// Checks that a run can start with the settings.

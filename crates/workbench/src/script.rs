@@ -92,6 +92,7 @@ impl Script {
             let checked = command.check_output(session.file()).map_err(SessionError::from);
             let checked = checked.and_then(|()| command.behaviour().check(&mut dry_run));
             checked.map_err(|error| self.failed(*line, error))?;
+            dry_run.writes(command);
             warnings.extend(dry_run.warnings.drain(..).map(|warning| (*line, warning)));
         }
         Ok(warnings)

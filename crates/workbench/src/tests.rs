@@ -450,7 +450,7 @@ fn a_command_names_the_file_that_it_would_replace() {
         let command = Command::parse(&format!("{before} {}{after}", file.display())).unwrap().unwrap();
         assert_eq!(command.overwrites(), None, "{name}: there is no such file");
         std::fs::write(&file, "mine").unwrap();
-        assert_eq!(command.overwrites(), Some(&*file), "{name}");
+        assert_eq!(command.overwrites(), Some(file), "{name}");
         assert_eq!(command.forced().overwrites(), None, "{name}: the user has agreed");
     }
 }

@@ -73,6 +73,9 @@ pub struct Report {
     pub seed: u64,
     #[command(flatten)]
     pub print: Print,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]

@@ -32,9 +32,7 @@ impl App {
 
     /// The file that a command would overwrite, other than the task's own.
     pub(super) fn would_overwrite(&self, command: &Command) -> Option<PathBuf> {
-        let path = command.overwrites()?;
-        let own = self.workspace.view().file.as_deref() == Some(path);
-        Some(path.to_owned()).filter(|path| path.exists() && !own)
+        command.overwrites().filter(|path| path.exists() && self.workspace.view().file.as_ref() != Some(path))
     }
 
     /// Asks before a file is overwritten.

@@ -30,7 +30,8 @@ pub struct Parser {
     buffer: Vec<u8>,
     /// The text so far of an unfinished paste.
     pasted: Option<Vec<u8>>,
-    /// An unfinished string: the byte that introduced it, and its beginning.
+    /// An unfinished string: the byte that introduced it, and its beginning. In an 8-bit form the introducer is not
+    /// ASCII: 0xc2 if it was encoded in UTF-8, or else the byte itself.
     string: Option<Vec<u8>>,
 }
 
@@ -65,6 +66,17 @@ impl Parser {
                     self.string = Some(vec![*introducer]);
                     done += 2;
                 }
+                // The same in 8 bits, which are no key.
+                [0xc2, 0x90 | 0x98 | 0x9d..=0x9f, ..] => {
+                    self.string = Some(vec![0xc2]);
+                    done += 2;
+                }
+                [introducer @ (0x90 | 0x98 | 0x9d..=0x9f), ..] => {
+                    self.string = Some(vec![*introducer]);
+                    done += 1;
+                }
+                [0xc2, 0x9b, ..] => drop(self.buffer.splice(done..done + 2, *b"\x1b[")),
+                [0x9b, ..] => drop(self.buffer.splice(done..=done, *b"\x1b[")),
                 _ => match find(rest) {
                     Found::Whole(length, meaning) => {
                         received.extend(meaning);
@@ -97,31 +109,37 @@ impl Parser {
         None
     }
 
-    /// Continues a string at an index of the buffer, as [`Self::paste`]. BEL, ST (`ESC \`), CAN or SUB ends it, and
-    /// ESC before another byte cuts it off. Only its beginning is kept, so that it may have any length.
+    /// Continues a string at an index of the buffer, as [`Self::paste`]. BEL, ST (`ESC \` or 0x9c), CAN or SUB ends it,
+    /// and ESC before another byte cuts it off. Only its beginning is kept, so that it may have any length.
     fn string(&mut self, from: usize, received: &mut Vec<Received>) -> Option<usize> {
         let rest = &self.buffer[from..];
-        let end = rest.iter().position(|byte| matches!(byte, 0x07 | 0x18 | 0x1a | 0x1b));
-        let taken = end.unwrap_or(rest.len());
         let mut string = self.string.take().unwrap_or_default();
+        // Elsewhere 0x9c may be a part of a character.
+        let is_raw = string.first().is_some_and(|introducer| (0x90..=0x9f).contains(introducer));
+        let ends = |at: &usize| match rest[*at..] {
+            [0x07 | 0x18 | 0x1a | 0x1b, ..] | [0xc2] | [0xc2, 0x9c, ..] => true,
+            [0x9c, ..] => is_raw,
+            _ => false,
+        };
+        let taken = (0..rest.len()).find(ends).unwrap_or(rest.len());
         let room = MAX_SEQUENCE.saturating_sub(string.len());
         string.extend_from_slice(&rest[..taken.min(room)]);
         match rest[taken..] {
-            [] | [0x1b] => {
+            [] | [0x1b] | [0xc2] => {
                 self.string = Some(string);
                 self.buffer.drain(..from + taken);
                 None
             }
             [0x1b, next, ..] if next != b'\\' => {
                 // An empty string is a key with Alt, before a key that sends a sequence.
-                if let [introducer] = string[..] {
+                if let [introducer @ 0..0x80] = string[..] {
                     received.push(key(KeyCode::Char(char::from(introducer)), KeyModifiers::ALT));
                 }
                 Some(from + taken)
             }
             [last, ..] => {
                 received.extend(reply(&string));
-                Some(from + taken + if last == 0x1b { 2 } else { 1 })
+                Some(from + taken + if matches!(last, 0x1b | 0xc2) { 2 } else { 1 })
             }
         }
     }
@@ -196,8 +214,10 @@ fn character(bytes: &[u8]) -> Found {
     };
     let Some(encoded) = bytes.get(..length) else { return Found::Partial };
     match std::str::from_utf8(encoded).ok().and_then(|text| text.chars().next()) {
+        Some(typed) if typed.is_control() => Found::Whole(length, None),
         Some(typed) => Found::Whole(length, Some(key(KeyCode::Char(typed), KeyModifiers::NONE))),
-        None => Found::Whole(1, None),
+        // Bytes that can only continue a character begin nothing else.
+        None => Found::Whole(1 + encoded[1..].iter().take_while(|byte| (0x80..=0xbf).contains(*byte)).count(), None),
     }
 }
 
@@ -407,6 +427,8 @@ mod tests {
             (b"\x1b]q\x1b[A\x1b_q\x1bOB\x1bP\x1b\\\x1b^\x07a", &["up", "down", "a"]),
             (b"\x1bP\x1b[A\x1b]\x1b]\x1b[B", &["alt-P", "up", "alt-]", "alt-]", "down"]),
             (b"\x1b_\x1b\x1b[A", &["alt-_", "esc", "up"]),
+            (b"\xc2\x90q\x1b\\a\xc2\x9dq\xc2\x9cb\x9eq\x9cc\xc2\x9f\x1b[A\x98q\x07d", &["a", "b", "c", "up", "d"]),
+            (b"\x1b]\xc3\x9cq\x07a\xc2\x9b3~\x9bAb\xc2\x85c\xe2\x98d", &["a", "delete", "up", "b", "c", "d"]),
             (b"\x1b]11;rgb:ffff/ffff/dddd\x07", &["Background { light: true }"]),
             (b"\x1b]11;rgba:0/0/0/f\x1b\\", &["Background { light: false }"]),
             (b"\x1b]11;?\x07\x1b]11;rgb:1/2\x07\x1b]11;rgb:-1/+2/\x07\x1b]10;rgb:f/f/f\x07a", &["a"]),

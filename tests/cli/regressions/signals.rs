@@ -200,6 +200,31 @@ fn a_warning_before_a_time_limit_saves_the_work() {
     }
 }
 
+/// A closing terminal ends a training with a checkpoint, unless the signal was ignored when it was started.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_terminal_ends_a_training_with_a_checkpoint() {
+    for (option, status) in [("--default-signal=HUP", 129), ("--ignore-signal=HUP", 143)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut command = Command::new("env");
+        command.args([option, MGE]).args(shell_words::split(ENDLESS).unwrap()).current_dir(folder.path());
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let run = folder.path().join("run");
+        wait_until("episodes", || has_episodes(&run));
+        send(&child, Signal::HUP);
+        if status == 143 {
+            std::thread::sleep(Duration::from_millis(600));
+            send(&child, Signal::TERM);
+        }
+        let output = ended(child);
+        assert_eq!(output.status.code(), Some(status), "{option}: {}", text(&output.stderr));
+        assert!(text(&output.stderr).contains("continue with `mge resume run`"));
+        let directory = RunDirectory::open(&run).unwrap();
+        assert!(matches!(directory.status().unwrap().state, RunState::Stopped(_)));
+        assert!(directory.newest_checkpoint().unwrap().0.is_some());
+    }
+}
+
 /// A terminal, a shell and a batch system may each send a signal for the same event.
 #[test]
 fn signals_in_quick_succession_are_one() {

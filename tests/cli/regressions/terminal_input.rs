@@ -40,6 +40,14 @@ fn strings_of_the_terminal_are_not_typed() {
         sleep(Duration::from_millis(150));
         terminal.type_text(rest);
     }
+    // The same in their 8-bit forms, encoded in UTF-8 or raw.
+    for string in ["\u{9f}Gi=31;OK\u{9c}", "\u{90}>|q(1)q\x1b\\", "\u{9d}52;c;qqq\x07", "\u{9e}q\u{9c}", "\u{98}qq\x07"]
+    {
+        terminal.type_text(string);
+    }
+    for introducer in [0x90, 0x98, 0x9d, 0x9e, 0x9f] {
+        terminal.type_bytes(&[introducer, b'q', 0x9c]);
+    }
     terminal.type_text(&format!("\x1b]{}\x07", "q".repeat(100_000)));
     terminal.type_text(":seed 7\r");
     terminal.wait_for("seed 7");

@@ -1,11 +1,11 @@
-//! Arguments of verbs: each kind of argument has a parser and a printer.
+//! Arguments of verbs: each kind of argument has a parser and a printer, and names the files and runs in it.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use mge_base::atomic::Target;
+use mge_base::atomic::{Format, Target};
 use mge_base::paths::given;
 use mge_base::spelling::did_you_mean;
 use mge_results::Composition;
@@ -31,6 +31,14 @@ impl<'a> Words<'a> {
     }
 }
 
+/// A file or folder in a command.
+pub(crate) enum Named<'a> {
+    /// A file that the command writes, and its format.
+    Output(&'a mut Target, &'a Format<'static>),
+    /// The folder of a run.
+    Run(&'a mut PathBuf),
+}
+
 /// A kind of argument, with values of type `T`.
 pub(super) trait Argument<T> {
     /// Parses the next words.
@@ -38,6 +46,9 @@ pub(super) trait Argument<T> {
 
     /// The words that parse to the value, each preceded by a space.
     fn write(&self, value: &T) -> String;
+
+    /// Passes the files and runs that the value names to `visit`.
+    fn visit(&self, _value: &mut T, _visit: &mut dyn FnMut(Named<'_>)) {}
 }
 
 fn quoted(text: &str) -> String {
@@ -57,6 +68,23 @@ where
 
     fn write(&self, value: &T) -> String {
         quoted(&String::from(value.clone()))
+    }
+}
+
+/// A JSON value, or a text without quotes.
+pub(super) struct Json;
+
+impl Argument<String> for Json {
+    fn read(&self, words: &mut Words<'_>) -> Result<String, String> {
+        let word = words.next("a value")?;
+        if word.starts_with(['{', '[']) && serde_json::from_str::<serde_json::Value>(word).is_err() {
+            return Err(format!("`{word}` is not JSON: write it in single quotes, such as '{{\"hidden\":4}}'"));
+        }
+        Ok(word.to_owned())
+    }
+
+    fn write(&self, value: &String) -> String {
+        quoted(value)
     }
 }
 
@@ -91,12 +119,33 @@ impl Argument<PathBuf> for Place {
     }
 }
 
-/// The path of a file to write. Followed by `force`, it replaces a file of any format.
-pub(super) struct Output(pub &'static str);
+/// The folder of a run.
+pub(super) struct RunFolder;
+
+const RUN: Place = Place("a run's folder");
+
+impl Argument<PathBuf> for RunFolder {
+    fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
+        RUN.read(words)
+    }
+
+    fn write(&self, value: &PathBuf) -> String {
+        RUN.write(value)
+    }
+
+    fn visit(&self, value: &mut PathBuf, visit: &mut dyn FnMut(Named<'_>)) {
+        visit(Named::Run(value));
+    }
+}
+
+/// The path of a file to write, of a format. Followed by `force`, it replaces a file of any format.
+pub(super) struct Output(pub Format<'static>);
+
+const FILE: Place = Place("a file");
 
 impl Argument<Target> for Output {
     fn read(&self, words: &mut Words<'_>) -> Result<Target, String> {
-        let path = Place(self.0).read(words)?;
+        let path = FILE.read(words)?;
         let force = words.peek() == Some(FORCE);
         if force {
             words.next(FORCE)?;
@@ -106,7 +155,11 @@ impl Argument<Target> for Output {
 
     fn write(&self, value: &Target) -> String {
         let force = if value.force { format!(" {FORCE}") } else { String::new() };
-        Place(self.0).write(&value.path) + &force
+        FILE.write(&value.path) + &force
+    }
+
+    fn visit(&self, value: &mut Target, visit: &mut dyn FnMut(Named<'_>)) {
+        visit(Named::Output(value, &self.0));
     }
 }
 
@@ -214,29 +267,25 @@ impl<T: Copy> Argument<T> for OneOf<T> {
     }
 }
 
-/// An optional argument.
-pub(super) struct Optional<W>(pub W);
+/// An optional argument, absent if there is no further word or the next one is for another argument.
+pub(super) struct Optional<W>(pub W, pub fn(&str) -> bool);
 
-impl<T, W: Argument<T>> Argument<Option<T>> for Optional<W> {
-    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
-        words.peek().map(|_| self.0.read(words)).transpose()
-    }
-
-    fn write(&self, value: &Option<T>) -> String {
-        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
-    }
+/// An optional last argument.
+pub(super) const fn optional<W>(argument: W) -> Optional<W> {
+    Optional(argument, |_| false)
 }
 
-/// An optional argument, absent if the next word is one of those that may follow it.
-pub(super) struct OptionalUnless<W>(pub W, pub fn(&str) -> bool);
-
-impl<T, W: Argument<T>> Argument<Option<T>> for OptionalUnless<W> {
+impl<T, W: Argument<T>> Argument<Option<T>> for Optional<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
         words.peek().filter(|word| !(self.1)(word)).map(|_| self.0.read(words)).transpose()
     }
 
     fn write(&self, value: &Option<T>) -> String {
         value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+
+    fn visit(&self, value: &mut Option<T>, visit: &mut dyn FnMut(Named<'_>)) {
+        value.iter_mut().for_each(|value| self.0.visit(value, visit));
     }
 }
 
@@ -277,6 +326,10 @@ impl Argument<Composition> for Composed {
 
     fn write(&self, value: &Composition) -> String {
         value.options().iter().map(|(key, value)| format!(" {key}={}", shell_words::quote(value))).collect()
+    }
+
+    fn visit(&self, value: &mut Composition, visit: &mut dyn FnMut(Named<'_>)) {
+        value.runs.iter_mut().for_each(|run| visit(Named::Run(run)));
     }
 }
 

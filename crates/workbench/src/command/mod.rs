@@ -1,8 +1,7 @@
 //! The command language: one command per line.
 //!
-//! Each command is a type that defines its verb, arguments, help line, parser, printer and effect
-//! on the session. To add a command, define its type in the matching file and add its name to the
-//! list below.
+//! Each command is one item that holds its verb, arguments, help line and effect on the session; parser, printer, help
+//! and manual follow from it. To add a command, define it in the matching file and add its name to the list below.
 
 mod arguments;
 mod clusters;
@@ -20,6 +19,7 @@ use std::sync::LazyLock;
 use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
+pub(crate) use arguments::Named;
 use arguments::Words;
 use mge_base::atomic::{Format, Target};
 use mge_base::spelling::{nearest_to_any, suggestion};
@@ -137,47 +137,93 @@ pub(super) trait Execute {
         InScripts::default()
     }
 
-    /// The file named by the user that it writes, and its format.
-    fn output(&self) -> Option<(&Target, Format<'static>)> {
-        None
-    }
-
-    /// The file that it writes, to be changed.
-    fn output_mut(&mut self) -> Option<&mut Target> {
-        None
-    }
+    /// Passes the files and runs that it names to `visit`.
+    fn visit(&mut self, _visit: &mut dyn FnMut(Named<'_>)) {}
 }
 
-/// Implements `verbs` and `line` of `Execute`: takes for each verb the name, the arguments as shown in usage and
-/// help, the help line, and the constructor with the kind of argument (see `arguments`) of each field.
-macro_rules! syntax {
-    ($($name:literal $arguments:literal $help:literal
-        => $form:ident { $($field:tt: $word:expr),* $(,)? };)+) => {
-        fn verbs() -> Vec<Verb> {
-            vec![$(Verb {
-                name: $name,
-                arguments: $arguments,
-                help: $help,
-                #[allow(unused_variables, reason = "some verbs take no arguments")]
-                read: |words| Ok($form { $($field: $word.read(words)?),* }.into()),
-            }),+]
+/// Defines a command: the type with its arguments, each with its kind (see `arguments`); its verb, the arguments as
+/// shown in usage and help, and the help line; then what it does: the methods of `Execute` that it has, as functions of
+/// the command and the method's argument.
+macro_rules! command {
+    ($(#[$doc:meta])* $name:ident: $verb:literal $arguments:literal $help:literal; $($method:ident = $body:expr;)*) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name;
+        command! { @execute $name $verb $arguments $help ($name) ($name) []; $($method = $body;)* }
+    };
+    ($(#[$doc:meta])* $name:ident($($field:ident: $type:ty = $kind:expr),+): $verb:literal $arguments:literal $help:literal;
+        $($method:ident = $body:expr;)*) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name($(pub $type),+);
+        command! {
+            @execute $name $verb $arguments $help ($name($($field),+)) ($name($($field),+)) [$($field: $type = $kind),+];
+            $($method = $body;)*
         }
-
-        #[allow(irrefutable_let_patterns, unused_mut, reason = "some commands have one verb, or no arguments")]
-        fn line(&self) -> String {
-            match self {
-                $($form { .. } => {
-                    let mut line = $name.to_owned();
-                    $(if let $form { $field: value, .. } = self {
-                        line += &$word.write(value);
-                    })*
-                    line
-                })+
+    };
+    ($(#[$doc:meta])* $name:ident { $($(#[$of_field:meta])* $field:ident: $type:ty = $kind:expr),+ $(,)? }:
+        $verb:literal $arguments:literal $help:literal; $($method:ident = $body:expr;)*) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name {
+            $($(#[$of_field])* pub $field: $type),+
+        }
+        command! {
+            @execute $name $verb $arguments $help ($name { $($field),+ }) ($name { $($field),+ })
+                [$($field: $type = $kind),+];
+            $($method = $body;)*
+        }
+    };
+    (@execute $name:ident $verb:literal $arguments:literal $help:literal ($made:expr) ($parts:pat)
+        [$($field:ident: $type:ty = $kind:expr),*]; $($method:ident = $body:expr;)*) => {
+        impl Execute for $name {
+            fn verbs() -> Vec<Verb> {
+                let read: fn(&mut Words<'_>) -> Result<Command, String> = |_words| {
+                    $(let $field = Argument::<$type>::read(&$kind, _words)?;)*
+                    Ok($made.into())
+                };
+                vec![Verb { name: $verb, arguments: $arguments, help: $help, read }]
             }
+
+            fn line(&self) -> String {
+                let $parts = self;
+                [$verb.to_owned(), $($kind.write($field)),*].concat()
+            }
+
+            fn visit(&mut self, _visit: &mut dyn FnMut(Named<'_>)) {
+                let $parts = self;
+                $($kind.visit($field, _visit);)*
+            }
+
+            $(command! { @method $method = $body; })*
+        }
+    };
+    (@method prepare = $body:expr;) => {
+        fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
+            let body: fn(&Self, &mut Setup) -> Result<String, SessionError> = $body;
+            body(self, setup)
+        }
+    };
+    (@method execute = $body:expr;) => {
+        fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+            let body: fn(&Self, &mut Session) -> Result<String, SessionError> = $body;
+            body(self, session)
+        }
+    };
+    (@method check = $body:expr;) => {
+        fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+            let body: fn(&Self, &mut DryRun) -> Result<(), SessionError> = $body;
+            body(self, dry_run)
+        }
+    };
+    (@method in_scripts = $body:expr;) => {
+        fn in_scripts(&self) -> InScripts {
+            let body: fn(&Self) -> InScripts = $body;
+            body(self)
         }
     };
 }
-use syntax;
+use command;
 
 macro_rules! commands {
     ($($name:ident),* $(,)?) => {
@@ -254,34 +300,46 @@ impl Command {
         mut self,
         replace: impl Fn(&Path) -> Result<Option<PathBuf>, E>,
     ) -> Result<Self, E> {
-        let folders: Vec<&mut PathBuf> = match &mut self {
-            Self::Open(Open(folder)) | Self::Delete(Delete(folder)) => vec![folder],
-            Self::Note(Note { folder, .. }) | Self::Tag(Tag { folder, .. }) => vec![folder],
-            Self::Continue(Continue { folder, .. }) | Self::Restore(Restore(folder)) => folder.iter_mut().collect(),
-            Self::Figure(Figure { composition, .. }) => composition.runs.iter_mut().collect(),
-            _ => Vec::new(),
-        };
-        for folder in folders {
-            if let Some(other) = replace(folder)? {
-                *folder = other;
+        let mut outcome = Ok(());
+        self.behaviour_mut().visit(&mut |named| {
+            let Named::Run(folder) = named else { return };
+            match replace(folder) {
+                Ok(other) => *folder = other.unwrap_or_else(|| std::mem::take(folder)),
+                Err(error) => outcome = Err(error),
             }
-        }
-        Ok(self)
+        });
+        outcome.map(|()| self)
+    }
+
+    /// What `find` returns for the file that it writes, and its format; None if it writes none.
+    pub(super) fn with_output<T>(&self, mut find: impl FnMut(&mut Target, &Format<'_>) -> T) -> Option<T> {
+        let mut found = None;
+        self.clone().behaviour_mut().visit(&mut |named| {
+            if let Named::Output(to, format) = named {
+                found = Some(find(to, format));
+            }
+        });
+        found
     }
 
     /// The existing file whose content would be lost if the command were [forced](Self::forced): any file, except a
     /// figure in place of a figure, which can be drawn again.
-    pub fn overwrites(&self) -> Option<&Path> {
-        let (to, format) = self.behaviour().output().filter(|(to, _)| !to.force && to.path.exists())?;
-        let is_redrawn = matches!(self, Self::Figure(_)) && to.check(&format).is_ok();
-        Some(to.path.as_path()).filter(|_| !is_redrawn)
+    pub fn overwrites(&self) -> Option<PathBuf> {
+        let is_figure = matches!(self, Self::Figure(_));
+        let is_lost = |to: &Target, format: &Format<'_>| {
+            let is_redrawn = is_figure && to.check(format).is_ok();
+            !to.force && to.path.exists() && !is_redrawn
+        };
+        self.with_output(|to, format| is_lost(to, format).then(|| to.path.clone())).flatten()
     }
 
     /// The command, replacing a file of any format.
     pub fn forced(mut self) -> Self {
-        if let Some(to) = self.behaviour_mut().output_mut() {
-            to.force = true;
-        }
+        self.behaviour_mut().visit(&mut |named| {
+            if let Named::Output(to, _) = named {
+                to.force = true;
+            }
+        });
         self
     }
 
@@ -290,10 +348,11 @@ impl Command {
     /// # Errors
     /// When it is a file of another format.
     pub(super) fn check_output(&self, own: Option<&Path>) -> Result<(), RunError> {
-        match self.behaviour().output() {
-            Some((to, format)) if own != Some(&to.path) => to.check(&format).map_err(RunError::io("write", &to.path)),
-            _ => Ok(()),
-        }
+        let check = |to: &mut Target, format: &Format<'_>| match own == Some(&to.path) {
+            true => Ok(()),
+            false => to.check(format).map_err(RunError::io("write", &to.path)),
+        };
+        self.with_output(check).unwrap_or(Ok(()))
     }
 }
 
@@ -449,6 +508,7 @@ mod tests {
             ("figure pie a.png", "`pie` is not one of scene, clusters"),
             ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in FOLDER] [until N]"),
             ("undo now", "`now` was not expected"),
+            ("set ddpg {\"hidden\":4}", "`{hidden:4}` is not JSON: write it in single quotes"),
             ("task 'a", "a quote is not closed"),
         ] {
             let error = Command::parse(line).unwrap_err().to_string();

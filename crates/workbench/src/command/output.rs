@@ -1,64 +1,38 @@
 //! Commands for output and control: figures, expectations, recording, waiting and quitting.
 
-use super::arguments::{Argument, Composed, Number, OneOf, OptionalUnless, Output, is_option};
-use super::{Awaits, DependsOn, Execute, InScripts, Verb, syntax};
+use super::arguments::{Argument, Composed, Named, Number, OneOf, Optional, Output, Words, is_option};
+use super::{Awaits, Command, DependsOn, Execute, InScripts, Verb, command};
 use crate::dry_run::DryRun;
 use crate::journal::SCRIPT;
 use crate::{Session, SessionError, write_file};
-use mge_base::atomic::{Format, Target};
+use mge_base::atomic::Target;
 use mge_base::paths::suffix;
 use mge_figures::{EXTENSIONS, PICTURE};
 use mge_results::Composition;
 
-/// Exports a figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
-    /// What it shows.
-    pub kind: FigureKind,
-    /// The file; its extension selects the format.
-    pub to: Target,
-    /// Its resolution; None for the default.
-    pub dpi: Option<u32>,
-    /// What the figure of learning curves shows, and how.
-    pub composition: Composition,
-}
-
-impl Execute for Figure {
-    syntax! {
-        "figure" "KIND FILE [force] [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode"
-            => Figure {
-                kind: OneOf("a kind", &FigureKind::ALL, FigureKind::name),
-                to: Output("a file"),
-                dpi: OptionalUnless(Number("resolution"), is_option),
-                composition: Composed,
-            };
-    }
-
-    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.export(self)
-    }
-
-    fn check(&self, _dry_run: &mut DryRun) -> Result<(), SessionError> {
-        self.check_kind()
-    }
-
-    fn in_scripts(&self) -> InScripts {
-        let depends_on = match self.kind {
+command! {
+    /// Exports a figure.
+    Figure {
+        /// What it shows.
+        kind: FigureKind = OneOf("a kind", &FigureKind::ALL, FigureKind::name),
+        /// The file; its extension selects the format.
+        to: Target = Output(PICTURE),
+        /// Its resolution; None for the default.
+        dpi: Option<u32> = Optional(Number("resolution"), is_option),
+        /// What the figure of learning curves shows, and how.
+        composition: Composition = Composed,
+    }: "figure" "KIND FILE [force] [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode";
+    execute = |this, session| session.export(this);
+    check = |this, _| this.check_kind();
+    in_scripts = |this| {
+        let depends_on = match this.kind {
             FigureKind::Scene | FigureKind::Clusters => DependsOn::Nothing,
             FigureKind::Dashboard => DependsOn::Run,
             FigureKind::Episode => DependsOn::Checkpoint,
             FigureKind::Learning => DependsOn::Runs,
         };
         InScripts { depends_on, awaits: Awaits::Result, ..InScripts::default() }
-    }
-
-    fn output(&self) -> Option<(&Target, Format<'static>)> {
-        Some((&self.to, PICTURE))
-    }
-
-    fn output_mut(&mut self) -> Option<&mut Target> {
-        Some(&mut self.to)
-    }
+    };
 }
 
 impl Figure {
@@ -115,38 +89,25 @@ impl FigureKind {
     }
 }
 
-/// An assertion; the script fails if it does not hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Expect {
-    /// The quantity.
-    pub quantity: Quantity,
-    /// The comparison operator.
-    pub comparison: Comparison,
-    /// The value it is compared with.
-    pub value: f64,
-}
-
-impl Execute for Expect {
-    syntax! {
-        "expect" "WHAT OP VALUE" "fail the script unless it holds, such as expect success >= 0.5"
-            => Expect {
-                quantity: OneOf("a quantity", &Quantity::ALL, Quantity::name),
-                comparison: OneOf("a comparison", &Comparison::ALL, Comparison::sign),
-                value: Number("number"),
-            };
-    }
-
-    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.expect(self)
-    }
-
-    fn in_scripts(&self) -> InScripts {
-        let depends_on = match self.quantity {
+command! {
+    /// An assertion; the script fails if it does not hold.
+    #[derive(Copy)]
+    Expect {
+        /// The quantity.
+        quantity: Quantity = OneOf("a quantity", &Quantity::ALL, Quantity::name),
+        /// The comparison operator.
+        comparison: Comparison = OneOf("a comparison", &Comparison::ALL, Comparison::sign),
+        /// The value it is compared with.
+        value: f64 = Number("number"),
+    }: "expect" "WHAT OP VALUE" "fail the script unless it holds, such as expect success >= 0.5";
+    execute = |this, session| session.expect(this);
+    in_scripts = |this| {
+        let depends_on = match this.quantity {
             Quantity::Episodes | Quantity::Success | Quantity::Greedy => DependsOn::Run,
             Quantity::Clusters | Quantity::Subgoals | Quantity::Proposals => DependsOn::Nothing,
         };
         InScripts { depends_on, ..InScripts::default() }
-    }
+    };
 }
 
 /// A quantity that `expect` can check.
@@ -216,62 +177,29 @@ impl Comparison {
     }
 }
 
-/// Saves the session so far as a script.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Record(pub Target);
-
-impl Execute for Record {
-    syntax! {
-        "record" "FILE [force]" "save the session so far as a script" => Record { 0: Output("a file") };
-    }
-
-    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        write_file(&self.0, session.to_script().as_bytes(), &SCRIPT)?;
-        Ok(format!("saved the session to {}", self.0.path.display()))
-    }
-
-    fn in_scripts(&self) -> InScripts {
-        InScripts { unrecorded: true, ..InScripts::default() }
-    }
-
-    fn output(&self) -> Option<(&Target, Format<'static>)> {
-        Some((&self.0, SCRIPT))
-    }
-
-    fn output_mut(&mut self) -> Option<&mut Target> {
-        Some(&mut self.0)
-    }
+command! {
+    /// Saves the session so far as a script.
+    Record(to: Target = Output(SCRIPT)): "record" "FILE [force]" "save the session so far as a script";
+    execute = |this, session| {
+        write_file(&this.0, session.to_script().as_bytes(), &SCRIPT)?;
+        Ok(format!("saved the session to {}", this.0.path.display()))
+    };
+    in_scripts = |_| InScripts { unrecorded: true, ..InScripts::default() };
 }
 
-/// In a script, waits for runs and jobs. Elsewhere, reports what is running.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Wait;
-
-impl Execute for Wait {
-    syntax! { "wait" "" "in a script: wait until runs pause or end and computations are done" => Wait {}; }
-
-    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        Ok(session.activity())
-    }
-
-    fn in_scripts(&self) -> InScripts {
-        InScripts { unrecorded: true, awaits: Awaits::Everything, ..InScripts::default() }
-    }
+command! {
+    /// In a script, waits for runs and jobs. Elsewhere, reports what is running.
+    Wait: "wait" "" "in a script: wait until runs pause or end and computations are done";
+    execute = |_, session| Ok(session.activity());
+    in_scripts = |_| InScripts { unrecorded: true, awaits: Awaits::Everything, ..InScripts::default() };
 }
 
-/// Ends the session.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quit;
-
-impl Execute for Quit {
-    syntax! { "quit" "" "leave the workbench; a running training is checkpointed first" => Quit {}; }
-
-    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+command! {
+    /// Ends the session.
+    Quit: "quit" "" "leave the workbench; a running training is checkpointed first";
+    execute = |_, session| {
         session.quit = true;
         Ok(String::new())
-    }
-
-    fn in_scripts(&self) -> InScripts {
-        InScripts { unrecorded: true, ..InScripts::default() }
-    }
+    };
+    in_scripts = |_| InScripts { unrecorded: true, ..InScripts::default() };
 }
