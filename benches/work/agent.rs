@@ -34,8 +34,7 @@ pub fn environment_step() -> Box<dyn FnMut()> {
     let config = DdpgConfig { warmup_steps: 0, ..DdpgConfig::default() };
     let streams = LearnerStreams { noise: rng(), replay: rng() };
     // The default configuration is valid.
-    let mut learner =
-        Learner::new(OBSERVATION, ACTION, None, &config, &mut rng(), streams).expect("the default is valid");
+    let mut learner = Learner::new(OBSERVATION, ACTION, &config, &mut rng(), streams).expect("the default is valid");
     let (observation, next_observation) = ([0.1; OBSERVATION], [0.2; OBSERVATION]);
     Box::new(move || {
         let action = learner.explore(&observation);

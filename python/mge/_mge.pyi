@@ -112,7 +112,6 @@ class VectorCore:
         num_threads: int | None = None,
         tools: str | None = None,
         images: bool = False,
-        rays: bool = False,
     ) -> VectorCore: ...
     @property
     def tool_count(self) -> int | None:

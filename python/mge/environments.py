@@ -159,8 +159,7 @@ class _Puzzles:
         self.render_mode = render_mode
         self.render_size = width, height
         names = _names(observation)
-        has_images, has_rays = "image" in names, "rays" in names
-        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools, has_images, has_rays
+        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools, "image" in names
         core = self._make()
         self._parts = _Parts(core, observation)
         self._tools = core.tool_count
@@ -201,8 +200,7 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         tools: None: the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
             it chooses among 40 of CREATE's tools, which every reset draws from that split.
         observation: `"vector"`, `"image"` (84 x 84 x 3, as in CREATE), or the name of a part of the vector;
-            or a list of these, such as `["objects", "image"]`, for a dictionary. `"rays"` in place of the vector
-            has the same length for every task; not with tools.
+            or a list of these, such as `["objects", "image"]`, for a dictionary.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 

@@ -45,8 +45,7 @@ pub struct VectorCore {
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None, images = false, rays = false))]
-    #[expect(clippy::too_many_arguments)] // Keyword arguments in Python.
+    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None, images = false))]
     fn new(
         py: Python<'_>,
         task: Task,
@@ -55,7 +54,6 @@ impl VectorCore {
         #[pyo3(from_py_with = num_threads)] num_threads: Option<usize>,
         tools: Option<&str>,
         images: bool,
-        rays: bool,
     ) -> PyResult<Self> {
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
@@ -73,13 +71,6 @@ impl VectorCore {
             None => VectorEnvironment::new(task.0, num_envs, autoreset),
             Some(tools) => VectorEnvironment::with_tools(task.0, tools, num_envs, autoreset),
         };
-        if rays && tools.is_some() {
-            let reason = "an agent that chooses among tools observes their properties: leave out 'rays' or `tools`";
-            return Err(PyValueError::new_err(reason));
-        }
-        if rays {
-            env = env.with_rays();
-        }
         if images {
             env = env.with_images();
         }

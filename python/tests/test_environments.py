@@ -276,30 +276,6 @@ def test_images_are_observations():
         mge.PuzzleEnv(observation=[])
 
 
-@pytest.mark.filterwarnings("ignore:.*infinity.*")
-def test_rays_have_the_same_length_for_every_task():
-    tasks = ("task1", "task5", "create/Push")
-    spaces = {mge.PuzzleEnv(task, observation="rays").observation_space.shape for task in tasks}
-    assert spaces == {(90,)}
-    check_env(mge.PuzzleEnv("task2", observation="rays"), skip_render_check=True)
-
-    def many(n, mode):
-        return mge.PuzzleVectorEnv("task2", n, mode, num_threads=2, observation=["rays", "image"])
-
-    check_vector(many, lambda: mge.PuzzleEnv("task2", observation=["rays", "image"]), num_envs=5, steps=40)
-    envs = mge.PuzzleVectorEnv("task2", 2, observation="rays")
-    first, _ = envs.reset(seed=0)
-    # A state of environments with another observation.
-    vectors = mge.PuzzleVectorEnv("task2", 2)
-    vectors.reset(seed=0)
-    assert (envs.set_state(vectors.get_state()) == first).all()
-    assert vectors.set_state(envs.get_state()).shape == vectors.observation_space.shape
-    with pytest.raises(ValueError, match="leave out 'rays' or `tools`"):
-        mge.PuzzleEnv("create/Push", tools="train", observation="rays")
-    with pytest.raises(ValueError, match="no part 'objects'"):
-        mge.PuzzleEnv(observation=["rays", "objects"])
-
-
 def test_rendering_shows_what_moves_besides_the_target():
     env = mge.PuzzleEnv("create/Moving", tools="train", render_mode="rgb_array", render_size=(200, 200))
     env.reset(seed=0)

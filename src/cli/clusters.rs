@@ -15,7 +15,7 @@ pub fn run(arguments: &Clusters) -> Outcome {
     let to = arguments.out.as_deref().map(|path| arguments.force.target(path));
     to.iter().try_for_each(|to| output::check_target(to, &ActionPrior::FORMAT))?;
     let task = Arc::new(task::load(&arguments.task)?);
-    let mut config = RunConfig::default_with(task, Method::DdpgMge, arguments.tools);
+    let mut config = RunConfig::default_for(task, Method::DdpgMge);
     config.prior = arguments.model.clone().unwrap_or(config.prior).identified();
     config.seed = arguments.seed;
     let stages = config.task.stage_count();

@@ -1,26 +1,22 @@
-//! `mge puzzles`: generates puzzles, trains methods on them, and measures what an agent transfers to them.
+//! `mge puzzles`: generates puzzles, and trains methods on them.
 
 use std::path::PathBuf;
 
-use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions};
+use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions};
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::runs::definitions;
 use super::sweeps;
-use mge_experiments::puzzles::{
-    self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch, TransferPlan, TransferResults,
-};
+use mge_experiments::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch};
 use mge_experiments::sweep::Sweep;
 use mge_results as evidence;
 use mge_run::{RunState, config_hash};
 use mge_trainer::PriorSource;
-use mge_workbench::RunView;
 
 pub fn run(command: &Puzzles) -> Outcome {
     match command {
         Puzzles::Generate(arguments) => generate(arguments),
         Puzzles::Bench(arguments) => bench(arguments),
-        Puzzles::Transfer(arguments) => transfer(arguments),
     }
 }
 
@@ -82,60 +78,13 @@ fn index_of(arguments: &SubgoalOptions) -> Result<Index, Box<dyn std::error::Err
     Ok(Index::load(&arguments.puzzles)?.ok_or_else(missing)?)
 }
 
-/// The command `mge puzzles` with these words, the search for subgoals and further options with their values.
-fn command(
-    words: &[&str],
-    search: &SubgoalOptions,
-    options: impl IntoIterator<Item = (&'static str, String)>,
-) -> String {
+/// The command `mge puzzles bench` with the search for subgoals and further options with their values.
+fn command(search: &SubgoalOptions, options: impl IntoIterator<Item = (&'static str, String)>) -> String {
     let SubgoalOptions { puzzles, model, subgoals } = search;
-    let words = ["mge", "puzzles"].into_iter().chain(words.iter().copied()).map(str::to_owned);
-    let words = words.chain([puzzles.display().to_string()]);
+    let words = ["mge", "puzzles", "bench", &puzzles.display().to_string()].map(str::to_owned).into_iter();
     let of_search = [("--model", model.clone()), ("--subgoals", subgoals.to_string())];
     let options = of_search.into_iter().chain(options).flat_map(|(name, value)| [name.to_owned(), value]);
     shell_words::join(words.chain(options))
-}
-
-fn transfer(arguments: &PuzzlesTransfer) -> Outcome {
-    let run = RunView::open(&arguments.run)?;
-    let config = run.config();
-    let (trained_episodes, agent) = run.saved().agent()?;
-    let plan = TransferPlan {
-        search: search(&arguments.search),
-        config: run.config().clone(),
-        agent,
-        episodes: arguments.episodes,
-        evaluations: arguments.evaluations,
-        seed: arguments.seed,
-    };
-    let index = index_of(&arguments.search)?;
-    let (out, to) = (&arguments.out, arguments.force.target(&arguments.out));
-    let rows = in_batch(
-        arguments.threads,
-        arguments.quiet,
-        |batch, on_progress| puzzles::transfer(&plan, &index, &to, batch, on_progress),
-        PuzzleError::is_interruption,
-    )?;
-    let options = [
-        ("--episodes", arguments.episodes.to_string()),
-        ("--evaluations", arguments.evaluations.to_string()),
-        ("--seed", arguments.seed.to_string()),
-        ("--out", out.display().to_string()),
-    ];
-    let results = TransferResults {
-        command: command(&["transfer", &arguments.run.display().to_string()], &arguments.search, options),
-        mge_version: mge_base::identity::version().to_owned(),
-        trained_on: config.tasks().count(),
-        trained_episodes,
-        episodes: arguments.episodes,
-        evaluations: arguments.evaluations,
-        index,
-        rows,
-    };
-    brief(|| {
-        results.write(&to)?;
-        Ok(output::line(out.join("report.md").display())?)
-    })
 }
 
 /// Writes the report of the finished trainings.
@@ -151,7 +100,7 @@ fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
         ("--out", out.display().to_string()),
     ];
     let settings = arguments.settings.iter().map(|setting| ("--set", setting.clone()));
-    let command = command(&["bench"], &arguments.search, methods.chain(options).chain(settings));
+    let command = command(&arguments.search, methods.chain(options).chain(settings));
     let command = command + &arguments.print.option();
     let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
     let rows = runs.into_iter().map(|run| run.trained.row).collect();

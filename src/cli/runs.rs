@@ -22,7 +22,7 @@ use mge_figures::DEFAULT_DPI;
 use mge_results::Composition;
 use mge_run::{Event, RunError, RunState};
 use mge_task as task;
-use mge_trainer::{Method, TracedStep, set_the_same};
+use mge_trainer::{Method, set_the_same};
 use mge_workbench::{self as workbench, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
@@ -52,17 +52,14 @@ pub fn train(arguments: &Train) -> Outcome {
     let mut session = Session::on_task(&arguments.task, runs)?;
     let given = [
         ("method", "--method", arguments.method.is_some()),
-        ("tools", "--tools", arguments.tools.is_some()),
         ("seed", "--seed", arguments.seed.is_some()),
         ("episodes", "--episodes", arguments.episodes.is_some()),
         ("epsilon", "--epsilon", arguments.epsilon.is_some()),
         ("prior", "--model", arguments.model.is_some()),
     ];
     let settings = definitions(&arguments.settings, "--set", &given)?;
-    let method = arguments.method.unwrap_or_else(|| Method::usual(arguments.tools));
+    let method = arguments.method.unwrap_or(Method::USUAL);
     let mut commands: Vec<Command> = vec![command::Method(method).into()];
-    let tools = arguments.tools.map(|tools| command::Set { key: "tools".to_owned(), value: tools.to_string() });
-    commands.extend(tools.map(Command::from));
     let (seed, episodes) = (arguments.seed.unwrap_or(0), arguments.episodes.unwrap_or(2000));
     commands.extend([command::Seed(seed).into(), command::Episodes(episodes).into()]);
     commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
@@ -296,7 +293,7 @@ impl Viewer {
 pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let task = arguments.task.as_deref().map(task::load).transpose()?.map(Arc::new);
-    let player = run.saved().at(arguments.checkpoint).player(task, arguments.tools)?;
+    let player = run.saved().at(arguments.checkpoint).player(task)?;
     for episode in 0..arguments.episodes {
         let trace = player.episode(arguments.seed + u64::from(episode));
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
@@ -309,13 +306,6 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
             "steps": trace.steps.len(),
             "actions": actions,
         });
-        if !trace.start.tools.is_empty() {
-            let number = |step: &TracedStep| trace.start.tools.get(step.tool?).copied();
-            let kind = |step: &TracedStep| trace.tool_of(step).map(|tool| tool.kind);
-            line["action_set"] = json!(trace.start.tools);
-            line["tools"] = json!(trace.steps.iter().map(number).collect::<Vec<_>>());
-            line["types"] = json!(trace.steps.iter().map(kind).collect::<Vec<_>>());
-        }
         if arguments.observations {
             line["observations"] = json!(player.observations(&trace));
         }
@@ -328,9 +318,6 @@ pub fn export_actor(arguments: &Export) -> Outcome {
     let to = arguments.force.target(&arguments.out);
     output::check_target(&to, &Ddpg::ACTOR_FORMAT)?;
     let (_, agent) = RunView::open(&arguments.run)?.saved().at(arguments.checkpoint).agent()?;
-    if agent.options().is_some() {
-        return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
-    }
     to.write(&agent.export_actor(), &Ddpg::ACTOR_FORMAT).map_err(RunError::io("write", &to.path))?;
     Ok(output::line(arguments.out.display())?)
 }

@@ -259,7 +259,6 @@ fn a_signal_ends_a_training_during_a_very_long_episode() {
         ("ddpg-mge", "true", clusters),
         ("ddpg-mge", "learned", clusters),
         ("ddpg", "", networks),
-        ("ddpg-model-replay", "learned", "--set model_replay.rollouts=1000 --set model_replay.horizon=100"),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let run = folder.path().join("run");
@@ -622,4 +621,34 @@ fn a_newer_format_is_refused_by_name() {
     std::fs::write(&config, newer).unwrap();
     let expected = "config.json has format 2, and this program reads formats 1 to 1";
     fail(mge(&folder, ["resume", "run"]), expected);
+}
+
+#[test]
+fn a_run_with_settings_of_an_earlier_version_is_reported_but_neither_continued_nor_played() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(mge(&folder, train("run", "20")));
+    let run = folder.path().join("run");
+    let config = std::fs::read_to_string(run.join("config.json")).unwrap();
+    let earlier = config.replacen("\"start_noise\": null,", "\"start_noise\": null, \"tools\": \"train\",", 1);
+    assert_ne!(earlier, config);
+    std::fs::write(run.join("config.json"), earlier).unwrap();
+    // As in a checkpoint of that version, its settings are those of the run.
+    let checkpoint = run.join("checkpoint/last");
+    let manifest = std::fs::read_to_string(checkpoint.join("manifest.json")).unwrap();
+    let mut manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+    manifest["sections"].as_array_mut().unwrap().retain(|section| section["name"] != "config.json");
+    std::fs::write(checkpoint.join("manifest.json"), manifest.to_string()).unwrap();
+    std::fs::remove_file(checkpoint.join("config.json")).unwrap();
+    let before = metrics(&run);
+    let report = succeed(mge(&folder, ["report", "run", "--out", "report"]));
+    assert!(report.contains("report"), "{report}");
+    succeed(mge(&folder, ["figures", "run", "--out", "figures"]));
+    let expected = "the run was trained with `tools` train, which this version does not have";
+    for line in
+        ["resume run --episodes 30", "evaluate run", "fork run --at 20 --out fork", "export run --out a.safetensors"]
+    {
+        fail(mge(&folder, line.split_whitespace()), expected);
+    }
+    assert_eq!(metrics(&run), before);
+    assert!(!folder.path().join("fork").exists());
 }

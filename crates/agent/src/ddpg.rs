@@ -4,7 +4,7 @@ use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use super::{Batch, DdpgConfig, Options};
+use super::{Batch, DdpgConfig};
 use mge_base::validation::ValidationError;
 use mge_nn::{
     Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, concat_columns, join_rows, matrix,
@@ -14,8 +14,6 @@ use mge_nn::{
 #[derive(Clone, Debug)]
 pub struct Ddpg {
     pub(super) config: DdpgConfig,
-    /// The items that it chooses among, if any.
-    pub(super) options: Option<Options>,
     pub(super) actor: Mlp,
     pub(super) critic: Mlp,
     pub(super) target_actor: Mlp,
@@ -106,29 +104,9 @@ impl Ddpg {
         config: &DdpgConfig,
         rng: &mut ChaCha8Rng,
     ) -> Result<Self, ValidationError> {
-        Self::with_options(observation_len, action_len, None, config, rng)
-    }
-
-    /// Like [`Ddpg::new`], for an agent that chooses among `options`, if given. Observations then end
-    /// with the numbers of the items on offer, and actions with the embedding of the chosen item; both
-    /// lengths include these parts.
-    ///
-    /// # Errors
-    /// If the config is invalid.
-    ///
-    /// # Panics
-    /// If a length is 0 without the part for options.
-    pub fn with_options(
-        observation_len: usize,
-        action_len: usize,
-        options: Option<Options>,
-        config: &DdpgConfig,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Self, ValidationError> {
-        let (offered, embedding) = lengths(options.as_ref());
-        assert!(observation_len > offered && action_len > embedding, "an agent needs vectors");
+        assert!(observation_len > 0 && action_len > 0, "an agent needs vectors");
         let init = Init::with_last_bound(InitScheme::FanIn, config.output_init_bound);
-        let [actor, critic] = Self::shapes(observation_len, action_len, options.as_ref(), config)?
+        let [actor, critic] = Self::shapes(observation_len, action_len, config)?
             .map(|shape| Mlp::new(shape, init, rng).expect("all sizes are at least 1"));
         Ok(Self {
             target_actor: actor.clone(),
@@ -138,7 +116,6 @@ impl Ddpg {
             held: None,
             proven: None,
             config: config.clone(),
-            options,
             device: Cpu::default(),
             actor,
             critic,
@@ -146,27 +123,24 @@ impl Ddpg {
     }
 
     /// Shapes of actor, `s` to `u`, and critic, `[s, u]` to `Q`, where `u` is the action `a` relative
-    /// to its origin: `a` itself, or `a - s[origin..]` with [`DdpgConfig::action_origin`]. Here `s`
-    /// excludes the items on offer, and embeddings of items have no origin.
+    /// to its origin: `a` itself, or `a - s[origin..]` with [`DdpgConfig::action_origin`].
     ///
     /// # Errors
     /// If the config is invalid, by itself or for these lengths.
     pub(super) fn shapes(
         observation_len: usize,
         action_len: usize,
-        options: Option<&Options>,
         config: &DdpgConfig,
     ) -> Result<[MlpShape; 2], ValidationError> {
         config.validate()?;
-        let (offered, embedding) = lengths(options);
-        let (seen, free) = (observation_len - offered, action_len - embedding);
-        if config.action_origin.is_some_and(|origin| origin + free > seen) {
-            let message = format!("no {free} numbers from there in an observation of {seen}");
+        if config.action_origin.is_some_and(|origin| origin + action_len > observation_len) {
+            let message = format!("no {action_len} numbers from there in an observation of {observation_len}");
             return Err(ValidationError::new("action_origin", message));
         }
         let shape =
             |inputs, outputs| MlpShape::uniform(inputs, config.hidden, outputs, config.layers, config.activation);
-        Ok([shape(seen, action_len).with_output(Activation::Tanh), shape(seen + action_len, 1)])
+        let actor = shape(observation_len, action_len).with_output(Activation::Tanh);
+        Ok([actor, shape(observation_len + action_len, 1)])
     }
 
     /// The settings.
@@ -176,7 +150,7 @@ impl Ddpg {
 
     /// Length of an observation.
     pub fn observation_len(&self) -> usize {
-        self.actor.shape().inputs() + lengths(self.options.as_ref()).0
+        self.actor.shape().inputs()
     }
 
     /// Length of an action.
@@ -223,26 +197,19 @@ impl Ddpg {
     }
 
     /// The policy's actions (`μ(s)` if no policy is held) for one or more observations, row-major; each
-    /// component is in [-1, 1]. With options, after the choice among the items on offer.
+    /// component is in [-1, 1].
     ///
     /// # Panics
     /// If there is not a whole number of observations.
     pub fn act(&self, observations: &[f32]) -> Vec<f32> {
-        let mut actions = self.propose(observations);
-        self.settle(observations, &mut actions);
-        actions
-    }
-
-    /// Like [`act`](Self::act), but before the choice among options.
-    pub(super) fn propose(&self, observations: &[f32]) -> Vec<f32> {
-        let mut actions = predict(self.policy(), &self.seen(observations));
+        let mut actions = predict(self.policy(), observations);
         self.add_origins(observations, 1.0, &mut actions);
         actions.iter_mut().for_each(|a| *a = a.clamp(-1.0, 1.0));
         actions
     }
 
     /// Actions relative to their origins.
-    pub(super) fn offsets(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
+    fn offsets(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
         let mut offsets = actions.to_vec();
         self.add_origins(observations, -1.0, &mut offsets);
         offsets
@@ -251,10 +218,9 @@ impl Ddpg {
     /// Adds `sign` times its origin, a part of its observation, to every action.
     fn add_origins(&self, observations: &[f32], sign: f32, actions: &mut [f32]) {
         let Some(origin) = self.config.action_origin else { return };
-        let free = self.free_len();
         let rows = observations.chunks_exact(self.observation_len());
         for (observation, action) in rows.zip(actions.chunks_exact_mut(self.action_len())) {
-            action[..free].iter_mut().zip(&observation[origin..]).for_each(|(a, o)| *a += sign * o);
+            action.iter_mut().zip(&observation[origin..]).for_each(|(a, o)| *a += sign * o);
         }
     }
 
@@ -267,7 +233,7 @@ impl Ddpg {
         if n > 1 && observations.len() == self.observation_len() {
             return self.q_values(&observations.repeat(n), actions);
         }
-        predict(&self.critic, &join_rows(n, &self.seen(observations), &self.offsets(observations, actions)))
+        predict(&self.critic, &join_rows(n, observations, &self.offsets(observations, actions)))
     }
 
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d), the last M of which may be
@@ -279,13 +245,13 @@ impl Ddpg {
     pub fn update(&mut self, batch: &Batch) -> Result<UpdateMetrics, UpdateError> {
         self.check(batch)?;
         let n = batch.len();
-        let s = &*self.seen(&batch.observations);
+        let s = &batch.observations;
         let a = self.offsets(&batch.observations, &batch.actions);
         let mut metrics = UpdateMetrics::default();
 
         // y = r + γ (1 - d) Q'(s', μ'(s'))
-        let next_a = predict(&self.target_actor, &self.seen(&batch.next_observations));
-        let next_q = self.target_values(&batch.next_observations, &next_a);
+        let next_a = predict(&self.target_actor, &batch.next_observations);
+        let next_q = predict(&self.target_critic, &join_rows(n, &batch.next_observations, &next_a));
         let y = self.bellman_target(&batch.rewards, &batch.terminated, &next_q);
 
         // Critic: one step down L = 1/N Σ (Q(s, a) - y)²
@@ -300,7 +266,7 @@ impl Ddpg {
         )? as f32;
 
         // Actor: one step down -J = -1/N Σ Q(s, μ(s)), with Q held constant
-        let observations = self.rows(n, s.to_vec());
+        let observations = self.rows(n, s.clone());
         let (mu, tape) = self.actor.forward_data(observations.leaky_trace()).split_tape();
         metrics.action_saturation = saturation(&mu.as_vec());
         let q = self.critic.forward_frozen(concat_columns(observations, mu.clone().put_tape(tape)));
@@ -390,13 +356,8 @@ impl Ddpg {
     }
 }
 
-/// Lengths of the parts at the end of an observation and of an action that belong to options.
-fn lengths(options: Option<&Options>) -> (usize, usize) {
-    options.map_or((0, 0), |options| (options.offered(), options.embedding_len()))
-}
-
 /// Outputs of the network for all rows of `inputs`.
-pub(super) fn predict(network: &Mlp, inputs: &[f32]) -> Vec<f32> {
+fn predict(network: &Mlp, inputs: &[f32]) -> Vec<f32> {
     let rows = inputs.len() / network.shape().inputs();
     let mut outputs = Vec::with_capacity(rows * network.shape().outputs());
     network.predict_into(inputs, rows, &mut outputs);

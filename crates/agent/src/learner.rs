@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Batch, Ddpg, DdpgConfig, Options, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, Transition, UpdateError,
+    Batch, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, Transition, UpdateError,
     UpdateMetrics,
 };
 use mge_base::validation::ValidationError;
@@ -39,24 +39,22 @@ pub struct Learner {
 }
 
 impl Learner {
-    /// An untrained learner, with networks drawn from `initialisation`. Lengths and options are those of
-    /// [`Ddpg::with_options`].
+    /// An untrained learner, with networks drawn from `initialisation`. Lengths are those of [`Ddpg::new`].
     ///
     /// # Errors
     /// If the config is invalid.
     ///
     /// # Panics
-    /// If a length is 0 without the part for options.
+    /// If a length is 0.
     pub fn new(
         observation_len: usize,
         action_len: usize,
-        options: Option<Options>,
         config: &DdpgConfig,
         initialisation: &mut ChaCha8Rng,
         streams: LearnerStreams,
     ) -> Result<Self, ValidationError> {
         Ok(Self {
-            ddpg: Ddpg::with_options(observation_len, action_len, options, config, initialisation)?,
+            ddpg: Ddpg::new(observation_len, action_len, config, initialisation)?,
             replay: ReplayBuffer::new(observation_len, action_len, config.replay_capacity),
             noise: OrnsteinUhlenbeck::new(action_len, config.ou),
             streams,
@@ -138,14 +136,13 @@ impl Learner {
     }
 
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
-    /// `self.ddpg().act(observation)`. With options, noise is added before the choice among them.
+    /// `self.ddpg().act(observation)`.
     ///
     /// # Panics
     /// If the observation has the wrong length.
     pub fn explore(&mut self, observation: &[f32]) -> Vec<f32> {
-        let mut action = self.ddpg.propose(observation);
+        let mut action = self.ddpg.act(observation);
         self.noise.perturb(&mut action, &mut self.streams.noise);
-        self.ddpg.settle(observation, &mut action);
         action
     }
 

@@ -3,8 +3,7 @@
 //!
 //! [`Ddpg`] is the algorithm; [`Learner`] is an agent with everything that changes while it learns:
 //! replay buffer, noise, random streams. Actions from other sources (guided exploration) can be
-//! recorded into the same learner; the update stays plain DDPG. With [`Options`], an action also
-//! includes a choice among items.
+//! recorded into the same learner; the update stays plain DDPG.
 //!
 //! Symbols: observation s, action a, reward r, next observation s', terminated d, actor μ,
 //! critic Q, targets μ' and Q' with parameters θ', online parameters θ, batch size N, discount γ.
@@ -16,7 +15,7 @@
 //!
 //! let [mut weights, noise, replay] = [0, 1, 2].map(ChaCha8Rng::seed_from_u64);
 //! let config = DdpgConfig { warmup_steps: 16, ..DdpgConfig::default() };
-//! let mut learner = Learner::new(1, 1, None, &config, &mut weights, LearnerStreams { noise, replay })?;
+//! let mut learner = Learner::new(1, 1, &config, &mut weights, LearnerStreams { noise, replay })?;
 //! let s = [0.5];
 //! for _ in 0..20 {
 //!     learner.start_episode();
@@ -88,12 +87,10 @@
 
 #![deny(unsafe_code)]
 
-mod choice;
 mod config;
 mod ddpg;
 mod learner;
 mod noise;
-mod options;
 #[cfg(test)]
 mod probe;
 mod replay;
@@ -106,7 +103,6 @@ pub use config::{DdpgConfig, ImitationConfig, OuConfig, SETTINGS};
 pub use ddpg::{Ddpg, UpdateError, UpdateMetrics};
 pub use learner::{Learner, LearnerStreams};
 pub use noise::OrnsteinUhlenbeck;
-pub use options::Options;
 pub use replay::{Batch, ReplayBuffer, ReplayError, Transition};
 use segments::Segments;
 pub use state::{SavedLearner, StateError};

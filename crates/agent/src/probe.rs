@@ -158,7 +158,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
     let config =
         DdpgConfig { warmup_steps: 200, tau: 0.01, actor_learning_rate: 3e-4, critic_learning_rate: 1e-3, ..config() };
     let streams = LearnerStreams { noise: rng(4), replay: rng(5) };
-    let mut learner = Learner::new(1, 1, None, &config, &mut rng(3), streams).unwrap();
+    let mut learner = Learner::new(1, 1, &config, &mut rng(3), streams).unwrap();
     let mut starts = rng(6);
     let regret = |learner: &Learner| {
         let mut regret = 0.0;
@@ -201,7 +201,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
 fn noise_follows_the_config() {
     let config = DdpgConfig { ou: OuConfig { theta: 1.0, mu: 0.3, sigma: 0.0 }, ..config() };
     let streams = LearnerStreams { noise: rng(4), replay: rng(5) };
-    let mut learner = Learner::new(1, 1, None, &config, &mut rng(3), streams).unwrap();
+    let mut learner = Learner::new(1, 1, &config, &mut rng(3), streams).unwrap();
     let greedy = learner.ddpg().act(&[0.5])[0];
     assert_eq!(learner.explore(&[0.5]), [(greedy + 0.3).clamp(-1.0, 1.0)]);
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    Ddpg, DdpgConfig, Learner, Options, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, learner::LearnerStreams,
+    Ddpg, DdpgConfig, Learner, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, learner::LearnerStreams,
 };
 use mge_base::atomic::Format;
 use mge_base::validation::ValidationError;
@@ -73,18 +73,6 @@ struct AgentState {
     holds_policy: bool,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     has_proven_policy: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    options: Option<OptionsState>,
-}
-
-/// The agent's options without the embeddings, which are a tensor.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct OptionsState {
-    items: usize,
-    embedding_len: usize,
-    offered: usize,
-    candidates: usize,
 }
 
 /// The part of a learner that is neither agent nor replay buffer.
@@ -151,7 +139,6 @@ impl Ddpg {
         }
         self.actor_optimiser.save(&mut file, "actor_optimiser");
         self.critic_optimiser.save(&mut file, "critic_optimiser");
-        let options = self.options.as_ref().map(|options| save_options(options, &mut file));
         let state = AgentState {
             version: VERSION,
             observation_len: self.observation_len(),
@@ -159,24 +146,19 @@ impl Ddpg {
             config: self.config.clone(),
             holds_policy: self.holds_policy(),
             has_proven_policy: self.proven.is_some(),
-            options,
         };
         write_metadata(&mut file, AGENT_KEY, &state);
         file
     }
 
     fn from_file(file: &TensorFile) -> Result<Self, StateError> {
-        let AgentState { observation_len, action_len, config, holds_policy, has_proven_policy, options, .. } =
+        let AgentState { observation_len, action_len, config, holds_policy, has_proven_policy, .. } =
             read_agent_state(file)?;
-        let (offered, embedding) = options.as_ref().map_or((0, 0), |options| (options.offered, options.embedding_len));
-        if !(offered.saturating_add(1)..=MAX_LEN).contains(&observation_len)
-            || !(embedding.saturating_add(1)..=MAX_LEN).contains(&action_len)
-        {
+        if ![observation_len, action_len].iter().all(|len| (1..=MAX_LEN).contains(len)) {
             let reason = format!("vectors of {observation_len} and {action_len} numbers");
             return Err(StateError::Metadata { key: AGENT_KEY, reason });
         }
-        let options = options.map(|options| load_options(&options, file)).transpose()?;
-        let [actor, critic] = Self::shapes(observation_len, action_len, options.as_ref(), &config)?;
+        let [actor, critic] = Self::shapes(observation_len, action_len, &config)?;
         let network = |shape: &MlpShape, name| Mlp::load(shape.clone(), file, name);
         Ok(Self {
             actor: network(&actor, "actor")?,
@@ -188,7 +170,6 @@ impl Ddpg {
             actor_optimiser: load_optimiser(file, "actor_optimiser", &config)?,
             critic_optimiser: load_optimiser(file, "critic_optimiser", &config)?,
             device: Default::default(),
-            options,
             config,
         })
     }
@@ -228,25 +209,6 @@ impl Learner {
         }
         Ok(Self { ddpg, replay, noise, streams, recorded, segments, batch: Default::default() })
     }
-}
-
-const OPTIONS_TENSOR: &str = "options.embedding";
-
-fn save_options(options: &Options, file: &mut TensorFile) -> OptionsState {
-    let embedding_len = options.embedding_len();
-    let items = options.embeddings().len() / embedding_len;
-    file.insert(OPTIONS_TENSOR.to_owned(), vec![items, embedding_len], options.embeddings().to_vec());
-    OptionsState { items, embedding_len, offered: options.offered(), candidates: options.candidates() }
-}
-
-fn load_options(state: &OptionsState, file: &TensorFile) -> Result<Options, StateError> {
-    let OptionsState { items, embedding_len, offered, candidates } = *state;
-    if embedding_len == 0 || offered == 0 || candidates == 0 {
-        let reason = "options without numbers, offers or candidates".to_owned();
-        return Err(StateError::Metadata { key: AGENT_KEY, reason });
-    }
-    let embeddings = file.get(OPTIONS_TENSOR, &[items, embedding_len])?.to_vec();
-    Ok(Options::new(embedding_len, embeddings, offered, candidates))
 }
 
 fn write_metadata(file: &mut TensorFile, key: &str, state: &impl Serialize) {

@@ -22,7 +22,7 @@ fn small() -> DdpgConfig {
 
 fn learner(config: &DdpgConfig, seed: u64) -> Learner {
     let streams = LearnerStreams { noise: rng(seed + 1), replay: rng(seed + 2) };
-    Learner::new(OBSERVATION, ACTION, None, config, &mut rng(seed), streams).unwrap()
+    Learner::new(OBSERVATION, ACTION, config, &mut rng(seed), streams).unwrap()
 }
 
 /// Runs the learner through the steps `steps` of a synthetic, deterministic environment.

@@ -99,7 +99,7 @@ pub use network::Network;
 pub use object::ObjectType;
 pub use predictor::{Errors, Predictor};
 pub use rapier::Rapier;
-pub use rollout::{Rollout, RolloutAction, rollouts, rollouts_with_tools};
+pub use rollout::{Rollout, RolloutAction, rollouts};
 pub use shipped::{file_of, file_with, identified, named, shipped, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
 pub use train::{Progress, Training, TrainingOutcome};

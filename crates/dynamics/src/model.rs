@@ -153,21 +153,11 @@ impl Model {
         if ball != (Ball { radius, ..Ball::default() }) {
             return other("the ball");
         }
-        self.check_tools(task, &tools)
-    }
-
-    /// Checks that the model can predict the effect of `tools` in the scenes of a task.
-    ///
-    /// # Errors
-    /// [`DynamicsError::UnseenEdge`] for a tool type it was never trained on,
-    /// [`DynamicsError::OtherPhysics`] for a tool whose form or material differs from the launches.
-    pub fn check_tools(&self, task: &Task, tools: &[Tool]) -> Result<()> {
-        self.check_kinds(tools)?;
         let is_known = |tool: &Tool| *tool == Tool::new(tool.kind, tool.position).with_size(tool.size);
-        if self.config.properties || tools.iter().all(is_known) {
-            return Ok(());
+        match self.config.properties || tools.iter().all(is_known) {
+            true => Ok(()),
+            false => other("angle, thickness or material of a tool"),
         }
-        Err(DynamicsError::OtherPhysics { task: task.name.clone(), what: "angle, thickness or material of a tool" })
     }
 
     fn check_kinds(&self, tools: &[Tool]) -> Result<()> {

@@ -2,9 +2,9 @@
 
 use super::error::Result;
 use super::predictor::Predictor;
-use mge_env::{Action, ActionSet, Choice, Placement, Snapshot};
+use mge_env::{Action, Placement, Snapshot};
 use mge_physics::{BallState, SCREEN, Tool, to_normalised, to_units};
-use mge_task::{Region, SubgoalCheck};
+use mge_task::Region;
 
 /// Largest predicted gap between the surfaces of ball and tool that counts as a touch, in units;
 /// above 0 because the ball is predicted only once per interval.
@@ -43,18 +43,12 @@ struct OngoingRollout {
     tools: Vec<Tool>,
     /// The index of the action that placed each tool; none for initial tools.
     placed_by: Vec<Option<usize>>,
-    targets: Vec<Target>,
+    /// The region of the next stage.
+    target: Region,
     /// Number of actions that the episode still allows.
     actions_left: usize,
     over: bool,
     outcome: Rollout,
-}
-
-/// A region that the ball should reach.
-struct Target {
-    region: Region,
-    /// Whether the ball must be there at the end of an action, not just at any time.
-    at_end: bool,
 }
 
 /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start is
@@ -64,62 +58,20 @@ struct Target {
 /// # Errors
 /// When the predictor cannot predict a scene of the task.
 pub fn rollouts(predictor: &dyn Predictor, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-    let next = |start: &Snapshot| {
-        let stages = start.task().stages();
-        vec![Target { region: stages[start.stage().min(stages.len() - 1)], at_end: false }]
-    };
-    roll_out(predictor, None, next, starts, sequences)
-}
-
-/// Like [`rollouts`], for an agent that chooses among the tools of `set`, until any stage that can be
-/// reached next is predicted to be reached.
-///
-/// # Errors
-/// When the predictor cannot predict a scene of the task or one of the tools.
-pub fn rollouts_with_tools(
-    predictor: &dyn Predictor,
-    set: &ActionSet,
-    starts: &[&Snapshot],
-    sequences: &[Vec<Choice>],
-) -> Result<Vec<Rollout>> {
-    let open = |start: &Snapshot| {
-        let task = start.task();
-        let at_end = task.rules.subgoal_check == SubgoalCheck::ActionEnd;
-        let subgoals = task.subgoals.iter().zip(start.reached()).filter(|(_, reached)| !**reached);
-        let subgoals = subgoals.map(|(region, _)| Target { region: *region, at_end });
-        let goal = (!start.goal_reached()).then(|| Target { region: task.goal.region(), at_end: false });
-        let open = subgoals.chain(goal);
-        if task.rules.in_order { open.take(1).collect() } else { open.collect() }
-    };
-    roll_out(predictor, Some(set), open, starts, sequences)
-}
-
-fn roll_out<C: Copy + Into<Choice>>(
-    predictor: &dyn Predictor,
-    set: Option<&ActionSet>,
-    targets: impl Fn(&Snapshot) -> Vec<Target>,
-    starts: &[&Snapshot],
-    sequences: &[Vec<C>],
-) -> Result<Vec<Rollout>> {
-    let mut rollouts: Vec<OngoingRollout> =
-        starts.iter().map(|start| OngoingRollout::new(targets(start), start)).collect();
+    let mut rollouts: Vec<OngoingRollout> = starts.iter().map(|start| OngoingRollout::new(start)).collect();
     let steps = starts.first().map_or(0, |start| start.task().rules.steps_per_action);
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
     for index in 0..horizon {
         for (rollout, sequence) in rollouts.iter_mut().zip(sequences) {
             match sequence.get(index) {
-                Some(&choice) if !rollout.over && index < rollout.actions_left => {
-                    rollout.place(set, choice.into());
-                }
+                Some(&action) if !rollout.over && index < rollout.actions_left => rollout.place(action),
                 _ => rollout.over = true,
             }
         }
         for _ in 0..steps / predictor.interval() {
             advance(predictor, &mut rollouts)?;
         }
-        for rollout in rollouts.iter_mut().filter(|rollout| rollout.is_in_action()) {
-            rollout.end_action();
-        }
+        rollouts.iter_mut().for_each(OngoingRollout::end_action);
     }
     Ok(rollouts.into_iter().map(|rollout| rollout.outcome).collect())
 }
@@ -137,34 +89,28 @@ fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout]) -> Result
 }
 
 impl OngoingRollout {
-    fn new(targets: Vec<Target>, start: &Snapshot) -> Self {
+    fn new(start: &Snapshot) -> Self {
         let task = start.task();
         let tools: Vec<Tool> = start.world().tools().copied().collect();
         let ball = start.ball();
+        let stages = task.stages();
         Self {
             snapshot: start.clone(),
             ball,
             radius: task.ball.radius,
             placed_by: vec![None; tools.len()],
             tools,
-            targets,
+            target: stages[start.stage().min(stages.len() - 1)],
             actions_left: task.rules.max_actions.saturating_sub(start.actions()) as usize,
             over: start.end().is_some(),
             outcome: Rollout { path: vec![to_normalised(ball.position)], ..Rollout::default() },
         }
     }
 
-    /// Places the task's tool, or the chosen tool of `set`. The no-op and choices outside the set place nothing.
-    fn place(&mut self, set: Option<&ActionSet>, Choice { tool, place: action }: Choice) {
+    /// Places the task's tool, if it may be placed there.
+    fn place(&mut self, action: Action) {
         self.snapshot.set_ball(self.ball);
-        let placement = match set {
-            None => self.snapshot.place(action),
-            Some(set) => match set.get(tool).flatten() {
-                Some(tool) => self.snapshot.place_tool(tool, action),
-                None => Placement::NoOp,
-            },
-        };
-        let placed = placement == Placement::Placed;
+        let placed = self.snapshot.place(action) == Placement::Placed;
         if placed {
             self.placed_by.push(Some(self.outcome.actions.len()));
             self.tools.extend(self.snapshot.world().tools().last().copied());
@@ -172,29 +118,21 @@ impl OngoingRollout {
         self.outcome.actions.push(RolloutAction { action, placed, touched: false });
     }
 
-    /// Whether a target is reached: for `at_end`, one that counts at the end of an action, by the state `next`
-    /// itself; otherwise one that counts at any time, on the way to `next`.
-    fn reaches(&self, next: &BallState, at_end: bool) -> bool {
-        let from = if at_end { next.position } else { self.ball.position };
-        self.targets.iter().filter(|target| target.at_end == at_end).any(|Target { region, .. }| {
-            distance_to_segment(to_units(region.position), from, next.position) <= region.radius + self.radius
-        })
+    /// Whether the target is reached on the way to the state `next`.
+    fn reaches(&self, next: &BallState) -> bool {
+        let target = to_units(self.target.position);
+        distance_to_segment(target, self.ball.position, next.position) <= self.target.radius + self.radius
     }
 
-    /// Whether its latest action has not ended.
-    fn is_in_action(&self) -> bool {
-        self.outcome.balls.len() < self.outcome.actions.len()
-    }
-
+    /// Notes the ball after its latest action, if that has not ended before.
     fn end_action(&mut self) {
-        if !self.over && self.reaches(&self.ball, true) {
-            (self.outcome.hit, self.over) = (true, true);
+        if self.outcome.balls.len() < self.outcome.actions.len() {
+            self.outcome.balls.push(self.ball);
         }
-        self.outcome.balls.push(self.ball);
     }
 
     fn go_to(&mut self, next: BallState) {
-        let (radius, hit) = (self.radius, self.reaches(&next, false));
+        let (radius, hit) = (self.radius, self.reaches(&next));
         self.outcome.hit = hit;
         for (tool, action) in self.tools.iter().zip(&self.placed_by).filter_map(|(tool, by)| Some((tool, (*by)?))) {
             let near = |ball: &BallState| {

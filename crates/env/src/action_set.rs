@@ -131,25 +131,6 @@ pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
     features
 }
 
-/// The embedding of a catalogue tool or the no-op: its [`tool_features`], each scaled to [-1, 1] over the catalogue.
-/// None for any other number.
-pub fn tool_embedding(number: usize) -> Option<&'static [f32; TOOL_FEATURES]> {
-    static EMBEDDINGS: LazyLock<Vec<[f32; TOOL_FEATURES]>> = LazyLock::new(embeddings);
-    EMBEDDINGS.get(number)
-}
-
-fn embeddings() -> Vec<[f32; TOOL_FEATURES]> {
-    let features: Vec<_> = (0..=NO_OP).map(|number| tool_features(catalogue_tool(number))).collect();
-    let ranges: [[f32; 2]; TOOL_FEATURES] = std::array::from_fn(|column| {
-        let values = || features.iter().map(|row| row[column]);
-        [values().fold(f32::INFINITY, f32::min), values().fold(f32::NEG_INFINITY, f32::max)]
-    });
-    let scaled = |value: f32, [low, high]: [f32; 2]| {
-        if high > low { (2.0 * (value - low) / (high - low) - 1.0).clamp(-1.0, 1.0) } else { 0.0 }
-    };
-    features.iter().map(|row| std::array::from_fn(|column| scaled(row[column], ranges[column]))).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,13 +142,5 @@ mod tests {
         seen.sort_by(|a, b| a.partial_cmp(b).unwrap());
         assert!(seen.windows(2).all(|pair| pair[0] != pair[1]));
         assert_eq!(tool_features(None), [0.0; TOOL_FEATURES]);
-    }
-
-    #[test]
-    fn every_tool_has_its_own_embedding() {
-        let mut seen: Vec<_> = (0..=NO_OP).map(|number| *tool_embedding(number).unwrap()).collect();
-        assert!(seen.iter().flatten().all(|value| value.abs() <= 1.0) && tool_embedding(NO_OP + 1).is_none());
-        seen.sort_by(|a, b| a.partial_cmp(b).unwrap());
-        assert!(seen.windows(2).all(|pair| pair[0] != pair[1]));
     }
 }

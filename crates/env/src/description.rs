@@ -7,8 +7,7 @@ use super::observation::{ObservationPart, VELOCITY_SCALE, bounds, kept_tools};
 use mge_physics::{ACTION_SET, Motion, ObjectId, ToolKind, exact, to_normalised, to_units};
 use mge_task::{GoalShape, Task};
 
-/// Default number of object slots; see [`Environment::with_slots`](super::Environment::with_slots). If there are more
-/// objects, the earliest placed tools are dropped.
+/// Object slots. If there are more objects, the earliest placed tools are dropped.
 pub const SCENE_SLOTS: usize = 48;
 /// Features of one object: one-hot of its role, in the order of [`ROLES`]; velocity x, y; position x, y; angular
 /// velocity; cosine and sine of its rotation; then its properties as in [`tool_features`]. The one-hot of the tool
@@ -17,8 +16,6 @@ pub const SCENE_FEATURES: usize = ROLES.len() + MOTION_FEATURES + TOOL_FEATURES;
 /// The roles of objects.
 pub const ROLES: [&str; 8] = ["target", "marker", "ball", "box", "goal", "subgoal", "marker_subgoal", "tool"];
 const MOTION_FEATURES: usize = 7;
-/// Index of the target ball's position (x, then y) in a description. The target is the first object.
-pub const TARGET_POSITION: usize = ROLES.len() + 2;
 
 /// Length of the progress part: flags for each subgoal reached by the target and by the marker, for whether the
 /// target counts as moved and whether the goal has been reached; then the fraction of actions used.
@@ -27,20 +24,20 @@ fn progress_len(task: &Task) -> usize {
 }
 
 /// The parts of a description.
-pub(super) fn description_parts(task: &Task, slots: usize) -> Vec<ObservationPart> {
+pub(super) fn description_parts(task: &Task) -> Vec<ObservationPart> {
     vec![
-        ObservationPart { name: "objects", shape: vec![slots, SCENE_FEATURES] },
+        ObservationPart { name: "objects", shape: vec![SCENE_SLOTS, SCENE_FEATURES] },
         ObservationPart { name: "progress", shape: vec![progress_len(task)] },
         ObservationPart { name: "tools", shape: vec![ACTION_SET, TOOL_FEATURES] },
     ]
 }
 
-/// Describes an episode, with `slots` object slots, and the first [`ACTION_SET`] tools of an action set.
-pub(super) fn describe(now: &Snapshot, set: &ActionSet, slots: usize) -> Vec<f32> {
-    let (task, objects) = (now.task(), slots * SCENE_FEATURES);
+/// Describes an episode and the first [`ACTION_SET`] tools of an action set.
+pub(super) fn describe(now: &Snapshot, set: &ActionSet) -> Vec<f32> {
+    let (task, objects) = (now.task(), SCENE_SLOTS * SCENE_FEATURES);
     let length = objects + progress_len(task) + ACTION_SET * TOOL_FEATURES;
     let mut numbers = Vec::with_capacity(length);
-    let mut writer = ObjectWriter { numbers: &mut numbers, free: slots };
+    let mut writer = ObjectWriter { numbers: &mut numbers, free: SCENE_SLOTS };
     writer.push_movers(now);
     writer.push_regions(now);
     writer.push_tools(now);
@@ -129,11 +126,11 @@ fn properties(radius: f32, material: Option<[f32; 3]>) -> [f32; TOOL_FEATURES] {
 }
 
 /// Lower and upper bounds of every number: 0 and 1 for flags, infinite for the others.
-pub(super) fn description_bounds(task: &Task, slots: usize) -> [Vec<f32>; 2] {
+pub(super) fn description_bounds(task: &Task) -> [Vec<f32>; 2] {
     const PROPERTIES: usize = ROLES.len() + MOTION_FEATURES;
     let is_kind = |column: usize| column < ToolKind::ALL.len();
     let object = |column: usize| column < ROLES.len() || (column >= PROPERTIES && is_kind(column - PROPERTIES));
-    let flags = (0..slots * SCENE_FEATURES)
+    let flags = (0..SCENE_SLOTS * SCENE_FEATURES)
         .map(|index| object(index % SCENE_FEATURES))
         .chain((0..progress_len(task)).map(|_| true))
         .chain((0..ACTION_SET * TOOL_FEATURES).map(|index| is_kind(index % TOOL_FEATURES)));

@@ -6,14 +6,11 @@ use rand::Rng;
 
 use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
-use super::description::SCENE_SLOTS;
+use super::description::{describe, description_bounds, description_parts};
 use super::episode::Snapshot;
 use super::image::{self, IMAGE_LEN};
-use super::observation::ObservationPart;
-#[cfg(doc)]
-use super::rays::RAYS_LEN;
-use super::view::View;
-use mge_physics::{BallState, ToolSplit, World};
+use super::observation::{ObservationPart, observation_bounds, observation_len, observation_parts, observe};
+use mge_physics::{ToolSplit, World};
 use mge_task::Task;
 
 /// The random draws of a reset, from which the episode can be started again.
@@ -38,10 +35,6 @@ pub struct Environment {
     split: Option<ToolSplit>,
     /// The action set; None if the agent has the task's own tool.
     set: Option<ActionSet>,
-    /// Object slots in the observation of an agent with an action set.
-    slots: usize,
-    /// Whether observations are by rays.
-    by_rays: bool,
     /// The start of every episode, if all start alike.
     first: Option<Arc<Snapshot>>,
     now: Snapshot,
@@ -52,16 +45,7 @@ impl Environment {
     pub fn new(task: Arc<Task>) -> Self {
         let now = Snapshot::new(task.clone(), [0.0; 2]);
         let first = task.shifts.is_empty().then(|| Arc::new(now.clone()));
-        Self {
-            loaded: task,
-            start: Start::default(),
-            split: None,
-            set: None,
-            slots: SCENE_SLOTS,
-            by_rays: false,
-            first,
-            now,
-        }
+        Self { loaded: task, start: Start::default(), split: None, set: None, first, now }
     }
 
     /// Gives the agent an action set of CREATE's tools. As in CREATE, every [`reset`](Self::reset) draws a new one:
@@ -76,26 +60,6 @@ impl Environment {
     #[must_use]
     pub fn with_action_set(self, set: impl Into<Option<ActionSet>>) -> Self {
         Self { split: None, set: set.into(), ..self }
-    }
-
-    /// Sets the number of object slots in the observation of an agent with an action set. If there are more objects,
-    /// the earliest placed tools are dropped.
-    #[must_use]
-    pub fn with_slots(self, slots: usize) -> Self {
-        Self { slots, ..self }
-    }
-
-    /// Makes rays the observation: the ball, its next target, and the tools around both. [`RAYS_LEN`] numbers for
-    /// every task, so that an agent can play tasks it was not trained on.
-    #[must_use]
-    pub fn with_rays(self) -> Self {
-        Self { by_rays: true, ..self }
-    }
-
-    /// Observed by rays if `other` is.
-    #[must_use]
-    pub(super) fn shown_like(self, other: &Self) -> Self {
-        Self { by_rays: other.by_rays, ..self }
     }
 
     /// The split from which action sets are drawn, if they are drawn.
@@ -157,24 +121,26 @@ impl Environment {
         self.now.clone_from(snapshot);
     }
 
-    fn view(&self) -> View<'_> {
-        match &self.set {
-            _ if self.by_rays => View::Rays,
-            Some(set) => View::Scene(set, self.slots),
-            None => View::Objects,
-        }
-    }
-
     /// The current observation: object vectors and the next stage or, for an agent with an action set, a description
-    /// of the objects' properties, the progress and the tools; rays if they are [set](Self::with_rays).
-    /// [`observation_parts`](Self::observation_parts) lists its parts.
+    /// of the objects' properties, the progress and the tools. [`observation_parts`](Self::observation_parts) lists its
+    /// parts.
     pub fn observation(&self) -> Vec<f32> {
-        self.view().observation(&self.now)
+        match &self.set {
+            Some(set) => describe(&self.now, set),
+            None => {
+                let mut observation = vec![0.0; observation_len(self.task())];
+                observe(&self.now, &mut observation);
+                observation
+            }
+        }
     }
 
     /// Writes the current [`observation`](Self::observation) to `row`, which has exactly its length.
     pub fn write_observation(&self, row: &mut [f32]) {
-        self.view().write(&self.now, row);
+        match &self.set {
+            Some(set) => row.copy_from_slice(&describe(&self.now, set)),
+            None => observe(&self.now, row),
+        }
     }
 
     /// Draws the scene like CREATE's image observations: rows from the top, mirrored left to right, three bytes per
@@ -185,7 +151,10 @@ impl Environment {
 
     /// The parts of an observation, in order.
     pub fn observation_parts(&self) -> Vec<ObservationPart> {
-        self.view().parts(self.task())
+        match &self.set {
+            Some(_) => description_parts(self.task()),
+            None => observation_parts(self.task()),
+        }
     }
 
     /// Length of an observation.
@@ -195,7 +164,10 @@ impl Environment {
 
     /// Lower and upper bounds of observations; unbounded values are infinite.
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
-        self.view().bounds(self.task())
+        match &self.set {
+            Some(_) => description_bounds(self.task()),
+            None => observation_bounds(self.task()),
+        }
     }
 
     /// Places the tool that the action asks for, if it may be placed, then runs the world for one action interval.
@@ -237,27 +209,6 @@ impl Environment {
         Ok(step)
     }
 
-    /// An imagined step: places the tool, if it may be placed, then moves the ball to its predicted state after the
-    /// action. `hit` means that it reached the next stage on the way. The rules are those of [`step`](Self::step).
-    ///
-    /// # Errors
-    /// When the episode is over.
-    pub fn step_predicted(
-        &mut self,
-        action: impl Into<Choice>,
-        ball: BallState,
-        hit: bool,
-    ) -> Result<Step, EpisodeOver> {
-        let mut step = self.begin_step(action.into())?;
-        self.now.set_ball(ball);
-        if hit {
-            self.now.reach_stage(&mut step);
-        }
-        self.now.finish_action(&mut step);
-        step.observation = self.observation();
-        Ok(step)
-    }
-
     /// The step right after the placement, before any physics.
     fn begin_step(&mut self, Choice { tool, place }: Choice) -> Result<Step, EpisodeOver> {
         if self.now.end().is_some() {
@@ -287,39 +238,14 @@ impl Environment {
             touched: Vec::new(),
         })
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-
-    use super::*;
-    use crate::{EndReason, uniform_action};
-    use mge_task as task;
-
-    #[test]
-    fn an_imagined_step_with_the_true_outcome_equals_the_real_step() {
-        let mut rng = ChaCha8Rng::seed_from_u64(0);
-        for task in task::shipped() {
-            let stages = task.stage_count();
-            let mut real = Environment::new(Arc::new(task));
-            for _ in 0..300 {
-                let mut imagined = real.clone();
-                let stage = real.snapshot().stage();
-                let action = uniform_action(&mut rng);
-                let step = real.step(action).unwrap();
-                let hits = step.subgoals.len() + usize::from(step.goal);
-                assert!(stage + hits <= stages);
-                // A prediction ends at the first stage it reaches.
-                if hits <= 1 && step.end != Some(EndReason::Standstill) {
-                    let predicted = imagined.step_predicted(action, real.snapshot().ball(), hits == 1).unwrap();
-                    assert_eq!(predicted, Step { touched: Vec::new(), ..step.clone() });
-                }
-                if step.end.is_some() {
-                    real.reset(&mut rng);
-                }
-            }
-        }
+    /// An action after which the ball has this state, instead of that which the world gives it.
+    #[cfg(test)]
+    pub(super) fn step_to(&mut self, action: impl Into<Choice>, ball: mge_physics::BallState) -> Step {
+        let mut step = self.begin_step(action.into()).unwrap();
+        self.now.set_ball(ball);
+        self.now.finish_action(&mut step);
+        step.observation = self.observation();
+        step
     }
 }

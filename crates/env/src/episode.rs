@@ -267,14 +267,6 @@ impl Snapshot {
         step.reward += self.worth(self.task.rules.rewards.subgoal).max(0.0);
     }
 
-    /// Counts the next stage as reached, when a model predicts it.
-    pub(super) fn reach_stage(&mut self, step: &mut Step) {
-        match self.stage() {
-            goal if goal == self.reached.len() => self.reach_goal(step),
-            subgoal => self.reach_subgoal(subgoal, step),
-        }
-    }
-
     /// Checks the marker's subgoals at the end of an action.
     fn check_marker_subgoals(&mut self, step: &mut Step) {
         for index in 0..self.reached_by_marker.len() {

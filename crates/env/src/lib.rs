@@ -39,21 +39,18 @@ mod environment;
 mod episode;
 mod image;
 mod observation;
-mod rays;
 mod refusal;
 #[cfg(test)]
 mod tests;
 mod vector;
-mod view;
 
 pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
-pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_embedding, tool_features};
-pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS, TARGET_POSITION};
+pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_features};
+pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS};
 pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
 pub use image::{IMAGE_LEN, IMAGE_SIDE};
 pub use observation::{
     BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
 };
-pub use rays::RAYS_LEN;
 pub use vector::{Autoreset, Ended, FEW, Info, Outcome, State, VectorEnvironment, VectorError};

@@ -153,7 +153,7 @@ fn the_screen_ends_at_its_edges() {
         ([42.0, SCREEN], Some(EndReason::OutOfBounds)),
     ] {
         let moving = BallState { velocity: [1.0, 0.0], ..BallState::at_rest(position) };
-        let step = environment(json!({})).step_predicted(ASIDE, moving, false).unwrap();
+        let step = environment(json!({})).step_to(ASIDE, moving);
         assert_eq!((step.end, step.terminated), (expected, expected.is_some()), "{position:?}");
     }
 }
@@ -195,9 +195,7 @@ fn if_objects_exceed_slots_the_earliest_placed_tools_are_dropped() {
     let mut placed = Vec::new();
     for index in 0..5 {
         let place = at(10.0 + 15.0 * index as f32, 75.0);
-        let step =
-            env.step_predicted(place, BallState { velocity: [1.0, 0.0], ..BallState::at_rest([42.0, 42.0]) }, false);
-        let step = step.unwrap();
+        let step = env.step_to(place, BallState { velocity: [1.0, 0.0], ..BallState::at_rest([42.0, 42.0]) });
         assert_eq!(step.placement, Placement::Placed);
         placed.push(place);
         let kept = &placed[placed.len().saturating_sub(OBJECT_SLOTS - 1 - fixed.len())..];

@@ -8,7 +8,6 @@ use super::action::Action;
 use super::action_set::{ActionSet, Choice};
 use super::environment::Environment;
 use super::observation::ObservationPart;
-use super::rays::RAYS_LEN;
 use mge_base::stop::Stop;
 use mge_base::streams::Stream;
 use mge_physics::{ACTION_SET, ToolSplit};
@@ -129,17 +128,6 @@ impl VectorEnvironment {
     #[must_use]
     pub fn with_images(self) -> Self {
         Self { has_images: true, ..self }
-    }
-
-    /// Makes rays the observation: see [`Environment::with_rays`].
-    #[must_use]
-    pub fn with_rays(self) -> Self {
-        Self { observation_len: RAYS_LEN, ..self.changed(Environment::with_rays) }
-    }
-
-    fn changed(self, change: impl Fn(Environment) -> Environment) -> Self {
-        let players = self.players.into_iter().map(|player| Player { env: change(player.env), ..player });
-        Self { players: players.collect(), ..self }
     }
 
     /// Ends resets, steps and drawings early once `stop` is requested. Only some environments have then changed: see
@@ -298,8 +286,6 @@ impl VectorEnvironment {
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
         let mut restored = state.0.clone();
-        // The observation of a state read from text may be another.
-        restored.env = restored.env.shown_like(&player.env);
         restored.outcome = Outcome { info: restored.info(None), ..Outcome::default() };
         *player = restored;
         observation.copy_from_slice(&player.env.observation());

@@ -130,14 +130,12 @@ fn cluster_unless_stopped(
     rng: &ChaCha8Rng,
 ) -> Result<Vec<Cluster>> {
     let (count, std_floor) = (config.clusters, config.std_floor);
-    let clusters = if actions.len() < MAX_UNINTERRUPTED_ACTIONS {
-        cluster(actions, count, std_floor, rng)
-    } else {
-        let (actions, rng) = (actions.to_vec(), rng.clone());
-        let work = move || cluster(&actions, count, std_floor, &rng);
-        run_abandonable(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
-    };
-    Ok(clusters?.into_iter().map(|(cluster, _)| cluster).collect())
+    if actions.len() < MAX_UNINTERRUPTED_ACTIONS {
+        return cluster(actions, count, std_floor, rng);
+    }
+    let (actions, rng) = (actions.to_vec(), rng.clone());
+    let work = move || cluster(&actions, count, std_floor, &rng);
+    run_abandonable(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
 }
 
 /// Step 3: plays actions from the clusters in the real environment. Returns the states in which the stage was reached

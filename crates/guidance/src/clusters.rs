@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use mge_dynamics::{DynamicsError, Result};
-use mge_env::{Action, TOOL_FEATURES};
+use mge_env::Action;
 
 /// Number of clusters of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,63 +43,42 @@ impl Cluster {
     }
 }
 
-/// The tools of a cluster of rewarding actions: the normal distribution of their embeddings.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ToolCluster {
-    /// Mean of each number.
-    pub mean: Vec<f32>,
-    /// Standard deviation of each number, not below the floor.
-    pub std: Vec<f32>,
-}
-
-impl ToolCluster {
-    /// Whether all values are possible for tools.
-    pub(super) fn is_possible(&self) -> bool {
-        let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
-        let lengths = [self.mean.len(), self.std.len()];
-        lengths == [TOOL_FEATURES; 2] && within(-1.0, &self.mean) && within(0.0, &self.std)
-    }
-}
-
 /// A number from a normal distribution, clipped to [-1, 1].
 pub(super) fn clipped_normal(mean: f32, std: f32, rng: &mut impl Rng) -> f32 {
     let normal: f32 = StandardNormal.sample(rng);
     (mean + std * normal).clamp(-1.0, 1.0)
 }
 
-/// Clusters of points, the largest first, each with its tools if the points have any; empty if there are no points.
-/// Points have equal lengths: they begin with x and y, and the embedding of a tool may follow.
+/// Clusters of actions, the largest first; empty if there are no actions.
 ///
 /// # Errors
 /// [`DynamicsError::ActionNotFinite`].
-pub(super) fn cluster<P: AsRef<[f32]>>(
-    points: &[P],
+pub(super) fn cluster(
+    actions: &[Action],
     count: ClusterCount,
     std_floor: f32,
     rng: &ChaCha8Rng,
-) -> Result<Vec<(Cluster, Option<ToolCluster>)>> {
-    let distinct = count_distinct(points);
+) -> Result<Vec<Cluster>> {
+    let distinct = count_distinct(actions);
     if distinct == 0 {
         return Ok(Vec::new());
     }
-    if points.iter().flat_map(AsRef::as_ref).any(|value| !value.is_finite()) {
+    if actions.iter().flatten().any(|value| !value.is_finite()) {
         return Err(DynamicsError::ActionNotFinite);
     }
-    let columns = points[0].as_ref().len();
-    let points = Array2::from_shape_fn((points.len(), columns), |(row, axis)| f64::from(points[row].as_ref()[axis]));
+    let points = Array2::from_shape_fn((actions.len(), 2), |(row, axis)| f64::from(actions[row][axis]));
     let labels = match count {
         ClusterCount::Fixed(k) => assign(&points, k.clamp(1, distinct), rng)?,
         ClusterCount::Silhouette(most) => best_silhouette(&points, most.min(distinct.saturating_sub(1)), rng)?,
     };
     let clusters = 1 + labels.iter().max().copied().unwrap_or(0);
     let mut clusters: Vec<_> = (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
-    clusters.sort_by(|(a, _), (b, _)| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
+    clusters.sort_by(|a, b| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
     Ok(clusters)
 }
 
-fn count_distinct<P: AsRef<[f32]>>(points: &[P]) -> usize {
-    let bits = |point: &P| point.as_ref().iter().map(|value| value.to_bits()).collect();
-    let mut bits: Vec<Vec<u32>> = points.iter().map(bits).collect();
+fn count_distinct(actions: &[Action]) -> usize {
+    let mut bits: Vec<[u32; 2]> = actions.iter().map(|action| action.map(f32::to_bits)).collect();
     bits.sort_unstable();
     bits.dedup();
     bits.len()
@@ -131,21 +110,14 @@ fn best_silhouette(points: &Array2<f64>, most: usize, rng: &ChaCha8Rng) -> Resul
     Ok(best.1)
 }
 
-/// The cluster of the points with a label, and its tools if the points have any. No standard deviation is below the
-/// floor: exploration would otherwise repeat a cluster of equal actions or tools for ever.
-fn describe(
-    points: &Array2<f64>,
-    labels: &Array1<usize>,
-    label: usize,
-    std_floor: f32,
-) -> Option<(Cluster, Option<ToolCluster>)> {
+/// The cluster of the points with a label. No standard deviation is below the floor: exploration would otherwise repeat
+/// a cluster of equal actions for ever.
+fn describe(points: &Array2<f64>, labels: &Array1<usize>, label: usize, std_floor: f32) -> Option<Cluster> {
     let rows: Vec<usize> = labels.iter().enumerate().filter(|(_, l)| **l == label).map(|(row, _)| row).collect();
     let members = points.select(Axis(0), &rows);
     let mean: Vec<f32> = members.mean_axis(Axis(0))?.iter().map(|mean| *mean as f32).collect();
     let std: Vec<f32> = members.std_axis(Axis(0), 0.0).iter().map(|std| (*std as f32).max(std_floor)).collect();
     let count = members.nrows();
     let weight = count as f32 / points.nrows() as f32;
-    let cluster = Cluster { mean: [mean[0], mean[1]], std: [std[0], std[1]], weight, count };
-    let tools = (mean.len() > 2).then(|| ToolCluster { mean: mean[2..].to_vec(), std: std[2..].to_vec() });
-    Some((cluster, tools))
+    Some(Cluster { mean: [mean[0], mean[1]], std: [std[0], std[1]], weight, count })
 }

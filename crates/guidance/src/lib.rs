@@ -1,8 +1,7 @@
 //! Model-guided exploration: rollouts, action clusters, the action prior, epsilon
 //! schedules (paper, sections 4.2 and 4.3).
 //!
-//! A dynamics model is used only as a [`RolloutModel`], or as a [`ToolModel`] if the agent chooses
-//! among tools. [`TruePhysics`] implements both and gives an upper bound on the effect of guidance.
+//! A dynamics model is used only as a [`RolloutModel`]. [`TruePhysics`] gives an upper bound on the effect of guidance.
 //!
 //! [`fn@build`] turns rollouts into an [`ActionPrior`]: for every stage of a task, clusters of the actions that were
 //! predicted to reach it, from which exploration draws. It depends only on task, model, settings and seed, not on the
@@ -35,11 +34,9 @@ mod schedule;
 mod subgoal_search;
 #[cfg(test)]
 mod tests;
-mod tool_rollout;
-mod tools;
 
 pub use build::build;
-pub use clusters::{Cluster, ClusterCount, ToolCluster};
+pub use clusters::{Cluster, ClusterCount};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
@@ -48,5 +45,3 @@ pub use rewarding::{Played, Rewarding};
 pub use rollout::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
 pub use subgoal_search::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
-pub use tool_rollout::{ToolModel, ToolRollout};
-pub use tools::build_with_tools;

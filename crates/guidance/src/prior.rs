@@ -4,7 +4,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::clusters::{Cluster, ToolCluster, cluster};
+use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
 use super::rollout::RolloutModel;
 use mge_base::atomic::Format;
@@ -18,9 +18,6 @@ use mge_task::Task;
 pub struct StagePrior {
     /// Clusters of rewarding actions, the largest first; empty if the model predicted none.
     pub clusters: Vec<Cluster>,
-    /// The tools of each cluster; empty unless the agent chooses among tools.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tools: Vec<ToolCluster>,
     /// The stored rewarding actions.
     pub actions: Vec<Action>,
     /// Number of model rollouts.
@@ -79,7 +76,7 @@ impl ActionPrior {
     }
 
     /// The prior with the name and hash of the model that predicts its rollouts.
-    pub(super) fn of_model(self, model: &(impl RolloutModel + ?Sized)) -> Self {
+    pub(super) fn of_model(self, model: &dyn RolloutModel) -> Self {
         Self { model: model.name(), model_sha256: model.sha256(), ..self }
     }
 
@@ -122,15 +119,15 @@ impl ActionPrior {
     }
 
     /// The prior with the clusters of one stage rebuilt from other actions, such as those that
-    /// turned out to be rewarding in real play: positions, or positions and
-    /// [embeddings](mge_env::tool_embedding) of tools.
+    /// turned out to be rewarding in real play.
     ///
     /// # Errors
     /// When an action is not finite.
-    pub fn with_actions<P: AsRef<[f32]>>(&self, stage: usize, actions: &[P], rng: &ChaCha8Rng) -> Result<Self> {
+    pub fn with_actions(&self, stage: usize, actions: &[Action], rng: &ChaCha8Rng) -> Result<Self> {
         let mut refined = self.clone();
         if let Some(stage) = refined.stages.get_mut(stage) {
-            stage.cluster(actions, &self.config, rng)?;
+            stage.clusters = cluster(actions, self.config.clusters, self.config.std_floor, rng)?;
+            stage.actions = actions.to_vec();
         }
         Ok(refined)
     }
@@ -155,46 +152,24 @@ struct Header {
 }
 
 impl StagePrior {
-    /// Builds the clusters from rewarding actions: positions, or positions and embeddings of tools.
-    pub(super) fn cluster<P: AsRef<[f32]>>(
-        &mut self,
-        actions: &[P],
-        config: &GuidanceConfig,
-        rng: &ChaCha8Rng,
-    ) -> Result<()> {
-        let clusters = cluster(actions, config.clusters, config.std_floor, rng)?;
-        let tools: Vec<_>;
-        (self.clusters, tools) = clusters.into_iter().unzip();
-        self.tools = tools.into_iter().flatten().collect();
-        self.actions = actions.iter().map(|action| [action.as_ref()[0], action.as_ref()[1]]).collect();
-        Ok(())
-    }
-
     /// Whether all values are possible for actions.
     fn is_possible(&self) -> bool {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
         self.clusters.iter().all(|c| within(-1.0, &c.mean) && within(0.0, &c.std) && within(0.0, &[c.weight]))
             && self.actions.iter().all(|action| within(-1.0, action))
-            && [0, self.clusters.len()].contains(&self.tools.len())
-            && self.tools.iter().all(ToolCluster::is_possible)
     }
 
     /// A random action for this stage, as in [`ActionPrior::sample`].
     pub fn sample(&self, rng: &mut impl Rng) -> Action {
-        match self.draw(rng) {
-            Some(cluster) => self.clusters[cluster].sample(rng),
-            None => uniform_action(rng),
-        }
-    }
-
-    /// The index of a cluster drawn by weight; none if there are no clusters.
-    pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<usize> {
         let mut share: f32 = rng.r#gen();
-        let drawn = self.clusters.iter().position(|cluster| {
+        let drawn = self.clusters.iter().find(|cluster| {
             share -= cluster.weight;
             share < 0.0
         });
         // If rounding leaves a remainder, take the last.
-        drawn.or(self.clusters.len().checked_sub(1))
+        match drawn.or(self.clusters.last()) {
+            Some(cluster) => cluster.sample(rng),
+            None => uniform_action(rng),
+        }
     }
 }

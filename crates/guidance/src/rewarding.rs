@@ -29,7 +29,7 @@ impl Rewarding {
     }
 
     /// Indices of the rewarding ones among the actions that led to a stage.
-    pub(super) fn of(self, actions: &[RolloutAction]) -> Vec<usize> {
+    fn of(self, actions: &[RolloutAction]) -> Vec<usize> {
         let chosen = |wanted: fn(&RolloutAction) -> bool| (0..actions.len()).filter(move |&i| wanted(&actions[i]));
         match self {
             Self::Touched => chosen(|a| a.placed && a.touched).collect(),
@@ -44,8 +44,6 @@ impl Rewarding {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Played {
     pub(super) actions: Vec<RolloutAction>,
-    /// The agent's vector of each action.
-    vectors: Vec<Vec<f32>>,
     /// The index of the action that placed each of the agent's tools; none for earlier tools.
     placed_by: Vec<Option<usize>>,
 }
@@ -56,15 +54,13 @@ impl Played {
         Self { placed_by: vec![None; tools], ..Self::default() }
     }
 
-    /// Records an action and its outcome. `vector` is a position and, if the agent chooses among tools,
-    /// the [embedding](mge_env::tool_embedding) of a tool.
-    pub fn note(&mut self, vector: &[f32], step: &Step) {
+    /// Records an action and its outcome.
+    pub fn note(&mut self, action: Action, step: &Step) {
         let placed = step.placement == Placement::Placed;
         if placed {
             self.placed_by.push(Some(self.actions.len()));
         }
-        self.actions.push(RolloutAction { action: [vector[0], vector[1]], placed, touched: false });
-        self.vectors.push(vector.to_vec());
+        self.actions.push(RolloutAction { action, placed, touched: false });
         for index in step.touched.iter().filter_map(|&tool| self.placed_by[tool]) {
             self.actions[index].touched = true;
         }
@@ -72,10 +68,9 @@ impl Played {
 
     /// The actions to store for the stage that was just reached. Resets the record for play towards
     /// the next stage.
-    pub fn take_rewarding(&mut self, which: Rewarding) -> Vec<Vec<f32>> {
-        let rewarding = which.of(&self.actions).into_iter().map(|index| self.vectors[index].clone()).collect();
+    pub fn take_rewarding(&mut self, which: Rewarding) -> Vec<Action> {
+        let rewarding = which.of(&self.actions).into_iter().map(|index| self.actions[index].action).collect();
         self.actions.clear();
-        self.vectors.clear();
         self.placed_by.fill(None);
         rewarding
     }

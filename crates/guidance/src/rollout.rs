@@ -135,7 +135,7 @@ fn true_rollout(start: &Snapshot, sequence: &[Action]) -> Rollout {
         let Ok(step) = env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))) else {
             break;
         };
-        played.note(&action, &step);
+        played.note(action, &step);
         rollout.balls.push(env.snapshot().ball());
         rollout.hit = step.subgoals.contains(&stage) || (stage == start.task().subgoals.len() && step.goal);
         if rollout.hit || step.end.is_some() {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI, TAU};
 
-use rapier2d::parry::query::{self, Ray, RayCast};
+use rapier2d::parry::query;
 use rapier2d::prelude::*;
 
 use super::direction::direction;
@@ -156,23 +156,6 @@ impl Tool {
     pub fn holds_start(&self, centre: [f32; 2], radius: f32) -> bool {
         let is_solid = !self.kind.is_sensor() && !self.kind.is_hinged();
         is_solid && radius - self.surface(centre).0 > START_OVERLAP
-    }
-
-    /// Lowers each distance to that at which the ray from `origin` in the direction of the same index meets the tool,
-    /// if that is less; 0 if the origin is inside. In units; directions are unit vectors.
-    pub fn shorten_rays(&self, origin: [f32; 2], directions: &[[f32; 2]], distances: &mut [f32]) {
-        let longest = distances.iter().copied().fold(0.0, f32::max);
-        if self.is_beyond(origin, longest) {
-            return;
-        }
-        let (shape, place) = self.shape();
-        let pose = Pose::from_translation(place);
-        for (direction, distance) in directions.iter().zip(distances) {
-            let ray = Ray::new(Vector::from(origin.map(f64::from)), Vector::from(direction.map(f64::from)));
-            if let Some(met) = RayCast::cast_ray(&*shape, &pose, &ray, f64::from(*distance), true) {
-                *distance = met as f32;
-            }
-        }
     }
 
     /// The shape for rapier, and its position in the world.

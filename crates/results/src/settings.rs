@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write as _;
-use std::sync::Arc;
 
 use serde_json::{Value, json};
 
@@ -22,8 +21,6 @@ const WHOLE_SCHEDULE: &str = "epsilon";
 const NONE: &str = "none";
 /// Value of `subgoals` and `scene` for a shipped task, or one without variants.
 const UNCHANGED: &str = "unchanged";
-/// The further tasks of a run.
-const FURTHER: &str = "more_tasks";
 /// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
@@ -39,12 +36,11 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) -> Settings {
     let mut settings: Vec<Settings> = configs.iter().map(|config| compared_settings(config)).collect();
     name_task_variants(&configs, &mut settings);
     name_models(&configs, &mut settings);
-    name_further_tasks(&mut settings);
-    let differing = complete(&mut settings, |run, path| configs[run].method.uses(path));
+    let differing = complete(&mut settings, |run, path| configs[run].uses(path));
     let mut defaults: BTreeMap<String, Settings> = BTreeMap::new();
     let mut unusual: Vec<BTreeSet<String>> = Vec::new();
     for (config, settings) in configs.iter().zip(&settings) {
-        let kind = format!("{} {:?} {}", config.method, config.tools, config.task.rules.start_noise);
+        let kind = format!("{} {}", config.method, config.task.rules.start_noise);
         let default = defaults.entry(kind).or_insert_with(|| default_settings(config));
         let is_unusual = |path: &&String| {
             settings.get(*path).is_some_and(|value| default.get(*path).map_or(*value != NONE, |usual| usual != value))
@@ -123,11 +119,9 @@ pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [Strin
     differing.filter(|(_, [first, second])| first != second).collect()
 }
 
-/// The default settings of a run with this method and these tools.
+/// The default settings of a run with this method.
 fn default_settings(config: &RunConfig) -> Settings {
-    let mut settings = compared_settings(&RunConfig::default_with(config.task.clone(), config.method, config.tools));
-    // The tools do not depend on the method.
-    settings.remove("tools");
+    let mut settings = compared_settings(&RunConfig::default_for(config.task.clone(), config.method));
     // Without variants, as `name_task_variants` would find.
     settings.extend(["subgoals", "scene"].map(|part| (part.to_owned(), UNCHANGED.into())));
     settings
@@ -135,17 +129,12 @@ fn default_settings(config: &RunConfig) -> Settings {
 
 /// The effective value of every setting: where a configuration leaves a value to the task, that of the task.
 fn effective_settings(config: &RunConfig) -> Settings {
-    let mut settings = leaf_settings(&json::as_written(config));
+    let settings = leaf_settings(&json::as_written(config)).into_iter();
+    // Settings of earlier versions are compared like all others.
+    let named = |(path, value): (String, Value)| (path.strip_prefix("removed.").unwrap_or(&path).to_owned(), value);
+    let mut settings: Settings = settings.map(named).collect();
     if config.start_noise.is_none() {
         settings.insert("start_noise".to_owned(), json::as_written(&config.task.rules.start_noise));
-    }
-    if config.evaluation.tools.is_none() {
-        settings.insert("evaluation.tools".to_owned(), settings["tools"].clone());
-    }
-    // The tasks themselves, not the place where they were found.
-    if settings.remove("further_tasks").is_some() {
-        let names: Vec<&str> = config.further_tasks.iter().map(|task| &*task.name).collect();
-        settings.insert(FURTHER.to_owned(), names.join(", ").into());
     }
     settings
 }
@@ -165,20 +154,15 @@ fn compared_settings(config: &RunConfig) -> Settings {
     let is_compared = |path: &str| {
         let elsewhere = ["method", "seed", "epsilon"].contains(&path)
             || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
-        !elsewhere && config.method.uses(path)
+        !elsewhere && config.uses(path)
     };
     let mut settings = effective_settings(config);
     settings.retain(|path, _| is_compared(path));
     let fork = config.fork.as_ref().map_or(NONE.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
     settings.insert("fork".to_owned(), fork.into());
     if let (Some(id), Some(prior)) = (model_of(config), settings.get_mut("prior")) {
-        let is_shipped = |task: &Arc<Task>| shipped_for(&task.tool_set()).is_some_and(|model| model.id() == *id);
-        let is_learned = config.tools.is_none() && config.tasks().all(is_shipped);
+        let is_learned = shipped_for(&config.task.tool_set()).is_some_and(|model| model.id() == *id);
         *prior = if is_learned { String::from(PriorSource::Learned) } else { id.sha256.clone() }.into();
-    }
-    if !config.further_tasks.is_empty() {
-        let names = json::text(&settings[FURTHER]);
-        settings.insert(FURTHER.to_owned(), format!("{names} ({})", config.further_tasks_id().digits()).into());
     }
     settings
 }
@@ -188,8 +172,7 @@ fn compared_settings(config: &RunConfig) -> Settings {
 pub(super) fn training_key(config: &RunConfig) -> String {
     let epsilon = config.method.uses("epsilon").then(|| config.epsilon.to_string());
     let settings = compared_settings(config);
-    let tasks: Vec<&Task> = config.tasks().map(|task| &**task).collect();
-    json!([tasks, config.method, config.seed, epsilon, settings]).to_string()
+    json!([config.task, config.method, config.seed, epsilon, settings]).to_string()
 }
 
 /// Adds the `subgoals` of each run's task and the rest of its `scene`: names that distinguish the tasks with the same
@@ -307,23 +290,6 @@ fn short_name(stem: &str, config: &RunConfig) -> String {
     }
 }
 
-/// Removes the digits of the hash from the names of further tasks, where all tasks with these names are equal.
-fn name_further_tasks(settings: &mut [Settings]) {
-    let names =
-        |settings: &Settings| settings.get(FURTHER)?.as_str()?.rsplit_once(" (").map(|(names, _)| names.to_owned());
-    let mut contents: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for settings in settings.iter() {
-        if let Some(names) = names(settings) {
-            contents.entry(names).or_default().insert(json::text(&settings[FURTHER]));
-        }
-    }
-    for settings in settings {
-        if let Some(names) = names(settings).filter(|names| contents[names].len() == 1) {
-            settings.insert(FURTHER.to_owned(), names.into());
-        }
-    }
-}
-
 /// Adds the whole schedule to the settings where two schedules have the same short form in a label.
 fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
     let mut schedules: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -339,6 +305,8 @@ fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::{find_runs, read_runs};
     use mge_run::{RunDirectory, RunState};
@@ -413,7 +381,7 @@ mod tests {
         let all = labels(&usual);
         assert_eq!(all, usual.each_ref().map(alone));
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), Method::ALL.len());
-        let adaptive = &usual[6];
+        let adaptive = &usual[5];
         assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
         let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
         let expected =
@@ -433,7 +401,7 @@ mod tests {
             mge_figures::series(names).iter().map(|series| format!("{:?}", series.color)).collect()
         };
         assert_eq!(colours(&names).iter().collect::<BTreeSet<_>>().len(), names.len());
-        assert_eq!(colours(&names[6..7]), colours(&names)[6..7]);
+        assert_eq!(colours(&names[5..6]), colours(&names)[5..6]);
     }
 
     #[test]

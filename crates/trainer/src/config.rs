@@ -1,17 +1,19 @@
 //! The complete configuration of a run, saved with the run.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
 
 use super::method::{Method, PriorSource};
-use super::parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, Practice, Refinement};
+use super::parts::{Evaluation, Fork, Granularity, NoiseDecay, Practice, Refinement};
+use super::removed;
 use mge_agent::{self as agent, DdpgConfig};
+use mge_base::json;
 use mge_base::validation::{Range, Setting, ValidationError, check_settings};
 use mge_guidance::{self as guidance, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
-use mge_physics::{ACTION_SET, ToolSplit};
 use mge_run::Retention;
 use mge_task::Task;
 
@@ -23,86 +25,66 @@ use mge_task::Task;
 pub struct RunConfig {
     /// The whole task, so that a run does not depend on a file that may change.
     pub task: Arc<Task>,
-    /// Further tasks, played in turn with `task`: task files, or folders of them, separated by commas; empty for none.
-    #[serde(default)]
-    pub more_tasks: String,
-    /// The tasks found there, whole for the same reason as `task`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub further_tasks: Vec<Arc<Task>>,
     /// Algorithm.
-    #[serde(default)]
     pub method: Method,
     /// Master seed.
-    #[serde(default)]
     pub seed: u64,
     /// Episodes to train.
-    #[serde(default = "default_episodes")]
     pub episodes: u32,
     /// Schedule of the epsilon threshold; see [`Method::uses`].
-    #[serde(default = "default_epsilon")]
     pub epsilon: EpsilonSchedule,
     /// How often epsilon is drawn.
-    #[serde(default)]
     pub granularity: Granularity,
     /// Annealing of the exploration noise.
-    #[serde(default)]
     pub noise_decay: NoiseDecay,
     /// With exploration by need: a copy of the policy acts until more than this share of its last
     /// greedy attempts at some stage has failed, and is then replaced; none if the actor itself acts.
-    #[serde(default)]
     pub hold_tolerance: Option<f32>,
     /// With exploration by need: the number of steps for each update while no stage needs exploration.
-    #[serde(default = "default_mastered_update_interval")]
     pub mastered_update_interval: u32,
     /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;
     /// none for the task's own.
-    #[serde(default)]
     pub start_noise: Option<f32>,
-    /// What the agent observes.
-    #[serde(default)]
-    pub observation: Observation,
-    /// The split of CREATE's tools from which every reset draws the action set that the agent chooses
-    /// among; none if it uses the task's own tool.
-    #[serde(default)]
-    pub tools: Option<ToolSplit>,
-    /// Number of tools of the action set, nearest to the actor's proposal, among which the critic chooses.
-    #[serde(default = "default_tool_candidates")]
-    pub tool_candidates: usize,
     /// The learner.
-    #[serde(default)]
     pub ddpg: DdpgConfig,
-    /// The source of clusters, plans and imagined transitions, unless the method determines it.
-    #[serde(default)]
+    /// The source of clusters and plans, unless the method determines it.
     pub prior: PriorSource,
     /// How clusters are built.
-    #[serde(default)]
     pub guidance: GuidanceConfig,
     /// Refinement of clusters during training.
-    #[serde(default)]
     pub refinement: Refinement,
     /// Practice before the first episode.
-    #[serde(default)]
     pub practice: Practice,
-    /// Imagined transitions, for [`Method::ModelReplay`].
-    #[serde(default)]
-    pub model_replay: ModelReplay,
     /// Planner, for [`Method::Planning`].
-    #[serde(default)]
     pub planner: PlannerConfig,
     /// Greedy evaluation.
-    #[serde(default)]
     pub evaluation: Evaluation,
     /// Which checkpoints are kept.
-    #[serde(default)]
     pub checkpoints: Retention,
     /// The run from which it continues with other settings, if it is a fork.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fork: Option<Fork>,
+    /// Settings of earlier versions that the run was trained with: see [`check_supported`](Self::check_supported).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub removed: BTreeMap<String, String>,
 }
 
 impl<'de> Deserialize<'de> for RunConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let config = Self::deserialize(deserializer)?;
+        let mut saved = Value::deserialize(deserializer)?;
+        let removed = removed::take(&mut saved);
+        // What earlier versions did not save has its default.
+        let task = saved.get("task").cloned().and_then(|task| serde_json::from_value(task).ok());
+        if let (Some(task), Value::Object(saved)) = (task, &mut saved)
+            && let Value::Object(mut whole) = json::as_written(&Self::new(task))
+        {
+            whole.append(saved);
+            *saved = whole;
+        }
+        let mut track = serde_path_to_error::Track::new();
+        let config = Self::deserialize(serde_path_to_error::Deserializer::new(saved, &mut track));
+        let mut config = config.map_err(|error| D::Error::custom(format_args!("{}: {error}", track.path())))?;
+        config.removed.extend(removed);
         config.validate().map_err(D::Error::custom)?;
         Ok(config)
     }
@@ -114,27 +96,8 @@ impl Serialize for RunConfig {
     }
 }
 
-fn default_episodes() -> u32 {
-    2000
-}
-
-fn default_mastered_update_interval() -> u32 {
-    1
-}
-
-fn default_tool_candidates() -> usize {
-    8
-}
-
-fn default_epsilon() -> EpsilonSchedule {
-    EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 }
-}
-
-/// Limit of the number of tasks of a run.
-const MAX_TASKS: usize = 1000;
-
 /// The numeric settings of the run itself.
-const SETTINGS: [Setting; 20] = [
+const SETTINGS: [Setting; 17] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
@@ -160,18 +123,7 @@ const SETTINGS: [Setting; 20] = [
         range: Range::NumberOrNull(0.0, 1.0),
         about: "half width of the uniform noise on the ball's start, normalised; null for that of the task",
     },
-    Setting::count(
-        "tool_candidates",
-        1,
-        ACTION_SET as u64,
-        "tools nearest to what the actor proposes, among which the critic chooses",
-    ),
-    Setting::count(
-        "refinement.every",
-        0,
-        1_000_000_000,
-        "episodes of a task between refinements of its clusters; 0 for none",
-    ),
+    Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
     Setting::count("practice.rollouts", 0, 100_000, "rollouts towards each stage before the first episode, at most"),
@@ -181,8 +133,6 @@ const SETTINGS: [Setting; 20] = [
         100_000,
         "rollouts that reach a stage after which it is not practised further",
     ),
-    Setting::count("model_replay.rollouts", 1, 1000, "imagined rollouts after each episode"),
-    Setting::count("model_replay.horizon", 1, 100, "actions in an imagined rollout"),
     Setting::count("evaluation.every", 0, 1_000_000_000, "episodes between evaluations; 0 for none"),
     Setting::count("evaluation.episodes", 1, 1000, "episodes of an evaluation"),
     Setting::count(
@@ -222,30 +172,25 @@ impl RunConfig {
     pub fn new(task: Arc<Task>) -> Self {
         Self {
             task,
-            more_tasks: String::new(),
-            further_tasks: Vec::new(),
             method: Method::default(),
             seed: 0,
-            episodes: default_episodes(),
-            epsilon: default_epsilon(),
+            episodes: 2000,
+            epsilon: EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 },
             granularity: Granularity::default(),
             noise_decay: NoiseDecay::default(),
             hold_tolerance: None,
-            mastered_update_interval: default_mastered_update_interval(),
+            mastered_update_interval: 1,
             start_noise: None,
-            observation: Observation::default(),
-            tools: None,
-            tool_candidates: default_tool_candidates(),
             ddpg: DdpgConfig::default(),
             prior: PriorSource::default(),
             guidance: GuidanceConfig::default(),
             refinement: Refinement::default(),
             practice: Practice::default(),
-            model_replay: ModelReplay::default(),
             planner: PlannerConfig::default(),
             evaluation: Evaluation::default(),
             checkpoints: Retention::default(),
             fork: None,
+            removed: BTreeMap::new(),
         }
     }
 
@@ -268,118 +213,31 @@ impl RunConfig {
         if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
             return Err(ValidationError::new("refinement.most", "must be at least 1 and at least refinement.least"));
         }
-        self.validate_tools()?;
-        self.validate_further_tasks()
+        let Some(fork) = &self.fork else { return Ok(()) };
+        if !fork.tasks.iter().map(|past| past.until).chain([fork.episode]).is_sorted() {
+            return Err(ValidationError::new(
+                "fork.tasks",
+                "must be in the order of `until`, none after `fork.episode`",
+            ));
+        }
+        fork.tasks.iter().try_for_each(|past| past.task.validate().map_err(|error| error.within("fork.tasks")))
     }
 
-    /// Checks the settings that are restricted with several tasks.
-    fn validate_further_tasks(&self) -> Result<(), ValidationError> {
-        let wrong = |path: &str, message: &str| Err(ValidationError::new(path, message));
-        let mut names = BTreeSet::from([&self.task.name]);
-        for (index, task) in self.further_tasks.iter().enumerate() {
-            task.validate().map_err(|error| error.within(format_args!("further_tasks[{index}]")))?;
-            if !names.insert(&task.name) {
-                let place = format!("further_tasks[{index}].name");
-                return wrong(&place, "is also the name of another task of the run: tasks are known by their names");
-            }
-        }
-        if let Some(fork) = &self.fork
-            && !fork.tasks.iter().map(|past| past.until).chain([fork.episode]).is_sorted()
-        {
-            return wrong("fork.tasks", "must be in the order of `until`, none after `fork.episode`");
-        }
-        let past = self.fork.iter().flat_map(|fork| &fork.tasks);
-        for task in past.flat_map(|past| std::iter::once(&past.task).chain(&past.further)) {
-            task.validate().map_err(|error| error.within("fork.tasks"))?;
-        }
-        match (self.further_tasks.len(), self.more_tasks.is_empty()) {
-            (0, true) => return Ok(()),
-            (0, false) => return wrong("more_tasks", "has no tasks besides that of the run: leave it empty"),
-            (_, true) => return wrong("more_tasks", "must say where the `further_tasks` come from"),
-            (MAX_TASKS.., _) => return wrong("more_tasks", "has more tasks than the limit of 1000"),
-            _ => {}
-        }
-        if self.observation != Observation::Rays {
-            return wrong("observation", "must be `rays` with `more_tasks`: other observations differ in length");
-        }
-        if self.hold_tolerance.is_some() {
-            return wrong("hold_tolerance", "must be null with `more_tasks`: a policy is held for a single task");
-        }
-        if !self.method.learns_from_play() {
-            return wrong(
-                "method",
-                "cannot be used with `more_tasks`: it has no policy that several tasks could share",
-            );
-        }
-        Ok(())
-    }
-
-    /// Checks the settings that are restricted with or without `tools`.
-    fn validate_tools(&self) -> Result<(), ValidationError> {
-        if self.tools.is_some() && self.observation == Observation::Rays {
-            let message = "is `rays`, but an agent that chooses among `tools` observes their properties: use only one of \
-                           the two settings";
-            return Err(ValidationError::new("observation", message));
-        }
-        if self.tools.is_none() {
-            let without = "is set, but the run has no `tools` to choose among: set `tools` as well";
-            let is_odd = self.evaluation.tools.is_some();
-            return if is_odd { Err(ValidationError::new("evaluation.tools", without)) } else { Ok(()) };
-        }
-        if !self.method.learns_from_play() {
-            let known = Method::ALL.into_iter().filter(|method| method.learns_from_play());
-            let known: Vec<&str> = known.map(Method::name).collect();
-            let message = format!(
-                "is `{}`, which knows only the task's own tool: with `tools` use {}",
-                self.method,
-                known.join(", ")
-            );
-            return Err(ValidationError::new("method", message));
-        }
-        // `longest_horizon` has no effect either, but adaptive runs of earlier versions have another one.
-        let (guidance, usual) = (&self.guidance, GuidanceConfig::default());
-        let unused = [
-            ("least_hits", guidance.least_hits == usual.least_hits),
-            ("most_model_rollouts", guidance.most_model_rollouts == usual.most_model_rollouts),
-            ("start_states", guidance.start_states == usual.start_states),
-        ];
-        match unused.into_iter().find(|(_, is_usual)| !is_usual) {
-            Some((name, _)) => {
-                let message = "has no effect with `tools`, whose clusters are built from one batch of rollouts";
-                Err(ValidationError::new(name, message).within("guidance"))
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// All tasks of the run, in the order in which they are played.
-    pub fn tasks(&self) -> impl Iterator<Item = &Arc<Task>> {
-        std::iter::once(&self.task).chain(&self.further_tasks)
-    }
-
-    /// Whether the clusters of the first task are due for refinement after `episode` episodes. Every task is refined
-    /// after as many of its own episodes.
+    /// Whether the clusters are due for refinement after `episode` episodes.
     pub fn is_refined_after(&self, episode: u64) -> bool {
-        let (every, tasks) = (u64::from(self.refinement.every), 1 + self.further_tasks.len() as u64);
-        let own = |before: u64| before.is_multiple_of(tasks) && (before / tasks + 1).is_multiple_of(every);
-        every > 0 && episode.checked_sub(1).is_none_or(own)
+        let every = u64::from(self.refinement.every);
+        every > 0 && episode.is_multiple_of(every)
     }
 
-    /// The configuration with only this task.
-    #[must_use]
-    pub fn on(&self, task: &Arc<Task>) -> Self {
-        Self { task: task.clone(), more_tasks: String::new(), further_tasks: Vec::new(), ..self.clone() }
-    }
-
-    /// A task of the run with its start noise.
-    pub fn played(&self, task: &Arc<Task>) -> Arc<Task> {
+    /// The task with the start noise of the run.
+    pub fn played_task(&self) -> Arc<Task> {
         match self.start_noise {
-            Some(noise) if noise != task.rules.start_noise => {
-                let mut task = Task::clone(task);
+            Some(noise) if noise != self.task.rules.start_noise => {
+                let mut task = Task::clone(&self.task);
                 task.rules.start_noise = noise;
                 Arc::new(task)
             }
-            _ => task.clone(),
+            _ => self.task.clone(),
         }
     }
 
@@ -388,7 +246,7 @@ impl RunConfig {
         self.method.has_clusters() && !(self.method.uses("epsilon") && self.epsilon.is_zero())
     }
 
-    /// The source of the run's clusters, plans or imagined transitions.
+    /// The source of the run's clusters or plans.
     pub fn rollout_source(&self) -> PriorSource {
         self.method.fixed_source().unwrap_or_else(|| self.prior.clone())
     }
@@ -441,8 +299,6 @@ mod tests {
             "guidance.horizon",
             "guidance.environment_rollouts",
             "guidance.clusters.fixed",
-            "model_replay.rollouts",
-            "model_replay.horizon",
             "evaluation.episodes",
             "ddpg.layers",
             "ddpg.hidden",

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::config::RunConfig;
 use super::parts::{Fork, PastTask};
-use super::prior::{PriorError, build_prior, build_priors};
+use super::prior::{PriorError, prior_of_run};
 use super::run_loop::play;
 use super::training::{Training, TrainingError};
 use mge_base::stop::Stop;
@@ -23,28 +23,16 @@ impl RunConfig {
     pub fn forked(self, before: &Self, run: &str, episode: u32, changes: Vec<String>) -> Self {
         let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until <= episode);
         let mut tasks: Vec<PastTask> = known.cloned().collect();
-        if before.task != self.task || before.further_tasks != self.further_tasks {
-            tasks.push(PastTask { until: episode, task: before.task.clone(), further: before.further_tasks.clone() });
+        if before.task != self.task {
+            tasks.push(PastTask { until: episode, task: before.task.clone() });
         }
         Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
     }
 
-    /// Whether this is a fork that has left its further tasks after this episode or a later one.
-    pub fn left_tasks_at(&self, episode: u64) -> bool {
-        self.past_task(episode).is_some_and(|past| !past.further.is_empty())
-    }
-
-    /// The tasks before a fork on one of which an episode, counted from 1, was played.
-    fn past_task(&self, episode: u64) -> Option<&PastTask> {
-        self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until))
-    }
-
     /// The task on which an episode, counted from 1, was played.
     pub fn task_of(&self, episode: u64) -> &Arc<Task> {
-        let past = self.past_task(episode);
-        let (task, further) = past.map_or((&self.task, &self.further_tasks), |past| (&past.task, &past.further));
-        let turn = episode.saturating_sub(1) % (1 + further.len() as u64);
-        (turn as usize).checked_sub(1).map_or(task, |turn| &further[turn])
+        let mut past = self.fork.iter().flat_map(|fork| &fork.tasks);
+        past.find(|past| episode <= u64::from(past.until)).map_or(&self.task, |past| &past.task)
     }
 }
 
@@ -95,6 +83,7 @@ pub fn fork(
 ) -> Result<RunDirectory, ForkError> {
     let episode = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let old = RunConfig::of(source)?;
+    old.check_supported().map_err(TrainingError::from)?;
     let done = RunHistory::read(source)?.records.len() as u64;
     if done < episode {
         return Err(ForkError::NotReached { done, wanted: episode });
@@ -103,20 +92,16 @@ pub fn fork(
     let mut training = begin(source, &old, episode, stop)?;
     training.stop_on(stop);
     repeat(&mut training, &branch, episode, progress)?;
-    let mut priors = training.priors();
-    priors.resize(config.tasks().count(), None);
-    for (index, (task, prior)) in config.tasks().zip(&mut priors).enumerate() {
-        let is_other = (index == 0 && old.task != config.task)
-            || old.rollout_source() != config.rollout_source()
-            || old.guidance != config.guidance;
-        if config.is_guided() && (is_other || prior.is_none()) {
-            *prior = Some(Arc::new(build_prior(&config.on(task), |_| (), stop)?));
-        }
+    let mut prior = training.prior().cloned();
+    let clusters_change =
+        old.task != config.task || old.rollout_source() != config.rollout_source() || old.guidance != config.guidance;
+    if config.is_guided() && (clusters_change || prior.is_none()) {
+        prior = prior_of_run(&config, |_| (), stop)?;
     }
     stop.check().map_err(TrainingError::from)?;
     let config = config.identified();
     let model = config.model_bytes()?;
-    let checkpoint = training.forked(config.clone(), priors)?.checkpoint()?;
+    let checkpoint = training.forked(config.clone(), prior)?.checkpoint()?;
     Ok(branch.finish(&config, model.as_deref(), checkpoint)?)
 }
 
@@ -126,11 +111,11 @@ fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -
     let store = source.checkpoints();
     let first = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let nearest = store.episodes()?.into_iter().rfind(|(at, _)| (first..=episode).contains(at));
-    Ok(match nearest {
-        Some((_, name)) => Training::resume(config.clone(), &store.load(name)?)?,
-        None if config.fork.is_some() => return Err(ForkError::TooEarly(episode)),
-        None => Training::with_priors(config.clone(), build_priors(config, |_, _| (), stop)?)?,
-    })
+    if nearest.is_none() && config.fork.is_some() {
+        return Err(ForkError::TooEarly(episode));
+    }
+    let checkpoint = nearest.map(|(_, name)| store.load(name)).transpose()?;
+    Ok(Training::begin(config.clone(), checkpoint.as_ref(), |_| (), stop)?)
 }
 
 /// Continues a training to `episode` and checks every episode against the log of the branch.

@@ -42,42 +42,42 @@
 
 pub mod batch;
 
+mod composition;
 mod config;
 mod defaults;
+mod effect;
 mod exploration;
 mod fork;
 mod hold;
-mod imagination;
 mod method;
-mod misuse;
 mod model_file;
 mod parts;
 mod prior;
+mod removed;
 mod run_loop;
 mod setting;
 mod streams;
 #[cfg(test)]
 mod tests;
 mod thread;
-mod tools;
 mod trace;
 mod training;
 mod watch;
 
 pub use config::{RunConfig, settings};
+pub use effect::{Chosen, warnings};
 pub use fork::{ForkError, fork};
 pub use method::{Method, PriorSource};
 pub use mge_run::Source;
-pub use misuse::{Chosen, warnings};
 pub use model_file::ModelFile;
-pub use parts::{Evaluation, Fork, Granularity, ModelReplay, NoiseDecay, Observation, PastTask, Practice, Refinement};
+pub use parts::{Evaluation, Fork, Granularity, NoiseDecay, PastTask, Practice, Refinement};
 pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
+pub use removed::RemovedSetting;
 pub use run_loop::{Control, Ending, TrainerError, check_continuation, checked_history, train};
 pub use setting::{SettingError, config_keys, non_default_settings, set_the_same};
 pub use thread::Trainer;
-pub use tools::{can_play, chosen_tool, observed};
 pub use trace::{Trace, TracedStep};
-pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, priors_at};
+pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, prior_at};
 pub use watch::{LiveView, Phase, Watch};
 
 /// The message of a panic.

@@ -12,7 +12,7 @@ pub enum Method {
     /// Standard DDPG, the baseline.
     Ddpg,
     /// DDPG with model-guided exploration (paper, section 4.3). Serde's default is that of the first run format; the
-    /// program's is [`Method::usual`].
+    /// program's is [`Method::USUAL`].
     #[default]
     DdpgMge,
     /// Epsilon-greedy: uniform random actions instead of the clusters'. Separates the effect
@@ -20,7 +20,7 @@ pub enum Method {
     DdpgUniform,
     /// Clusters from the true physics: an upper bound for learned models.
     DdpgMgeTrue,
-    /// DDPG with model-generated transitions in its replay buffer, which guidance avoids.
+    /// DDPG with model-generated transitions in its replay buffer, in runs of earlier versions.
     #[serde(rename = "ddpg-model-replay")]
     ModelReplay,
     /// Planning through the model (cross-entropy method), without learning.
@@ -36,13 +36,12 @@ pub enum Method {
 }
 
 impl Method {
-    /// All methods.
-    pub const ALL: [Self; 10] = [
+    /// All methods of this version.
+    pub const ALL: [Self; 9] = [
         Self::Ddpg,
         Self::DdpgMge,
         Self::DdpgUniform,
         Self::DdpgMgeTrue,
-        Self::ModelReplay,
         Self::Planning,
         Self::DdpgMgeAdaptive,
         Self::DdpgUniformAdaptive,
@@ -101,32 +100,14 @@ impl Method {
         !matches!(self, Self::Planning | Self::OpenLoop)
     }
 
-    /// Whether it learns a policy, and only from real play. Only such methods support agents that choose among tools,
-    /// and several tasks: the others know only the task's own tool, and what they have besides a policy is not kept
-    /// for each task.
-    pub fn learns_from_play(self) -> bool {
-        self.learns() && !self.consults_model()
-    }
-
     /// Whether it explores by need and learns from its own successes.
     pub fn is_adaptive(self) -> bool {
         matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
     }
 
-    /// Whether a setting of a run, given by its JSON path, affects the method.
-    pub fn uses(self, path: &str) -> bool {
-        match path.split('.').next().unwrap_or(path) {
-            "epsilon" | "granularity" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
-            "refinement" | "practice" => self.has_clusters() && self.learns(),
-            "guidance" => self.has_clusters(),
-            "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
-            "model_replay" => self == Self::ModelReplay,
-            "planner" => self == Self::Planning,
-            "ddpg" | "observation" | "noise_decay" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => {
-                self.learns()
-            }
-            _ => true,
-        }
+    /// Whether it explores by the epsilon schedule.
+    pub fn follows_epsilon(self) -> bool {
+        (self.has_clusters() && self.learns()) || self.is_adaptive()
     }
 
     /// The source of rollouts, if the method determines it.
@@ -186,28 +167,6 @@ impl From<PriorSource> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_setting_matters_to_the_methods_that_read_it() {
-        use Method::*;
-        let learning =
-            [Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive];
-        let table: [(&str, &[Method]); 9] = [
-            ("epsilon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive]),
-            ("guidance.horizon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, OpenLoop]),
-            ("prior", &[DdpgMge, ModelReplay, Planning, DdpgMgeAdaptive, OpenLoop]),
-            ("model_replay.rollouts", &[ModelReplay]),
-            ("planner.rollouts", &[Planning]),
-            ("ddpg.gamma", &learning),
-            ("noise_decay.share", &learning),
-            ("evaluation.every", &learning),
-            ("seed", &Method::ALL),
-        ];
-        for (path, methods) in table {
-            let using: Vec<Method> = Method::ALL.into_iter().filter(|method| method.uses(path)).collect();
-            assert_eq!(using, methods, "{path}");
-        }
-    }
 
     #[test]
     fn sources_of_rollouts_round_trip_as_text() {

@@ -8,8 +8,8 @@ use super::config::RunConfig;
 use super::method::PriorSource;
 use super::prior::PriorError;
 use super::run_loop::TrainerError;
+use super::training::TrainingError;
 use mge_base::identity::FileId;
-use mge_base::json;
 use mge_base::paths::expanded;
 use mge_dynamics::{self as dynamics, DynamicsError, Model};
 use mge_run::{RunDirectory, RunError};
@@ -119,17 +119,9 @@ impl RunConfig {
         Ok(config)
     }
 
-    /// Whether both train in the same way: wherever the further tasks come from, and with equal models if these can
-    /// be read.
+    /// Whether both train in the same way, with equal models if these can be read.
     pub fn trains_as(&self, other: &Self) -> bool {
-        let prior = other.prior.clone().identified();
-        let same = Self { more_tasks: self.more_tasks.clone(), prior, ..other.clone() };
-        same == Self { prior: self.prior.clone().identified(), ..self.clone() }
-    }
-
-    /// The number of further tasks, as a name, and the hash of their content.
-    pub fn further_tasks_id(&self) -> FileId {
-        FileId::new(self.further_tasks.len().to_string(), json::pretty(&self.further_tasks).as_bytes())
+        self.identified() == other.identified()
     }
 
     /// Creates the run, with a copy of the model that it uses.
@@ -137,6 +129,7 @@ impl RunConfig {
     /// # Errors
     /// As [`RunDirectory::create`], and when the model cannot be read.
     pub fn create_run(&self, path: &Path) -> Result<RunDirectory, TrainerError> {
+        self.check_supported().map_err(TrainingError::from)?;
         let config = self.identified();
         Ok(RunDirectory::create_with_model(path, &config, config.model_bytes()?.as_deref())?)
     }
@@ -149,12 +142,9 @@ impl RunConfig {
         RunDirectory::open_or(path, || self.create_run(path))
     }
 
-    /// The configuration as it is saved, without the paths of what is known by its content: the model, and the further
-    /// tasks.
+    /// The configuration as it is saved, without the path of the model, which is known by its content.
     pub(super) fn identified(&self) -> Self {
-        let name = |place: &str| place.trim_end_matches('/').rsplit('/').next().unwrap_or_default().to_owned();
-        let more_tasks = self.more_tasks.split(',').map(name).collect::<Vec<String>>().join(",");
-        Self { prior: self.prior.clone().identified(), more_tasks, ..self.clone() }
+        Self { prior: self.prior.clone().identified(), ..self.clone() }
     }
 
     /// The bytes of the model file that the run uses, for its copy; none if it uses none.
@@ -166,21 +156,15 @@ impl RunConfig {
         Ok(Some(dynamics::file_with(file.known_path(id)?, id)?))
     }
 
-    /// The dynamics models that a run with these settings uses, as [`FileId`].
-    pub(super) fn models(&self) -> Vec<String> {
+    /// The dynamics model that a run with these settings uses, as [`FileId`], if it uses one.
+    pub(super) fn model(&self) -> Option<String> {
         if !self.is_guided() && !self.method.consults_model() {
-            return Vec::new();
+            return None;
         }
-        let mut models: Vec<String> = match self.rollout_source() {
-            PriorSource::Learned => self
-                .tasks()
-                .filter_map(|task| Some(dynamics::shipped_for(&task.tool_set())?.id().to_string()))
-                .collect(),
-            PriorSource::ModelFile(file) => vec![file.into()],
-            PriorSource::Rapier | PriorSource::TruePhysics | PriorSource::Uniform => Vec::new(),
-        };
-        models.sort();
-        models.dedup();
-        models
+        match self.rollout_source() {
+            PriorSource::Learned => Some(dynamics::shipped_for(&self.task.tool_set())?.id().to_string()),
+            PriorSource::ModelFile(file) => Some(file.into()),
+            PriorSource::Rapier | PriorSource::TruePhysics | PriorSource::Uniform => None,
+        }
     }
 }

@@ -5,32 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use mge_env::Environment;
-use mge_physics::ToolSplit;
 use mge_task::Task;
-
-/// What an agent with the task's own tool observes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Observation {
-    /// The environment's observation, the paper's: a slot for every object, whose number depends on the task.
-    #[default]
-    Objects,
-    /// [Rays](Environment::with_rays) from the ball and from its next target: the same numbers for every task, so that
-    /// one agent can learn on several tasks and play others.
-    Rays,
-}
-
-impl Observation {
-    /// The environment with this observation. One with an action set keeps its own.
-    #[must_use]
-    pub fn applied_to(self, env: Environment) -> Environment {
-        match self {
-            Self::Rays if env.action_set().is_none() => env.with_rays(),
-            Self::Objects | Self::Rays => env,
-        }
-    }
-}
 
 /// How often epsilon is drawn to decide whether actions come from the clusters.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,13 +64,11 @@ pub struct Evaluation {
     pub every: u32,
     /// Episodes of an evaluation; one is enough for a task without start noise.
     pub episodes: u32,
-    /// The split of tools from which action sets are drawn; none for that of the training.
-    pub tools: Option<ToolSplit>,
 }
 
 impl Default for Evaluation {
     fn default() -> Self {
-        Self { every: 50, episodes: 1, tools: None }
+        Self { every: 50, episodes: 1 }
     }
 }
 
@@ -104,7 +77,7 @@ impl Default for Evaluation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Refinement {
-    /// Episodes of a task between refinements; 0 for none.
+    /// Episodes between refinements; 0 for none.
     pub every: u32,
     /// Number of own rewarding actions of a stage from which on its clusters are built from these only.
     pub least: usize,
@@ -134,22 +107,6 @@ impl Default for Practice {
     }
 }
 
-/// Imagined rollouts of [`Method::ModelReplay`](super::Method::ModelReplay) after each episode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ModelReplay {
-    /// Imagined rollouts, each from a state of the episode.
-    pub rollouts: usize,
-    /// Actions in a rollout: the actor's, with noise.
-    pub horizon: usize,
-}
-
-impl Default for ModelReplay {
-    fn default() -> Self {
-        Self { rollouts: 2, horizon: 5 }
-    }
-}
-
 /// The origin of a fork.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -165,17 +122,14 @@ pub struct Fork {
     pub tasks: Vec<PastTask>,
 }
 
-/// The tasks of the first episodes of a fork.
+/// The task of the first episodes of a fork.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PastTask {
-    /// The last episode on these tasks.
+    /// The last episode on this task.
     pub until: u32,
     /// The task.
     pub task: Arc<Task>,
-    /// Further tasks that were played in turn with it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub further: Vec<Arc<Task>>,
 }
 
 impl fmt::Display for Fork {

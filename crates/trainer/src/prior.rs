@@ -5,15 +5,13 @@ use std::sync::Arc;
 use mge_base::stop::Stop;
 use mge_dynamics::{self as dynamics, DynamicsError};
 use mge_guidance::{
-    self as guidance, ActionPrior, GuidanceError, InterruptibleModel, RapierPhysics, RolloutModel, ToolModel,
-    TruePhysics,
+    self as guidance, ActionPrior, GuidanceError, InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics,
 };
-use mge_physics::{Tool, ToolSplit, catalogue_tool};
 use mge_run::{RunDirectory, RunError};
 use mge_task::Task;
 
 use super::config::RunConfig;
-use super::method::PriorSource;
+use super::method::{Method, PriorSource};
 
 /// Why there is no action prior.
 #[derive(Debug, thiserror::Error)]
@@ -32,11 +30,6 @@ pub enum PriorError {
     /// A prediction is asked for, but the source of rollouts is `uniform`.
     #[error("`uniform` predicts nothing: use learned, rapier, true, or a model file")]
     PredictsNothing,
-    /// Neither the shipped models nor rapier predict the effects of CREATE's tools.
-    #[error(
-        "neither the shipped models nor rapier predict CREATE's tools: use `true`, or train a model with `mge dynamics train --tools create --out FILE` and name its file"
-    )]
-    NoTools,
     /// The saved prior of a run is invalid or belongs to another task.
     #[error(transparent)]
     Saved(#[from] GuidanceError),
@@ -81,65 +74,30 @@ pub fn required_model(source: &PriorSource, task: &Task) -> Result<Arc<dyn Rollo
     rollout_model(source, task)?.ok_or(PriorError::PredictsNothing)
 }
 
-/// The predictor of rollouts of an agent that chooses among these tools: the true physics, or a dynamics model from a
-/// file. `None` for [`PriorSource::Uniform`].
-///
-/// # Errors
-/// When the source makes no such predictions, or the model cannot be loaded or does not support the task or these
-/// tools.
-fn tool_model(source: &PriorSource, task: &Task, tools: ToolSplit) -> Result<Option<Arc<dyn ToolModel>>, PriorError> {
-    let file = match source {
-        PriorSource::Uniform => return Ok(None),
-        PriorSource::TruePhysics => return Ok(Some(Arc::new(TruePhysics))),
-        PriorSource::Learned | PriorSource::Rapier => return Err(PriorError::NoTools),
-        PriorSource::ModelFile(file) => file,
-    };
-    let model = file.load()?;
-    model.check_task(task)?;
-    let chosen: Vec<Tool> = tools.tools().into_iter().filter_map(catalogue_tool).copied().collect();
-    model.check_tools(task, &chosen)?;
-    Ok(Some(model))
-}
-
 /// Builds the prior of a configuration. `progress` is called with each stage's index.
 ///
 /// # Errors
 /// When the dynamics model cannot be used; soon after a request of `stop`, one that
 /// [says so](PriorError::is_stopped).
 pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize), stop: &Stop) -> Result<ActionPrior, PriorError> {
-    let uniform = || ActionPrior::uniform(&config.task, &config.guidance, config.seed);
-    if let Some(tools) = config.tools {
-        let Some(model) = tool_model(&config.rollout_source(), &config.task, tools)? else {
-            return Ok(uniform());
-        };
-        let RunConfig { task, guidance, seed, .. } = config;
-        return Ok(guidance::build_with_tools(task, tools, &*model, guidance, *seed, progress, stop)?);
-    }
-    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else { return Ok(uniform()) };
+    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else {
+        return Ok(ActionPrior::uniform(&config.task, &config.guidance, config.seed));
+    };
     let model = InterruptibleModel::new(&*model, stop);
     Ok(guidance::build(&config.task, &model, &config.guidance, config.seed, progress)?)
 }
 
-/// Builds the priors of a run, one for each task; none if it is not guided. `progress` is called with the number of
-/// each stage and the number of all stages.
+/// Like [`build_prior`]; none if the run is not guided.
 ///
 /// # Errors
-/// As [`build_prior`]: priors are never incomplete.
-pub(super) fn build_priors(
+/// As [`build_prior`].
+pub(super) fn prior_of_run(
     config: &RunConfig,
-    progress: impl Fn(usize, usize),
+    progress: impl FnMut(usize),
     stop: &Stop,
-) -> Result<Vec<Arc<ActionPrior>>, PriorError> {
-    let mut priors = Vec::new();
-    if !config.is_guided() {
-        return Ok(priors);
-    }
-    let (mut before, stages) = (0, config.tasks().map(|task| task.stage_count()).sum());
-    for task in config.tasks() {
-        priors.push(Arc::new(build_prior(&config.on(task), |stage| progress(before + stage, stages), stop)?));
-        before += task.stage_count();
-    }
-    Ok(priors)
+) -> Result<Option<Arc<ActionPrior>>, PriorError> {
+    let prior = config.is_guided().then(|| build_prior(config, progress, stop)).transpose()?;
+    Ok(prior.map(Arc::new))
 }
 
 /// The latest prior of a run on disk; `None` if it never had one.
@@ -157,30 +115,20 @@ pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<Actio
 /// # Errors
 /// As [`rollout_model`], and when the method needs predictions but the source of rollouts is `uniform`.
 pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
-    consulted_model(config)?;
-    if !config.is_guided() {
-        return Ok(());
+    if config.method == Method::Planning {
+        planning_model(config)?;
     }
-    config.tasks().try_for_each(|task| check_rollouts(&config.on(task)))
+    if config.is_guided() {
+        rollout_model(&config.rollout_source(), &config.task)?;
+    }
+    Ok(())
 }
 
-/// Checks that the rollouts for a run's clusters can be predicted.
-fn check_rollouts(config: &RunConfig) -> Result<(), PriorError> {
-    let source = config.rollout_source();
-    match config.tools {
-        Some(tools) => tool_model(&source, &config.task, tools).map(drop),
-        None => rollout_model(&source, &config.task).map(drop),
-    }
-}
-
-/// The model that a method consults during episodes, if it does.
+/// The model through which a run plans.
 ///
 /// # Errors
 /// When the model cannot be loaded or does not support the task, or the source of rollouts is `uniform`.
-pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
-    if !config.method.consults_model() {
-        return Ok(None);
-    }
+pub(super) fn planning_model(config: &RunConfig) -> Result<Arc<dyn RolloutModel>, PriorError> {
     let model = rollout_model(&config.rollout_source(), &config.task)?;
-    model.map(Some).ok_or(PriorError::NoPrediction { method: config.method.name() })
+    model.ok_or(PriorError::NoPrediction { method: config.method.name() })
 }

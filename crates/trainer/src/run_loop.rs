@@ -11,7 +11,7 @@ use crossbeam_channel::Receiver;
 
 use super::config::RunConfig;
 use super::panic_message;
-use super::prior::{PriorError, build_priors};
+use super::prior::PriorError;
 use super::trace::Trace;
 use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings};
 use super::watch::{LiveView, Phase, Watch};
@@ -65,6 +65,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     // Lock before reading anything, because another process may be writing it.
     let lock = directory.lock()?;
     let config = RunConfig::of(directory)?;
+    check_settings_and_model(&config)?;
     let (checkpoint, mut problems) = directory.newest_checkpoint()?;
     if checkpoint.is_none() && config.fork.is_some() {
         // A run without a checkpoint starts over with an empty log, which a fork cannot do.
@@ -115,9 +116,16 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
 /// # Errors
 /// When its newest checkpoint or its metrics cannot be used.
 pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Result<(), TrainerError> {
+    check_settings_and_model(config)?;
     let (Some(checkpoint), _) = directory.newest_checkpoint()? else { return Ok(()) };
     Training::resume(config.clone(), &checkpoint)?;
     Ok(checked_history(directory, config).map(drop)?)
+}
+
+/// Checks that this version has all settings of a run, and that its own model is there, even if its clusters are saved.
+fn check_settings_and_model(config: &RunConfig) -> Result<(), TrainerError> {
+    config.check_supported().map_err(TrainingError::from)?;
+    Ok(config.model_bytes().map(drop)?)
 }
 
 /// The history of a run, after checking that its files agree with each other and with its checkpoint `last`.
@@ -204,23 +212,17 @@ struct RunLoop<'a> {
 impl RunLoop<'_> {
     /// Trains from a checkpoint, or from the beginning, with new action priors.
     fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
-        let training = match checkpoint {
-            Some(checkpoint) => Training::resume(config, checkpoint)?,
-            None => {
-                let on_stage = |stage, stages| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-                let priors = match build_priors(&config, on_stage, self.watch.stop()) {
-                    Err(error) if error.is_stopped() => None,
-                    priors => Some(priors?),
-                };
-                match (priors, self.stop_received()) {
-                    (Some(priors), None) => Training::with_priors(config, priors)?,
-                    (_, reason) => {
-                        let reason = reason.unwrap_or_else(|| "interrupted".to_owned());
-                        self.writer.record(&Event::Stopped { episode: 0, reason })?;
-                        return Ok(Ending::Stopped);
-                    }
-                }
-            }
+        let stages = config.task.stage_count();
+        let on_stage = |stage| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
+        let training = match Training::begin(config, checkpoint, on_stage, self.watch.stop()) {
+            Err(TrainingError::Stopped) => None,
+            training => Some(training?),
+        };
+        let stop = if checkpoint.is_none() { self.stop_received() } else { None };
+        let (Some(training), true) = (training, stop.is_none()) else {
+            let reason = stop.unwrap_or_else(|| "interrupted".to_owned());
+            self.writer.record(&Event::Stopped { episode: 0, reason })?;
+            return Ok(Ending::Stopped);
         };
         self.run(training)
     }
@@ -228,7 +230,7 @@ impl RunLoop<'_> {
     fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
         let config = training.config();
         let (mge_version, processor) = (version().to_owned(), processor());
-        let origin = Origin { mge_version, processor, models: config.models() };
+        let origin = Origin { mge_version, processor, models: config.model().into_iter().collect() };
         let started = Event::Started {
             changes: self.writer.origin().map_or_else(Vec::new, |before| origin.changes(before)),
             origin,

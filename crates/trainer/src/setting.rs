@@ -44,18 +44,11 @@ impl RunConfig {
         if key == "method" {
             return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
         }
-        if key == "tools" {
-            let tools = (value != "null").then(|| value.trim_matches('"').parse()).transpose().map_err(wrong)?;
-            return Ok(self.with_tools(tools));
-        }
-        if key == "more_tasks" {
-            return self.with_more_tasks(value.trim_matches('"')).map_err(|error| wrong(error.to_string()));
-        }
         let mut config = json::as_written(self);
-        if !is_of_task(key) {
+        if !is_fixed(key) {
             choose_alternative(&mut config, key);
         }
-        let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
+        let place = if is_fixed(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
             let hint = did_you_mean(keys.iter().map(String::as_str), key);
@@ -111,32 +104,29 @@ fn choose_alternative(config: &mut Value, key: &str) {
     }
 }
 
-/// The settings, by path, in which a configuration differs from the default one of its task, method
-/// and tools. The method, if it is not the default, and the tools, if there are any, come first.
-/// Values are in the form that [`RunConfig::with_setting`] accepts.
+/// The settings, by path, in which a configuration differs from the default one of its task and method. The method,
+/// if it is not the default, comes first. Values are in the form that [`RunConfig::with_setting`] accepts.
 pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
-    let (ours, usual) = (
-        json::as_written(config),
-        json::as_written(&RunConfig::default_with(config.task.clone(), config.method, config.tools)),
-    );
+    let usual = RunConfig::default_for(config.task.clone(), config.method);
+    let [ours, usual] = [config, &usual].map(json::as_written);
     let usual = json::leaves(&usual);
-    let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
+    let differs = |(path, value): &(String, &Value)| !is_fixed(path) && !usual.contains(&(path.clone(), *value));
     let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| {
         let text = if path == "prior" { config.prior.place() } else { json::text(value) };
         (path, text)
     });
     let method = (config.method != Method::default()).then(|| ("method".to_owned(), config.method.to_string()));
-    let tools = config.tools.map(|tools| ("tools".to_owned(), tools.to_string()));
-    method.into_iter().chain(tools).chain(others).collect()
+    method.into_iter().chain(others).collect()
 }
 
-/// The paths of all settings except the task's.
+/// The paths of all settings.
 pub fn config_keys(config: &RunConfig) -> Vec<String> {
-    json::leaves(&json::as_written(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
+    json::leaves(&json::as_written(config)).into_iter().map(|(path, _)| path).filter(|path| !is_fixed(path)).collect()
 }
 
-fn is_of_task(key: &str) -> bool {
-    ["task", "further_tasks"].contains(&key) || key.starts_with("task.")
+/// Whether a part of a configuration is not a setting: the task, and what earlier versions had.
+fn is_fixed(key: &str) -> bool {
+    ["task", "removed"].contains(&key.split('.').next().unwrap_or(key))
 }
 
 #[cfg(test)]

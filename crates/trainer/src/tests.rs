@@ -1,9 +1,7 @@
 //! Complete trainings with small networks, and the files that they produce.
 
 mod guidance;
-mod multi_task;
 mod resume;
-mod tools;
 
 use std::collections::BTreeMap;
 use std::path::Path;

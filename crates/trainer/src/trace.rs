@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::tools;
-use mge_env::{Action, Choice, Environment, EpisodeOver, Placement, Start, Step};
+use mge_env::{Action, ActionSet, Choice, Environment, EpisodeOver, Placement, Start, Step};
 use mge_physics::{Tool, catalogue_tool, to_normalised, to_units};
 use mge_run::{PlayedAction, PlayedEpisode, Source};
 use mge_task::Task;
@@ -55,7 +54,9 @@ impl Trace {
 
     /// The environment at the beginning of the episode.
     pub fn environment(&self, task: &Arc<Task>) -> Environment {
-        let mut env = tools::environment_with_tools(task.clone(), &self.start.tools);
+        let tools = &self.start.tools;
+        let set = (!tools.is_empty()).then(|| ActionSet::of_catalogue(tools));
+        let mut env = Environment::new(task.clone()).with_action_set(set);
         env.begin(self.start.clone());
         env
     }

@@ -43,14 +43,6 @@ impl DryRun {
 
     /// Changes a setting.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), SessionError> {
-        let is_written = |place: &str| {
-            let place = expanded(place.trim());
-            self.written.iter().any(|written| *written == place || written.parent() == Some(&place))
-        };
-        if key == "more_tasks" && value.split(',').any(is_written) {
-            self.task_unknown = true;
-            return Ok(());
-        }
         self.setup.set(key, value).map(drop)
     }
 
@@ -114,11 +106,5 @@ mod tests {
         assert_eq!(dry_run("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
         assert!(dry_run("propose 1\nwait\ntask task1\nundo").unwrap_err().starts_with("s:4: "));
         assert!(!std::path::Path::new("mine.json").exists());
-        for place in ["task2, made/one.json", "made"] {
-            let text = format!("save made/one.json\nset more_tasks '{place}'\ntrain");
-            assert_eq!(dry_run(&text), Ok(()), "{place}");
-        }
-        let error = dry_run("save made/one.json\nset more_tasks other").unwrap_err();
-        assert!(error.starts_with("s:2: ") && error.contains("other"), "{error}");
     }
 }

@@ -7,7 +7,7 @@ use mge_base::validation::ValidationError;
 use mge_env::EpisodeOver;
 use mge_run::RunError;
 use mge_task::TaskError;
-use mge_trainer::{SettingError, TrainerError};
+use mge_trainer::{RemovedSetting, SettingError, TrainerError};
 
 /// Why a command could not be executed.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +27,9 @@ pub enum SessionError {
     /// A run cannot be created.
     #[error(transparent)]
     Training(#[from] TrainerError),
+    /// The run has settings of an earlier version.
+    #[error(transparent)]
+    Removed(#[from] RemovedSetting),
     /// A saved agent cannot be loaded.
     #[error(transparent)]
     Agent(#[from] mge_agent::StateError),

@@ -2,6 +2,7 @@
 
 use super::command::{Command, Puzzle};
 use super::job::Reporter;
+use super::setup::Setup;
 use super::{Session, SessionError};
 use mge_experiments::puzzles::random_puzzle;
 use mge_task::Task;
@@ -31,7 +32,11 @@ impl Session {
     }
 
     fn open_puzzle(&mut self, command: Puzzle, puzzle: Task) -> Result<String, String> {
-        self.change(|setup| setup.take_task(puzzle, None)).map_err(|error| error.to_string())?;
+        let take = |setup: &mut Setup| {
+            setup.take_task(puzzle, None);
+            Ok(())
+        };
+        self.change(take).map_err(|error| error.to_string())?;
         self.forget_results_of_task();
         let report = format!("puzzle {}, {}: `propose` looks for subgoals", command.0, self.task().name);
         // Recorded when it is opened: only later commands can refer to it.

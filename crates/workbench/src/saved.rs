@@ -8,14 +8,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::SessionError;
 use mge_agent::Ddpg;
+use mge_env::observation_len;
 use mge_guidance::ActionPrior;
-use mge_physics::ToolSplit;
 use mge_run::{Checkpoint, CheckpointName, RunDirectory, RunError, RunState, read_episode};
 use mge_task::Task;
-use mge_trainer::{
-    NETWORKS_SECTION, Observation, PROGRESS_SECTION, RunConfig, Trace, can_play, checked_history, greedy_episode,
-    observed, priors_at,
-};
+use mge_trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, checked_history, greedy_episode, prior_at};
 
 /// The agent of a checkpoint.
 #[derive(Debug, Clone)]
@@ -24,16 +21,16 @@ pub struct SavedAgent {
     pub episode: u64,
     /// Actor and critic; None for a method that does not learn.
     pub networks: Option<Arc<Ddpg>>,
-    /// The action clusters in use at that time, of all tasks of the run that had any.
-    priors: Vec<Arc<ActionPrior>>,
+    /// The action clusters in use at that time, if there were any.
+    prior: Option<Arc<ActionPrior>>,
     /// Episodes of all checkpoints that existed when it was read, including this one.
     checkpoints: Vec<u64>,
 }
 
 impl SavedAgent {
-    /// The action clusters of a task of the run, if there were any.
+    /// The action clusters, if there were any of this task.
     pub fn prior_of(&self, task: &Task) -> Option<&Arc<ActionPrior>> {
-        self.priors.iter().find(|prior| prior.task == task.name && prior.stages.len() == task.stage_count())
+        self.prior.as_ref().filter(|prior| prior.task == task.name && prior.stages.len() == task.stage_count())
     }
 
     /// Whether this checkpoint is the nearest to the agent that played an episode, counted from 1.
@@ -81,6 +78,10 @@ impl SavedRun {
     /// # Errors
     /// When it is not recorded, or cannot be read.
     pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        if self.config.has_removed_tasks() {
+            let reason = "it was played on one of several tasks, which this version does not know".to_owned();
+            return Err(RunError::Malformed { path: self.directory.episodes_path(), line: None, reason });
+        }
         let played = read_episode(&self.directory.episodes_path(), episode)?;
         Ok(Trace::replay(self.config.task_of(episode), &played))
     }
@@ -91,6 +92,7 @@ impl SavedRun {
     /// # Errors
     /// When there is no checkpoint yet, or it cannot be read.
     pub fn agent_near(&self, episode: u64, known: Option<Arc<SavedAgent>>) -> Result<Arc<SavedAgent>, SessionError> {
+        self.config.check_supported()?;
         let store = self.directory.checkpoints();
         let all = store.episodes()?;
         let checkpoints: Vec<u64> = all.iter().map(|(episode, _)| *episode).collect();
@@ -101,8 +103,8 @@ impl SavedRun {
         let name = all.iter().find(|(episode, _)| Some(*episode) == wanted).map_or(CheckpointName::Last, |(_, it)| *it);
         let checkpoint = store.load_sections(name, &[NETWORKS_SECTION, PROGRESS_SECTION])?;
         let networks = self.config.method.learns().then(|| networks(&checkpoint)).transpose()?;
-        let priors = priors_at(&checkpoint)?;
-        Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), priors, checkpoints }))
+        let prior = prior_at(&checkpoint)?;
+        Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), prior, checkpoints }))
     }
 
     /// The agent of the checkpoint, with the number of episodes that it has finished.
@@ -110,6 +112,7 @@ impl SavedRun {
     /// # Errors
     /// When the method does not learn, there is no such checkpoint yet, or the run's files do not agree.
     pub fn agent(&self) -> Result<(u64, Ddpg), SessionError> {
+        self.config.check_supported()?;
         if !self.config.method.learns() {
             return Err(SessionError::Failed(format!(
                 "{} learns no policy: there is none to play or export",
@@ -134,30 +137,22 @@ impl SavedRun {
     /// # Errors
     /// As [`SavedRun::agent`].
     pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        Ok(self.player(None, None)?.episode(seed))
+        Ok(self.player(None)?.episode(seed))
     }
 
-    /// The agent of the checkpoint, to play greedy episodes: on another task than the first of the run, if
-    /// given (with its own start noise), and with action sets drawn from these tools; None for those of the training.
+    /// The agent of the checkpoint, to play greedy episodes: on another task than that of the run, if
+    /// given (with its own start noise).
     ///
     /// # Errors
-    /// As [`SavedRun::agent`], when the agent's observations do not fit the task, and when tools are given but the agent
-    /// does not choose among tools.
-    pub fn player(&self, task: Option<Arc<Task>>, tools: Option<ToolSplit>) -> Result<Player, SessionError> {
+    /// As [`SavedRun::agent`], and when the agent's observations do not fit the task.
+    pub fn player(&self, task: Option<Arc<Task>>) -> Result<Player, SessionError> {
         let (trained, agent) = self.agent()?;
-        if tools.is_some() && agent.options().is_none() {
-            let reason = "the agent of this run has the task's own tool: it does not choose among others";
-            return Err(SessionError::Failed(reason.to_owned()));
-        }
-        let task = task.unwrap_or_else(|| self.config.played(&self.config.task));
-        let observation = self.config.observation;
-        if !can_play(&agent, observation, &task) {
-            let hint =
-                if self.config.tools.is_none() { ": train with `observation=rays` to play other tasks" } else { "" };
-            let reason = format!("the observation of this run's agent has another length on {}{hint}", task.name);
+        let task = task.unwrap_or_else(|| self.config.played_task());
+        if observation_len(&task) != agent.observation_len() {
+            let reason = format!("the observation of this run's agent has another length on {}", task.name);
             return Err(SessionError::Failed(reason));
         }
-        Ok(Player { trained, agent, task, observation, tools: tools.or(self.config.tools) })
+        Ok(Player { trained, agent, task })
     }
 }
 
@@ -167,8 +162,6 @@ pub struct Player {
     trained: u64,
     agent: Ddpg,
     task: Arc<Task>,
-    observation: Observation,
-    tools: Option<ToolSplit>,
 }
 
 impl Player {
@@ -184,15 +177,14 @@ impl Player {
 
     /// An episode of the greedy policy; `seed` draws its start.
     pub fn episode(&self, seed: u64) -> Trace {
-        let rng = &mut ChaCha8Rng::seed_from_u64(seed);
-        greedy_episode(&self.task, self.observation, self.tools, &self.agent, rng)
+        greedy_episode(&self.task, &self.agent, &mut ChaCha8Rng::seed_from_u64(seed))
     }
 
     /// The agent's observation before each action of an episode.
     pub fn observations(&self, trace: &Trace) -> Vec<Vec<f32>> {
-        let mut env = self.observation.applied_to(trace.environment(&self.task));
+        let mut env = trace.environment(&self.task);
         let before = trace.steps.iter().map_while(|step| {
-            let before = observed(&env);
+            let before = env.observation();
             env.step_without_observation(step.choice()).ok().map(|_| before)
         });
         before.collect()

@@ -28,24 +28,15 @@ impl Setup {
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
-        self.take_task(load_regular(name)?, file_of(name))?;
+        self.take_task(load_regular(name)?, file_of(name));
         Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
     }
 
     /// Replaces the task; `file` is where it was read from.
-    pub fn take_task(&mut self, task: Task, file: Option<PathBuf>) -> Result<(), SessionError> {
+    pub fn take_task(&mut self, task: Task, file: Option<PathBuf>) {
         let editor = Editor::new(task);
-        let mut config = RunConfig { task: Arc::new(editor.task().clone()), ..self.config.clone() };
-        if !config.more_tasks.is_empty() {
-            // The former task may be one of them, and the new one is not any more.
-            let found = config.with_more_tasks(&self.config.more_tasks);
-            config = found.map_err(|error| SessionError::Failed(format!("more_tasks: {error}")))?;
-            if config.further_tasks.is_empty() {
-                config.more_tasks.clear();
-            }
-        }
-        (self.editor, self.config, self.file) = (editor, config, file);
-        Ok(())
+        self.config.task = Arc::new(editor.task().clone());
+        (self.editor, self.file) = (editor, file);
     }
 
     pub fn save_task(&mut self, to: Option<&Target>) -> Result<String, SessionError> {

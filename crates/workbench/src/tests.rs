@@ -3,7 +3,6 @@
 mod opened;
 
 use std::path::Path;
-use std::sync::Arc;
 
 use super::*;
 use mge_run::{Event, RunState};
@@ -126,7 +125,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     assert_eq!(kinds, [kind(371), "ramp", kind(371), kind(1500)]);
     assert!(trace.steps.iter().all(|step| step.placement == mge_env::Placement::Placed), "{trace:?}");
     assert!(apply(&mut session, "place -0.9 0.9 371").unwrap().contains("would be too close to an earlier one"));
-    run(&mut session, "set tools train\ntrain\nwait");
+    run(&mut session, "train\nwait");
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
     assert_eq!(session.run().unwrap().episodes(), 3);
     // The recorded script repeats the session.
@@ -167,51 +166,6 @@ fn clusters_are_given_to_a_training_with_the_same_number_of_subgoals() {
     run(&mut session, "train until 1\nwait\nsubgoal add 0.1 0.1 4\nclusters\nwait");
     let error = apply(&mut session, "guide").unwrap_err();
     assert_eq!(error, "the clusters are for 2 subgoals, but the run's task has 1");
-}
-
-#[test]
-fn several_tasks_are_chosen_trained_and_played() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut session = session(folder.path());
-    run(&mut session, "set more_tasks 'task1, task2'\ntrain\nwait");
-    let names = |session: &Session| session.config().tasks().map(|task| task.name.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&session), ["task1", "task2"]);
-    // The task chosen is not played twice, and the former one remains.
-    run(&mut session, "task task2");
-    assert_eq!(names(&session), ["task2", "task1"]);
-    let saved = session.run().unwrap().saved();
-    let [own, other] = [None, Some("task5")].map(|name| {
-        let task = name.map(|name| Arc::new(mge_task::load(name).unwrap()));
-        saved.player(task, None).unwrap()
-    });
-    assert_eq!((own.task().name.as_str(), other.task().name.as_str()), ("task1", "task5"));
-    assert!(!other.episode(0).steps.is_empty());
-    run(&mut session, "set more_tasks task1\ntask task1");
-    assert!(session.config().more_tasks.is_empty(), "no further task is left");
-    run(&mut session, "train\nwait");
-    let other = Arc::new(mge_task::load("task5").unwrap());
-    let player = session.run().unwrap().saved().player(Some(other), None);
-    assert!(player.is_ok(), "the agent of a single task observes by rays, too");
-    run(&mut session, "set observation objects\ntrain\nwait");
-    let other = Arc::new(mge_task::load("task2").unwrap());
-    let error = session.run().unwrap().saved().player(Some(other), None).unwrap_err().to_string();
-    assert!(error.contains("another length on task2: train with `observation=rays`"), "{error}");
-}
-
-#[test]
-fn a_training_on_several_tasks_takes_clusters_of_the_first_only() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut session = session(folder.path());
-    let mut other = mge_task::load("task1").unwrap();
-    other.name = "other".to_owned();
-    let file = folder.path().join("other.json");
-    mge_task::save(&other, &file).unwrap();
-    let place = quoted(&file);
-    run(&mut session, &format!("set more_tasks {place}\nclusters\nwait\ntrain until 1\nwait\nguide"));
-    run(&mut session, &format!("task {place}\nclusters\nwait"));
-    assert_eq!(session.run().unwrap().state(), RunState::Paused, "clusters do not end the pause");
-    let error = apply(&mut session, "guide").unwrap_err();
-    assert_eq!(error, "a run on several tasks takes clusters of the first, task1: these are of other");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::{Force, Print, count, first_seed, threads};
 use mge_dynamics::{Loss, ToolSet, Variant};
-use mge_physics::{ToolKind, ToolSplit};
+use mge_physics::ToolKind;
 use mge_trainer::PriorSource;
 
 #[derive(Debug, Subcommand)]
@@ -126,13 +126,9 @@ pub struct DynamicsEvaluate {
 pub struct Clusters {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// Model that predicts the rollouts: learned, rapier, true, uniform, or a model file [default: learned; true
-    /// with --tools]
+    /// Model that predicts the rollouts: learned, rapier, true, uniform, or a model file [default: learned]
     #[arg(long)]
     pub model: Option<PriorSource>,
-    /// For an agent that chooses among CREATE's tools: their split, one of all, train, validation, test
-    #[arg(long, value_name = "SPLIT")]
-    pub tools: Option<ToolSplit>,
     /// Seed of rollouts and clusters
     #[arg(long, default_value_t = 0)]
     pub seed: u64,

@@ -10,7 +10,7 @@ pub use dynamics::{Clusters, Dynamics, DynamicsAblate, DynamicsEvaluate, Dynamic
 pub use physics::{Env, Play};
 pub use runs::{Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
 pub use studies::{Report, Reproduce, Script, Sweep};
-pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, PuzzlesTransfer, SubgoalOptions, Tasks, TasksCommand};
+pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions, Tasks, TasksCommand};
 
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,6 @@ use clap::Args;
 
 use super::{Force, Print, first_seed};
 use mge_guidance::EpsilonSchedule;
-use mge_physics::ToolSplit;
 use mge_run::CheckpointName;
 use mge_trainer::{Method, PriorSource};
 
@@ -15,15 +14,10 @@ use mge_trainer::{Method, PriorSource};
 pub struct Train {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay, planning,
-    /// ddpg-mge-adaptive, ddpg-uniform-adaptive, ddpg-adaptive or open-loop
-    /// [default: ddpg-mge-adaptive, with --tools ddpg-uniform-adaptive]
+    /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, planning,
+    /// ddpg-mge-adaptive, ddpg-uniform-adaptive, ddpg-adaptive or open-loop [default: ddpg-mge-adaptive]
     #[arg(long)]
     pub method: Option<Method>,
-    /// Let the agent choose among 40 of CREATE's tools, redrawn for every episode from this split: all, train,
-    /// validation, test
-    #[arg(long, value_name = "SPLIT")]
-    pub tools: Option<ToolSplit>,
     /// Episodes to train [default: 2000]
     #[arg(long)]
     pub episodes: Option<u32>,
@@ -115,14 +109,10 @@ pub struct Evaluate {
     /// Checkpoint of the agent: last, best or the number of its episode
     #[arg(long, value_name = "NAME", default_value_t = CheckpointName::Last)]
     pub checkpoint: CheckpointName,
-    /// Task to play on, with its own start noise: a name or a file; agents that observe by rays play any task [default:
-    /// the first of the run, with the start noise of the run]
+    /// Task to play on, with its own start noise: a name or a file [default: that of the run, with the start noise of
+    /// the run]
     #[arg(long)]
     pub task: Option<String>,
-    /// For an agent that chooses among tools: draw its action sets from this split, one of all, train, validation,
-    /// test [default: that of its training]
-    #[arg(long, value_name = "SPLIT")]
-    pub tools: Option<ToolSplit>,
     /// Also print the actor's observation before each action
     #[arg(long)]
     pub observations: bool,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
-use super::{Force, Print, count, first_seed, threads};
+use super::{Force, Print, count, threads};
 use mge_experiments::puzzles::{START_NOISE, Split};
 use mge_physics::MAX_OBJECTS;
 use mge_trainer::{Method, PriorSource};
@@ -69,8 +69,6 @@ pub enum Puzzles {
     Generate(PuzzlesGenerate),
     /// Propose subgoals for generated puzzles, train methods on them and report; resumes
     Bench(PuzzlesBench),
-    /// Play generated puzzles with the agent of a run on other tasks, at once and after a short training on each
-    Transfer(PuzzlesTransfer),
 }
 
 #[derive(Debug, Args)]
@@ -116,39 +114,11 @@ pub struct SubgoalOptions {
 }
 
 #[derive(Debug, Args)]
-pub struct PuzzlesTransfer {
-    /// The run's folder; its agent must observe by rays
-    pub run: PathBuf,
-    #[command(flatten)]
-    pub search: SubgoalOptions,
-    /// Episodes of the training on each puzzle
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub episodes: u32,
-    /// Greedy episodes that measure the success on a puzzle
-    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub evaluations: u32,
-    /// Seed of the trainings and of the starts of greedy episodes
-    #[arg(long, default_value_t = 0, value_parser = first_seed())]
-    pub seed: u64,
-    /// Folder for tasks and the report
-    #[arg(long, default_value = "transfer")]
-    pub out: PathBuf,
-    #[command(flatten)]
-    pub force: Force,
-    /// Number of puzzles played at the same time [default: all cores]
-    #[arg(long, value_parser = threads())]
-    pub threads: Option<usize>,
-    /// No progress on stderr
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-#[derive(Debug, Args)]
 pub struct PuzzlesBench {
     #[command(flatten)]
     pub search: SubgoalOptions,
     /// A method to train; may be repeated
-    #[arg(long = "method", default_values_t = [Method::usual(None)])]
+    #[arg(long = "method", default_values_t = [Method::USUAL])]
     pub methods: Vec<Method>,
     /// Number of seeds of each method on each puzzle, counted from 0
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]

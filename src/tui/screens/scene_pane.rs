@@ -40,7 +40,7 @@ pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regio
         overlays: scene.overlays(),
         prior: subject.clusters().map(|clusters| (&*clusters.prior, clusters.stale)),
         heat: agent_view.map(|view| &view.heat),
-        choice: agent_view.and_then(|view| view.choice),
+        choice: agent_view.map(|view| view.choice),
         predicted,
         truth: &truth,
         selected: scene.selected(),

@@ -204,7 +204,7 @@ impl Grouping {
     /// The effective value of any setting that a run uses, by its JSON path.
     pub fn setting(&self, run: &RunSummary, path: &str) -> Option<&Value> {
         let (_, row) = self.known.rows.get(&run.path)?;
-        let common = || self.known.common.get(path).filter(|_| run.config.method.uses(path));
+        let common = || self.known.common.get(path).filter(|_| run.config.uses(path));
         row.settings.get(path).or_else(|| row.implied.get(path)).or_else(common)
     }
 }

@@ -22,8 +22,6 @@ pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
             Event::ClustersChanged { given: true, .. } => "other clusters".to_owned(),
             // Scheduled refinements are not interventions.
             Event::ClustersChanged { episode, .. } if config.is_refined_after(*episode) => return None,
-            // Refinements of a source on several tasks were due at other episodes.
-            Event::ClustersChanged { episode, .. } if config.left_tasks_at(*episode) => return None,
             // In a log of an earlier version, which does not say who gave them.
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),

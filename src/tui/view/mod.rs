@@ -33,7 +33,6 @@ pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::tui::scene::Objects;
 use mge_agent::Ddpg;
-use mge_base::text::counted;
 use mge_dynamics::Evaluation;
 use mge_env::{EndReason, Snapshot};
 use mge_guidance::ActionPrior;
@@ -313,15 +312,6 @@ impl RunSummary {
         u64::from(self.config.episodes)
     }
 
-    /// The name of its task, and the number of further ones if there are any.
-    pub fn tasks_in_words(&self) -> String {
-        let first = &self.config.task.name;
-        match self.config.further_tasks.len() {
-            0 => first.clone(),
-            more => format!("{first} and {}", counted(more, "more task")),
-        }
-    }
-
     /// The rolling success in percent, or a dash before the first episode.
     pub fn success_text(&self) -> String {
         self.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success))
@@ -351,10 +341,10 @@ impl RunSummary {
         Some(self.episodes().saturating_sub(self.done) as f64 / rate)
     }
 
-    /// For each subgoal whether each episode reached it, as 1 and 0; empty for a run on several tasks, which differ in
-    /// their subgoals.
+    /// For each subgoal whether each episode reached it, as 1 and 0; empty for a run of an earlier version on several
+    /// tasks, which differ in their subgoals.
     pub fn subgoal_hits(&self) -> Vec<Vec<f32>> {
-        if !self.config.further_tasks.is_empty() {
+        if self.config.has_removed_tasks() {
             return Vec::new();
         }
         let shares = self.curves.get(Metric::SubgoalShare);

@@ -122,6 +122,23 @@ fn a_run_goes_on_with_its_own_model_after_its_file_was_replaced_or_moved() {
 }
 
 #[test]
+fn a_guided_run_is_not_continued_without_its_model_though_its_clusters_are_saved() {
+    let folder = models();
+    run(&folder, &format!("{GUIDED} --model other.safetensors --out run"));
+    let [metrics, own] = ["metrics.csv", "model.safetensors"].map(|file| folder.path().join("run").join(file));
+    let before = read(metrics.clone());
+    let model = read(own.clone());
+    copy(&folder, "a/mine.safetensors", "run/model.safetensors");
+    fail(mge(&folder, words("resume run --episodes 5 --quiet")), "is not the model `other`");
+    fs::remove_file(&own).unwrap();
+    fail(mge(&folder, words("resume run --episodes 5 --quiet")), "model.safetensors");
+    assert_eq!(read(metrics.clone()), before);
+    fs::write(&own, model).unwrap();
+    run(&folder, "resume run --episodes 5 --quiet");
+    assert_ne!(read(metrics), before);
+}
+
+#[test]
 fn a_run_of_an_earlier_version_finds_its_model_by_its_path() {
     let folder = models();
     // The noise depends on the number of episodes, so this run is extended too.
@@ -184,31 +201,6 @@ fn a_moved_sweep_trains_nothing_again_and_a_replaced_model_is_noticed() {
     let after = runs(&moved);
     assert!(after.len() == 2 && after.contains(&before[0]), "{:?}", after.iter().map(|run| &run.0).collect::<Vec<_>>());
     fail(mge(&moved, words("sweep single.json --quiet")), "was trained with the model mine@sha256:");
-}
-
-#[test]
-fn further_tasks_are_known_by_their_content() {
-    let folder = tempfile::tempdir().unwrap();
-    let project = folder.path().join("project");
-    fs::create_dir_all(project.join("tasks")).unwrap();
-    let task = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tasks/task2.json")).unwrap();
-    fs::write(project.join("tasks/task2.json"), &task).unwrap();
-    let sweep = json!({"task": "task1", "method": "ddpg", "episodes": 2, "ddpg.hidden": 8, "more_tasks": ["tasks"],
-                       "evaluation.every": 0});
-    fs::write(project.join("s.json"), sweep.to_string()).unwrap();
-    run(&project, "sweep s.json --quiet");
-    let moved = folder.path().join("moved");
-    fs::rename(&project, &moved).unwrap();
-    let count = || fs::read_dir(moved.join("sweeps/s/runs")).unwrap().count();
-    run(&moved, "sweep s.json --quiet");
-    assert_eq!(count(), 1);
-    let mut changed = json_of(task.as_bytes());
-    changed["ball"]["position"] = json!([0.0, 0.5]);
-    fs::write(moved.join("tasks/task2.json"), changed.to_string()).unwrap();
-    run(&moved, "sweep s.json --quiet");
-    assert_eq!(count(), 2);
-    let table = fs::read_to_string(moved.join("sweeps/s/results.csv")).unwrap();
-    assert_eq!(table.matches("task2 (").count(), 2, "{table}");
 }
 
 #[test]

@@ -93,7 +93,6 @@ fn every_method_is_repeated_with_its_interventions() {
         "ddpg-mge",
         "ddpg-uniform",
         "ddpg-mge-true",
-        "ddpg-model-replay",
         "planning",
         "ddpg-mge-adaptive",
         "ddpg-uniform-adaptive",

@@ -1,6 +1,6 @@
 //! Settings without effect, contradictions and defaults are never silent.
 //!
-//! Decided in `crates/trainer/src/`: in `misuse.rs` what is doubtful about settings, in `defaults.rs` the default
+//! Decided in `crates/trainer/src/`: in `effect.rs` what is without effect or doubtful about settings, in `defaults.rs` the default
 //! method.
 
 use std::path::Path;

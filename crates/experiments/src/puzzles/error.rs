@@ -8,8 +8,8 @@ use mge_dynamics::DynamicsError;
 use mge_figures::FigureError;
 use mge_stats::StatsError;
 use mge_task::TaskError;
+use mge_trainer::PriorError;
 use mge_trainer::batch::{BatchError, JobError, JobFailure};
-use mge_trainer::{PriorError, TrainingError};
 
 /// Why puzzles cannot be generated or used.
 #[derive(Debug, thiserror::Error)]
@@ -38,27 +38,15 @@ pub enum PuzzleError {
     /// The model cannot be used.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// The agent's observations depend on the task.
-    #[error("the agent does not observe by rays: train one with `observation=rays` and without `tools`")]
-    NotByRays,
-    /// The agent was trained on a puzzle of the transfer.
-    #[error("the agent was trained on the puzzle {name}: a transfer needs other puzzles")]
-    TrainedOn { name: String },
     /// A file of the folder was made from another puzzle of the same name.
     #[error("{}: it was made from another puzzle of this name: remove it, or choose another folder with --out", path.display())]
     OtherPuzzle { path: PathBuf },
     /// The proposals in the folder come from another search.
     #[error("{}: its puzzles have subgoals of another model or number: choose another folder with --out", path.display())]
     OtherSearch { path: PathBuf },
-    /// A transfer was interrupted.
-    #[error("interrupted after {done} of {jobs} puzzles: their subgoals are kept, the trainings begin again")]
-    TransferInterrupted { done: usize, jobs: usize },
     /// A setting of the trainings is also an option.
     #[error("--set {0}=...: tasks, methods, seeds, episodes and model of a bench have options of their own")]
     SettingOfOption(String),
-    /// A training failed.
-    #[error(transparent)]
-    Training(#[from] TrainingError),
     /// A statistic of the report cannot be computed.
     #[error(transparent)]
     Stats(#[from] StatsError),
@@ -79,7 +67,7 @@ pub enum PuzzleError {
 impl PuzzleError {
     /// Whether an interruption was requested.
     pub fn is_interruption(&self) -> bool {
-        matches!(self, Self::Interrupted { .. } | Self::TransferInterrupted { .. })
+        matches!(self, Self::Interrupted { .. })
     }
 
     /// An error of the file at `path`.
@@ -97,7 +85,7 @@ impl From<Stopped> for PuzzleError {
 impl JobError for PuzzleError {
     fn is_stopped(&self) -> bool {
         match self {
-            Self::Dynamics(DynamicsError::Stopped) | Self::Training(TrainingError::Stopped) => true,
+            Self::Dynamics(DynamicsError::Stopped) => true,
             Self::Prior(error) => error.is_stopped(),
             _ => false,
         }

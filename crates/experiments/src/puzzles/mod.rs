@@ -4,7 +4,6 @@
 //! Play decides whether a layout is a puzzle: random actions hardly ever reach the goal, and actions
 //! guided by the true physics often do. The bench proposes subgoals for each puzzle with a dynamics
 //! model, which was not trained on puzzles, and trains agents on the result as a [sweep](crate::sweep).
-//! A [transfer](mod@transfer) plays puzzles with an agent that was trained on others.
 
 mod bench;
 mod error;
@@ -15,7 +14,6 @@ mod proposals;
 mod results;
 #[cfg(test)]
 mod tests;
-mod transfer;
 
 pub use bench::{BenchPlan, prepare};
 pub use error::PuzzleError;
@@ -25,6 +23,3 @@ use index::Puzzle;
 pub use index::{Index, Split};
 pub use proposals::SubgoalSearch;
 pub use results::BenchResults;
-#[cfg(test)]
-use transfer::TransferRow;
-pub use transfer::{TransferPlan, TransferResults, transfer};

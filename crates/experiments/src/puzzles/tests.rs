@@ -1,5 +1,4 @@
 use std::path::Path;
-use std::sync::Arc;
 
 use super::*;
 use crate::sweep::Sweep;
@@ -9,7 +8,7 @@ use mge_stats::Bootstrap;
 use mge_stats::efficiency::Efficiency;
 use mge_task as task;
 use mge_trainer::batch::Batch;
-use mge_trainer::{Method, Observation, PriorSource, RunConfig, Training};
+use mge_trainer::{Method, PriorSource};
 
 /// Criteria that are cheap to check but still reject most layouts.
 const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
@@ -115,87 +114,6 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
     assert_eq!(sweep.jobs.len(), 2);
     let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();
     assert_eq!(staged.subgoals.len(), puzzle.subgoals);
-}
-
-#[test]
-fn an_agent_of_other_tasks_plays_puzzles_at_once_and_after_training() {
-    let folder = tempfile::tempdir().unwrap();
-    let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
-    let mut config = RunConfig::default_for(Arc::new(task::load("task1").unwrap()), Method::DdpgMgeAdaptive);
-    (config.hold_tolerance, config.observation, config.seed) = (None, Observation::Rays, 9);
-    config.ddpg.hidden = 8;
-    let plan = |config: RunConfig| TransferPlan {
-        search: SubgoalSearch { puzzles: folder.path().to_owned(), model: PriorSource::TruePhysics, subgoals: 2 },
-        agent: Training::new(config.clone(), None).unwrap().ddpg().clone(),
-        config: Arc::new(config),
-        episodes: 5,
-        evaluations: 4,
-        seed: 0,
-    };
-    let interrupt = Stop::default();
-    let batch = Batch { threads: 1, interrupt: &interrupt };
-    let out = folder.path().join("transfer");
-    let play = |plan: &TransferPlan| transfer(plan, &index, &out, &batch, &mut |_| {});
-    let rows = play(&plan(config.clone())).unwrap();
-    let name = &index.puzzles[0].name;
-    assert_eq!(rows.iter().map(|row| &row.puzzle).collect::<Vec<_>>(), [name]);
-    let is_share = |value: f64| (0.0..=1.0).contains(&value) && (4.0 * value).fract() == 0.0;
-    assert!(is_share(rows[0].at_once) && is_share(rows[0].after) && is_share(rows[0].from_scratch), "{rows:?}");
-    assert_eq!(play(&plan(config.clone())).unwrap(), rows);
-
-    let staged = out.join("tasks").join(format!("{name}.json"));
-    let puzzle = Arc::new(task::load(&staged.display().to_string()).unwrap());
-    let known = plan(RunConfig { task: puzzle.clone(), ..config.clone() });
-    assert!(matches!(play(&known), Err(PuzzleError::TrainedOn { .. })));
-    let objects = RunConfig { observation: Observation::Objects, ..config.clone() };
-    assert!(matches!(play(&plan(objects)), Err(PuzzleError::NotByRays)));
-    let mut fewer = plan(config.clone());
-    fewer.search.subgoals = 1;
-    assert!(matches!(play(&fewer), Err(PuzzleError::OtherSearch { .. })));
-    let file = index.puzzles[0].path(folder.path());
-    let mut changed = task::load(&file.display().to_string()).unwrap();
-    changed.rules.start_noise = 0.02;
-    task::save(&changed, &file).unwrap();
-    assert!(matches!(play(&plan(config.clone())), Err(PuzzleError::OtherPuzzle { path }) if path == staged));
-    changed.rules.start_noise = 0.01;
-    task::save(&changed, &file).unwrap();
-    interrupt.request();
-    let outcome = play(&plan(config));
-    assert!(matches!(outcome, Err(PuzzleError::TransferInterrupted { done: 0, jobs: 1 })), "{outcome:?}");
-}
-
-#[test]
-fn a_transfer_reports_means_and_solved_puzzles_by_difficulty() {
-    let mut index = Index::new(0, Split::Test, 0.01);
-    for (number, actions_needed) in [(0, 3), (1, 9)] {
-        index.puzzles.push(puzzle(number, actions_needed));
-    }
-    let row = |number: u64, at_once, after, from_scratch| TransferRow {
-        puzzle: format!("test-0-000{number}"),
-        at_once,
-        after,
-        from_scratch,
-    };
-    let results = TransferResults {
-        command: "mge puzzles transfer".to_owned(),
-        mge_version: "1".to_owned(),
-        trained_on: 12,
-        trained_episodes: 3000,
-        episodes: 100,
-        evaluations: 50,
-        index,
-        rows: vec![row(0, 0.8, 1.0, 0.5), row(1, 0.0, 0.5, 0.1)],
-    };
-    let text = results.to_markdown();
-    assert!(text.contains("trained on 12 tasks for 3000 episodes"), "{text}");
-    for line in [
-        "| all | 2 | 0.40 | 0.50 | 0.75 | 0.50 | 0.30 | 0.00 |",
-        "| 1 to 3 | 1 | 0.80 | 1.00 | 1.00 | 1.00 | 0.50 | 0.00 |",
-        "| 7 to 9 | 1 | 0.00 | 0.00 | 0.50 | 0.00 | 0.10 | 0.00 |",
-    ] {
-        assert!(text.contains(line), "{line}: {text}");
-    }
-    assert!(!text.contains("4 to 6"), "there is no such puzzle: {text}");
 }
 
 /// A row of an index.

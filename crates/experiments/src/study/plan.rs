@@ -235,7 +235,7 @@ fn main_arms(episodes: u32) -> Vec<Arm> {
 }
 
 /// The arms of further questions: the effect of the clusters versus that of epsilon, a perfect model, refined
-/// clusters, proposed subgoals, other uses of the model, and each structural assumption of the model.
+/// clusters, proposed subgoals, and each structural assumption of the model.
 fn questions(episodes: u32) -> Vec<Arm> {
     let decayed = |method| Arm::new(Part::Questions, method, Some(decayed(episodes)));
     let guided = || decayed(Method::DdpgMge);
@@ -244,7 +244,6 @@ fn questions(episodes: u32) -> Vec<Arm> {
         decayed(Method::DdpgMgeTrue),
         Arm { settings: [("refinement.every", "50")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(), ..guided() },
         Arm { proposed_subgoals: true, ..guided() },
-        Arm::new(Part::Questions, Method::ModelReplay, None),
         Arm { model: Variant::SharedEdges, ..guided() },
         Arm { model: Variant::FullyConnected, ..guided() },
         Arm { model: Variant::Absolute, ..guided() },

@@ -147,6 +147,7 @@ fn agents(runs: &[FoundRun]) -> Results {
             "run" => Some(run.name().into()),
             "state" => Some(run.state.name().into()),
             // A constant threshold is a number.
+            "epsilon" if !run.config.method.uses(column) => None,
             "epsilon" => serde_json::from_str(&run.trained.row.epsilon).ok().or_else(|| row.get(column).cloned()),
             "episodes" => Some(run.config.episodes.into()),
             "episodes_done" => row.get("episodes").cloned(),

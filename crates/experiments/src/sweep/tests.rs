@@ -69,6 +69,20 @@ fn a_file_expands_to_all_combinations_with_the_baseline_once() {
 }
 
 #[test]
+fn combinations_that_differ_only_in_settings_without_effect_are_trained_once() {
+    // No schedule depends on need, and all evaluations are later than the last episode.
+    let idle = json!({"seed": [0], "hold_tolerance": [0.1, 0.2], "evaluation.every": [50, 5000]});
+    assert_eq!(names(&sweep(&small(&idle))), names(&sweep(&small(&json!({"seed": [0]})))));
+    let adaptive = json!({"task": "task1", "method": ["ddpg", "ddpg-adaptive"], "hold_tolerance": [0.1, 0.2]});
+    let expected = [
+        "task1-ddpg-seed0",
+        "task1-ddpg-adaptive-hold_tolerance_0.1-seed0",
+        "task1-ddpg-adaptive-hold_tolerance_0.2-seed0",
+    ];
+    assert_eq!(names(&sweep(&adaptive)), expected);
+}
+
+#[test]
 fn models_are_swept_by_the_names_of_their_settings() {
     let file = json!({"kind": "dynamics", "tools": "box,bucket", "learning_rate": [1e-3, 1e-4], "layers": [5, 17], "optimiser": "sgd"});
     let sweep = sweep(&file);

@@ -3,8 +3,6 @@
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-use serde_json::Value;
-
 use super::file::{Axis, Combination, Grid};
 use mge_base::identity::FileId;
 use mge_base::json;
@@ -26,14 +24,13 @@ pub(super) fn setting(key: &str) -> &str {
 /// Whether a setting is left out of the list in a run's name, because it is in the prefix or suffix or has no
 /// effect.
 pub(super) fn is_omitted_from_name(config: &RunConfig, key: &str) -> bool {
-    ["task", "method", "seed"].contains(&key) || !config.method.uses(setting(key))
+    ["task", "method", "seed"].contains(&key) || !config.uses(setting(key))
 }
 
 /// The content of the files that a setting names by their path, which may change while the content stays.
 pub(super) fn file_behind(config: &RunConfig, key: &str, value: &str) -> Option<FileId> {
     match (setting(key), &config.prior) {
         ("prior", PriorSource::ModelFile(ModelFile { id, .. })) if value.contains('/') => id.clone(),
-        ("more_tasks", _) if value.contains('/') => Some(config.further_tasks_id()),
         _ => None,
     }
 }
@@ -41,29 +38,16 @@ pub(super) fn file_behind(config: &RunConfig, key: &str, value: &str) -> Option<
 /// The grid with absolute paths of tasks and models, so that its commands work in any folder.
 pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     let mut grid = grid.clone();
-    for axis in &mut grid.axes {
-        let is_list = axis.key == "more_tasks";
-        if !is_list && !["task", "model", "prior"].contains(&axis.key.as_str()) {
-            continue;
-        }
+    for axis in grid.axes.iter_mut().filter(|axis| ["task", "model", "prior"].contains(&axis.key.as_str())) {
         for value in &mut axis.values {
-            let Some(text) = value.as_str() else { continue };
-            let places: Vec<&str> = if is_list { text.split(',').map(str::trim).collect() } else { vec![text] };
-            *value = Value::String(
-                places.into_iter().map(|place| absolute(place, is_list)).collect::<Vec<String>>().join(","),
-            );
+            // Names that are no files stay.
+            let path = value.as_str().map(expanded).filter(|path| path.is_file());
+            if let Some(path) = path.and_then(|path| std::path::absolute(path).ok()) {
+                *value = path.display().to_string().into();
+            }
         }
     }
     grid
-}
-
-/// The absolute path of an existing file, or also folder; other names stay.
-fn absolute(name: &str, may_be_folder: bool) -> String {
-    let path = expanded(name);
-    let is_folder = || path.is_dir() && !task::shipped_names().any(|shipped| shipped == name);
-    let is_place = path.is_file() || (may_be_folder && is_folder());
-    let absolute = if is_place { std::path::absolute(path).ok() } else { None };
-    absolute.map_or_else(|| name.to_owned(), |path| path.display().to_string())
 }
 
 /// Refuses a setting given under two names, with its group, or with an alternative to it.
@@ -94,45 +78,52 @@ pub(super) struct Agents {
 }
 
 impl Agents {
-    /// The configuration of a combination.
+    /// The configuration of a combination. Settings without effect, whatever their value, are left out of it, so that
+    /// runs differing only in these are equal.
     pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<RunConfig, ValidationError> {
-        let mut config = RunConfig::usual_for(self.task(grid, combination)?);
+        let start = RunConfig::usual_for(self.task(grid, combination)?);
         let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
         chosen.retain(|(axis, _)| axis.key != "task");
-        // The method comes first: it determines which other settings have an effect.
+        // The method comes first: it determines the defaults of other settings.
         chosen.sort_by_key(|(axis, _)| axis.key != "method");
-        if chosen.first().is_none_or(|(axis, _)| axis.key != "method")
-            && let Some((tools, value)) = chosen.iter().find(|(axis, _)| axis.key == "tools")
-        {
-            // A wrong value is reported below.
-            config = config.with_method(Method::usual(json::text(&tools.values[*value]).parse().ok()));
+        let mut config = self.with_settings(&start, &chosen)?;
+        for (axis, _) in chosen.clone() {
+            let (key, others) = (setting(&axis.key), chosen.iter().filter(|(other, _)| other.key != axis.key));
+            if !config.uses(key) {
+                let others: Vec<_> = others.copied().collect();
+                let without = self.with_settings(&start, &others)?;
+                if !without.uses(key) {
+                    (config, chosen) = (without, others);
+                }
+            }
         }
-        let mut out_of_range = None;
-        for (axis, value) in chosen {
+        if !config.method.uses("epsilon") {
+            config.epsilon = EpsilonSchedule::Constant(0.0);
+        }
+        self.check_model(grid, &config)?;
+        Ok(config)
+    }
+
+    /// A configuration with the chosen values of settings.
+    fn with_settings(&mut self, start: &RunConfig, chosen: &[(&Axis, usize)]) -> Result<RunConfig, ValidationError> {
+        let (mut config, mut out_of_range) = (start.clone(), None);
+        for &(axis, value) in chosen {
             let text = json::text(&axis.values[value]);
-            let changed = match setting(&axis.key) {
+            config = match setting(&axis.key) {
                 // Read only once.
-                "prior" => RunConfig { prior: self.source(text), ..config.clone() },
+                "prior" => RunConfig { prior: self.source(text), ..config },
                 key => {
                     config.with_unchecked_setting(key, &text).map_err(|error| explain(axis, value, &config, &error))?
                 }
             };
             if out_of_range.is_none() {
-                out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
-            }
-            // Settings without effect are not applied, so that runs differing only in these are equal.
-            if changed.method.uses(setting(&axis.key)) {
-                config = changed;
+                out_of_range = config.validate().err().map(|error| (axis.path(value), error));
             }
         }
         if let Some((path, error)) = out_of_range {
             // A setting may be in range only together with a later one.
             config.validate().map_err(|_| ValidationError::new(path, error))?;
         }
-        if !config.method.uses("epsilon") {
-            config.epsilon = EpsilonSchedule::Constant(0.0);
-        }
-        self.check_model(grid, &config)?;
         Ok(config)
     }
 
@@ -167,8 +158,8 @@ impl Agents {
 
     /// Checks that the model exists and covers the tools, before the run would fail.
     fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
-        let RunConfig { task, more_tasks, method, prior, tools, .. } = config;
-        let key = format!("{:?}", (&task.name, more_tasks, method, prior, tools, config.is_guided()));
+        let RunConfig { task, method, prior, .. } = config;
+        let key = format!("{:?}", (&task.name, method, prior, config.is_guided()));
         if self.models.contains(&key) {
             return Ok(());
         }
@@ -195,28 +186,17 @@ fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) 
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use serde_json::json;
 
     use super::*;
 
     #[test]
     fn names_of_files_become_absolute_and_other_names_stay() {
-        let folder = tempfile::tempdir().unwrap();
-        let (file, inner) = (folder.path().join("a.json"), folder.path().join("inner"));
-        std::fs::write(&file, "{}").unwrap();
-        std::fs::create_dir(&inner).unwrap();
-        let [file, inner] = [file, inner].map(|path| path.display().to_string());
-        let list = format!("{file}, task2, {inner}");
-        let axis = |key: &str, value: Value| Axis { key: key.to_owned(), values: vec![value], is_list: false };
-        let axes = vec![axis("task", json!("task1")), axis("model", json!(inner)), axis("more_tasks", json!(list))];
+        let axis = |key: &str, value: &str| Axis { key: key.to_owned(), values: vec![json!(value)], is_list: false };
+        // Relative to the folder of the package.
+        let axes = vec![axis("task", "task1"), axis("model", "Cargo.toml"), axis("prior", "src")];
         let grid = absolute_paths(&Grid { kind: None, axes });
-        let values: Vec<&Value> = grid.axes.iter().map(|axis| &axis.values[0]).collect();
-        assert_eq!(values, [&json!("task1"), &json!(inner), &json!(format!("{file},task2,{inner}"))]);
-        // A folder of tasks is found from the current folder, that of the package; a task is not a folder.
-        assert!(Path::new(&absolute("src", true)).is_absolute());
-        assert_eq!(absolute("src", false), "src");
-        assert_eq!(absolute("task1", true), "task1");
+        let values: Vec<&str> = grid.axes.iter().filter_map(|axis| axis.values[0].as_str()).collect();
+        assert_eq!(values, ["task1", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"), "src"]);
     }
 }

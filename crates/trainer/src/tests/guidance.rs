@@ -106,22 +106,11 @@ fn plans_through_the_true_physics_reach_the_subgoal() {
 }
 
 #[test]
-fn imagined_transitions_enter_the_replay_buffer_beside_the_real_ones() {
-    let mut training = Training::new(config(Method::ModelReplay, 3), None).unwrap();
-    let (record, _) = training.run_episode().unwrap();
-    let imagined = training.transitions() - record.steps;
-    let ModelReplay { rollouts, horizon } = training.config().model_replay;
-    assert!(imagined >= rollouts as u64 && imagined <= (rollouts * horizon) as u64, "{imagined}");
-}
-
-#[test]
 fn a_method_that_predicts_needs_a_model() {
-    for method in [Method::Planning, Method::ModelReplay] {
-        let mut config = config(method, 3);
-        config.prior = PriorSource::Uniform;
-        let error = Training::new(config, None).unwrap_err().to_string();
-        assert!(error.contains("needs a model"), "{error}");
-    }
+    let mut config = config(Method::Planning, 3);
+    config.prior = PriorSource::Uniform;
+    let error = Training::new(config, None).unwrap_err().to_string();
+    assert!(error.contains("needs a model"), "{error}");
 }
 
 #[test]

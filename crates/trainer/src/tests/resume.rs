@@ -25,7 +25,7 @@ fn all_files_of_a_resumed_run_equal_those_of_an_uninterrupted_one() {
     task.rules.start_noise = 0.05;
     config.task = Arc::new(task);
     config.epsilon = "linear:1:0.5:12".parse().unwrap();
-    config.evaluation = Evaluation { every: 2, episodes: 2, tools: None };
+    config.evaluation = Evaluation { every: 2, episodes: 2 };
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
     config.practice = Practice { rollouts: 30, enough: 2 };
     config.checkpoints.periodic_every = 4;
@@ -166,11 +166,31 @@ fn a_resumed_adaptive_run_equals_an_uninterrupted_one() {
     let mut config = config(Method::DdpgMgeAdaptive, 24);
     config.start_noise = Some(0.02);
     config.ddpg.replay_capacity = 1000;
-    config.evaluation = Evaluation { every: 2, episodes: 2, tools: None };
+    config.evaluation = Evaluation { every: 2, episodes: 2 };
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
     let whole = check_resumed(&config, 9);
     let progress = String::from_utf8_lossy(&whole["checkpoint/last/progress.json"]);
     assert!(progress.contains("\"attempts\":[["), "there was no greedy attempt: the test shows nothing");
     let networks = String::from_utf8_lossy(&whole["checkpoint/last/learner.safetensors"]).replace('\\', "");
     assert!(networks.contains("\"by_stage\":[[["), "no segment reached its stage: the test shows nothing");
+}
+
+#[test]
+fn a_fork_of_a_fork_keeps_the_tasks_of_all_earlier_episodes_and_does_not_begin_before_its_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let before = RunConfig { evaluation: Evaluation { every: 2, ..Evaluation::default() }, ..config(Method::Ddpg, 5) };
+    let run = new_run(folder.path(), "run", &before);
+    finish(&run);
+    let fork_at = |source: &RunDirectory, episode: u32, name: &str| {
+        let before: RunConfig = source.config().unwrap();
+        let task = Arc::new(Task { name: name.to_owned(), ..(*before.task).clone() });
+        let after = RunConfig { task, ..before.clone() }.forked(&before, "run", episode, Vec::new());
+        fork(source, &folder.path().join(name), after, |_, _| (), &Stop::default())
+    };
+    let first = fork_at(&run, 4, "second").unwrap();
+    let second: RunConfig = fork_at(&first, 4, "third").unwrap().config().unwrap();
+    let names: Vec<&str> = (3..=5).map(|episode| &*second.task_of(episode).name).collect();
+    assert_eq!(names, ["task1", "task1", "third"]);
+    assert!(first.checkpoints().names().unwrap().contains(&CheckpointName::Best), "a checkpoint of the source");
+    assert!(matches!(fork_at(&first, 3, "fourth"), Err(ForkError::TooEarly(3))));
 }

@@ -1,6 +1,7 @@
 //! Errors of training.
 
 use crate::prior::PriorError;
+use crate::removed::RemovedSetting;
 use mge_agent as agent;
 use mge_base::stop::Stopped;
 use mge_base::validation::ValidationError;
@@ -13,6 +14,9 @@ pub enum TrainingError {
     /// A setting is out of range.
     #[error(transparent)]
     Config(#[from] ValidationError),
+    /// The run has settings of an earlier version.
+    #[error(transparent)]
+    Removed(#[from] RemovedSetting),
     /// The model that the method consults cannot be used.
     #[error(transparent)]
     Model(PriorError),
@@ -37,16 +41,9 @@ pub enum TrainingError {
     /// The checkpoint from which a fork continues is missing.
     #[error("the run is a fork, and the checkpoint from which it continues is missing: fork the other run again")]
     MissingForkCheckpoint,
-    /// The lengths of observations or actions differ: the number of subgoals changed, what the agent observes, or
-    /// whether it chooses among tools.
-    #[error(
-        "the networks have learned with observations or actions of another length: keep the number of subgoals, \
-         `observation` and `tools`"
-    )]
+    /// The lengths of observations differ because the number of subgoals changed.
+    #[error("the networks have learned with observations of another length: keep the number of subgoals")]
     OtherObservations,
-    /// A fork has other further tasks than its source.
-    #[error("a fork keeps `more_tasks` or leaves it empty: train a new run on other tasks")]
-    OtherTasks,
     /// A stop abandoned the episode.
     #[error("stopped in the middle of an episode")]
     Stopped,

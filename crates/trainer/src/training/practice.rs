@@ -4,7 +4,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Training, TrainingError};
-use crate::tools;
+use crate::parts::Practice;
 use crate::watch::Phase;
 use mge_base::streams::Stream;
 use mge_env::Snapshot;
@@ -18,53 +18,35 @@ impl Training {
     /// Practises, if configured and not yet done. As when the prior is [built](mge_guidance::build), actions from
     /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
     /// from episodes. After every round, the clusters are [refined](crate::Refinement) from the rewarding
-    /// actions, if refinement is on. Practice of a task ends at a stage that is not reached; several tasks are
-    /// practised one after the other.
+    /// actions, if refinement is on. Practice ends at a stage that is not reached.
     ///
     /// # Errors
     /// When the learner diverges, or a stop is requested.
     pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
         // Practice precedes all other steps of a run.
-        let is_due = self.progress.environment_steps == 0;
-        let is_possible = self.progress.prior.is_some() && self.config.method.learns();
-        if !is_due || !is_possible || self.config.practice.rollouts == 0 {
-            return Ok(None);
-        }
+        let is_due = self.progress.environment_steps == 0 && self.progress.prior.is_some();
+        let Some(practice) = self.parts.practice.filter(|_| is_due) else { return Ok(None) };
         let mut rng = Stream::Practice.of(self.config.seed);
         let mut practised = Practised::default();
-        let mut earlier = 0;
-        for task in 0..self.task_count() as usize {
-            earlier += self.on_task(task, |training| training.practise_task(earlier, &mut practised, &mut rng))?;
-        }
-        self.progress.environment_steps = practised.actions;
-        self.phase.set(Phase::Training);
-        Ok(Some(practised))
-    }
-
-    /// Practises the stages of the current task, and returns their number; `earlier` is that of the tasks before it.
-    fn practise_task(
-        &mut self,
-        earlier: usize,
-        practised: &mut Practised,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<usize, TrainingError> {
         let mut starts = Vec::new();
-        let stages = self.env.task().stage_count();
-        for stage in 0..stages {
-            starts = self.practise_stage(earlier + stage, &starts, practised, rng)?;
+        for stage in 0..self.env.task().stage_count() {
+            starts = self.practise_stage(practice, stage, &starts, &mut practised, &mut rng)?;
             // Some may have reached the following stage at the same time.
             starts.retain(|state| state.stage() == stage + 1);
             if starts.is_empty() {
                 break;
             }
         }
-        Ok(stages)
+        self.progress.environment_steps = practised.actions;
+        self.phase.set(Phase::Training);
+        Ok(Some(practised))
     }
 
     /// Practises the next stage from the states `starts`, or from the start of the task if there are none. Returns the
-    /// states in which it was reached, without those of ended episodes. Observers see `stage` as its number.
+    /// states in which it was reached, without those of ended episodes.
     fn practise_stage(
         &mut self,
+        practice: Practice,
         stage: usize,
         starts: &[Snapshot],
         practised: &mut Practised,
@@ -72,9 +54,9 @@ impl Training {
     ) -> Result<Vec<Snapshot>, TrainingError> {
         let mut states = Vec::new();
         let (mut rollouts, mut reached) = (0, 0);
-        let stages = self.config.tasks().map(|task| task.stage_count()).sum();
-        while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
-            for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
+        let stages = self.env.task().stage_count();
+        while rollouts < practice.rollouts && reached < practice.enough {
+            for _ in 0..ROUND.min(practice.rollouts - rollouts) {
                 // Others may already have noted that the training has ended.
                 self.stop.check()?;
                 match starts.len() {
@@ -103,20 +85,18 @@ impl Training {
         self.learner.start_episode();
         let stage = self.env.snapshot().stage();
         let mut played = Played::after(self.env.snapshot().placed().len());
-        let mut observation = tools::observed(&self.env);
+        let mut observation = self.env.observation();
         for _ in 0..prior.horizon(stage) {
             self.stop.check()?;
-            let action = tools::explored(self.learner.ddpg(), &self.env, &prior, rng);
-            let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
-            let Ok(step) = self.env.step_without_observation(choice) else { break };
+            let action = prior.sample(self.env.snapshot().stage(), rng);
+            let Ok(step) = self.env.step(action) else { break };
             *actions += 1;
-            let next_observation = tools::observed(&self.env);
-            played.note(&action, &step);
-            self.learn_from(stage, [&observation, &next_observation], &action, &step, &mut played)?;
+            played.note(action, &step);
+            self.learn_from(stage, [&observation, &step.observation], action, &step, &mut played)?;
             if step.reached_stage() || step.end.is_some() {
                 return Ok(step.reached_stage());
             }
-            observation = next_observation;
+            observation = step.observation;
         }
         Ok(false)
     }
@@ -127,7 +107,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::{Method, Practice, PriorSource, Refinement, RunConfig, Watch, build_prior};
+    use crate::{Method, PriorSource, Refinement, RunConfig, Watch, build_prior};
     use mge_agent::ImitationConfig;
     use mge_base::stop::Stop;
     use mge_guidance::EpsilonSchedule;
@@ -229,16 +209,5 @@ mod tests {
         stop.request();
         training.stop_on(&stop);
         assert!(matches!(training.practise(), Err(TrainingError::Stopped)));
-    }
-
-    #[test]
-    fn agents_that_choose_tools_practise_with_them() {
-        let task = Arc::new(load("create/Push").unwrap());
-        let mut config =
-            RunConfig::default_with(task, Method::DdpgUniformAdaptive, Some(mge_physics::ToolSplit::Train));
-        config.ddpg.hidden = 8;
-        config.practice.rollouts = 3;
-        let practised = training(&config).practise().unwrap().unwrap();
-        assert_eq!(practised.rollouts, [3]);
     }
 }

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Training, TrainingError, TrainingState};
+use super::{ACTION_LEN, Training, TrainingError, TrainingState};
 use crate::config::RunConfig;
 use crate::exploration::Attempts;
 use crate::hold::Hold;
-use crate::tools::Space;
+use crate::prior::prior_of_run;
 use mge_agent::{self as agent, Ddpg, Learner};
 use mge_base::json;
+use mge_base::stop::Stop;
+use mge_env::observation_len;
 use mge_guidance::ActionPrior;
 use mge_run::{Checkpoint, RunError};
 
@@ -20,19 +22,16 @@ const REPLAY_SECTION: &str = "replay.bin";
 /// The checkpoint section that holds counters, streams, schedule and action prior, as JSON.
 pub const PROGRESS_SECTION: &str = "progress.json";
 
-/// The action priors in use when a checkpoint was saved, of all tasks that had one.
+/// The action prior in use when a checkpoint was saved, if there was one.
 ///
 /// # Errors
 /// When the checkpoint's progress section is missing or malformed.
-pub fn priors_at(checkpoint: &Checkpoint) -> Result<Vec<Arc<ActionPrior>>, RunError> {
+pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, RunError> {
     #[derive(Deserialize)]
     struct WithPrior {
         prior: Option<Arc<ActionPrior>>,
-        #[serde(default)]
-        further: Vec<WithPrior>,
     }
-    let WithPrior { prior, further } = checkpoint.json(PROGRESS_SECTION)?;
-    Ok(prior.into_iter().chain(further.into_iter().filter_map(|state| state.prior)).collect())
+    checkpoint.json(PROGRESS_SECTION).map(|WithPrior { prior }| prior)
 }
 
 /// The checkpoint section that holds the configuration of the run, as JSON.
@@ -61,20 +60,37 @@ pub fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(),
     Err(TrainingError::OtherSettings(differing.map_or_else(String::new, |(path, _)| path.clone())))
 }
 
-/// Whether an agent's vectors and options match those of a run's agent.
+/// Whether the lengths of an agent's vectors are those of a run's agent.
 fn fits(agent: &Ddpg, config: &RunConfig) -> bool {
-    let space = Space::of(config);
-    (agent.observation_len(), agent.action_len()) == (space.observation, space.action)
-        && agent.options().is_some() == space.options.is_some()
+    (agent.observation_len(), agent.action_len()) == (observation_len(&config.task), ACTION_LEN)
 }
 
 impl Training {
+    /// The training from a checkpoint, or from its beginning with new clusters; `progress` is called with the index of
+    /// each stage of these.
+    ///
+    /// # Errors
+    /// As [`resume`](Self::resume) and [`new`](Self::new), and when the model cannot be used.
+    pub(crate) fn begin(
+        config: RunConfig,
+        checkpoint: Option<&Checkpoint>,
+        progress: impl FnMut(usize),
+        stop: &Stop,
+    ) -> Result<Self, TrainingError> {
+        if let Some(checkpoint) = checkpoint {
+            return Self::resume(config, checkpoint);
+        }
+        let prior = prior_of_run(&config, progress, stop)?;
+        Self::new(config, prior)
+    }
+
     /// Resumes a run from a checkpoint; it continues exactly as if it had not been interrupted.
     ///
     /// # Errors
     /// When the checkpoint does not belong to this configuration.
     pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
         config.validate()?;
+        config.check_supported()?;
         check_settings(&config, checkpoint)?;
         let learner = Learner::load(&agent::SavedLearner {
             networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
@@ -90,38 +106,24 @@ impl Training {
         if progress.seed.is_some_and(|seed| seed != config.seed) {
             return Err(TrainingError::OtherSettings("seed".to_owned()));
         }
-        if progress.further.len() != config.further_tasks.len() {
-            return Err(agent::StateError::ReplayMismatch.into());
-        }
         Self::assembled(config, learner, progress)
     }
 
     /// Continues the training with other settings. The learned state and the replay buffer are kept; rewarding actions,
-    /// the first success and attempts are discarded if the task changes. `priors` are those of the tasks, in their
-    /// order.
+    /// the first success and attempts are discarded if the task changes.
     ///
     /// # Errors
     /// When a setting is out of range, or the learned state cannot be used with it.
-    pub(crate) fn forked(
-        self,
-        config: RunConfig,
-        priors: Vec<Option<Arc<ActionPrior>>>,
-    ) -> Result<Self, TrainingError> {
+    pub(crate) fn forked(self, config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
         config.validate()?;
         let Self { config: old, mut learner, mut progress, .. } = self;
         if !fits(learner.ddpg(), &config) {
             return Err(TrainingError::OtherObservations);
         }
-        if config.further_tasks.is_empty() {
-            progress.further.clear();
-        } else if config.further_tasks != old.further_tasks {
-            return Err(TrainingError::OtherTasks);
-        }
         learner.reconfigure(&config.ddpg).map_err(|error| error.within("ddpg"))?;
         // A schedule changed during the run stays in use unless the fork sets another.
         if config.epsilon != old.epsilon {
             progress.epsilon = config.epsilon.clone();
-            progress.further.iter_mut().for_each(|state| state.attempts = Attempts::default());
         }
         if config.task != old.task {
             progress.rewarding.clear();
@@ -133,26 +135,8 @@ impl Training {
             learner.ddpg_mut().release_policy();
         }
         progress.seed = Some(config.seed);
-        let mut priors = priors.into_iter();
-        progress.prior = priors.next().flatten();
-        progress.further.iter_mut().zip(priors).for_each(|(state, prior)| state.prior = prior);
+        progress.prior = prior;
         Self::assembled(config, learner, progress)
-    }
-
-    /// Replaces the networks and their optimisers by those of another training with the same settings of the learner.
-    ///
-    /// # Errors
-    /// When the agent observes something else, or has other settings.
-    pub fn adopt(&mut self, mut agent: Ddpg) -> Result<(), TrainingError> {
-        if !fits(&agent, &self.config) {
-            return Err(TrainingError::OtherObservations);
-        }
-        if *agent.config() != self.config.ddpg {
-            return Err(TrainingError::OtherSettings("ddpg".to_owned()));
-        }
-        agent.set_candidates(self.config.tool_candidates);
-        *self.learner.ddpg_mut() = agent;
-        Ok(())
     }
 
     /// The complete state of the run between two episodes.

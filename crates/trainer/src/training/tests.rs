@@ -1,6 +1,7 @@
 //! Tests of single episodes.
 
 use super::*;
+use crate::Method;
 use mge_guidance::GuidanceConfig;
 use mge_run::Event;
 use mge_task::Task;
@@ -27,8 +28,7 @@ fn easy() -> RunConfig {
 #[test]
 fn evaluations_are_shares_and_means_over_their_episodes() {
     let mut training = Training::new(easy(), None).unwrap();
-    let RunConfig { task, observation, .. } = training.config();
-    let trace = greedy_episode(task, *observation, None, training.ddpg(), &mut Stream::Evaluation.of(0));
+    let trace = greedy_episode(&training.config().task, training.ddpg(), &mut Stream::Evaluation.of(0));
     assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
     let expected =
         Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };
@@ -126,13 +126,4 @@ fn a_mastered_task_needs_fewer_updates() {
         let (steps, updates) = learned(interval, schedule);
         assert_eq!(updates, steps, "{interval} {schedule}");
     }
-}
-
-#[test]
-fn only_a_planner_acts_with_its_model() {
-    let mut config = config(Method::ModelReplay);
-    config.model_replay.rollouts = 1;
-    config.model_replay.horizon = 1;
-    let (_, trace) = Training::new(config, None).unwrap().run_episode().unwrap();
-    assert!(trace.steps.iter().all(|step| step.source == Source::Policy));
 }

@@ -35,12 +35,6 @@ fn guide(session: &mut Session) -> Result<String, SessionError> {
         let message = format!("the clusters are for {here} subgoals, but the run's task has {there}");
         return Err(SessionError::Failed(message));
     }
-    let config = run.config();
-    if !config.further_tasks.is_empty() && prior.task != config.task.name {
-        let (first, other) = (&config.task.name, &prior.task);
-        let message = format!("a run on several tasks takes clusters of the first, {first}: these are of {other}");
-        return Err(SessionError::Failed(message));
-    }
     run.send(Control::SetPrior(prior))?;
     let number = run.number();
     session.journal.note_guide(number);

@@ -117,7 +117,7 @@ fn is_shown(composition: &Composition, run: &Path) -> bool {
 fn common_task<'a>(composition: &Composition, ui: &Ui<'a>) -> Option<&'a str> {
     let view: &'a ViewModel = ui.view;
     let shown = view.runs.iter().filter(|run| run.done > 0 && is_shown(composition, &run.path));
-    let mut tasks = shown.flat_map(|run| run.config.tasks()).map(|task| task.name.as_str());
+    let mut tasks = shown.map(|run| run.config.task.name.as_str());
     let first = tasks.next()?;
     tasks.all(|task| task == first).then_some(first)
 }

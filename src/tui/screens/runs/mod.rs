@@ -273,7 +273,7 @@ fn about_run(run: &RunSummary) -> String {
     let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
-    let (tasks, method, seed) = (run.tasks_in_words(), run.config.method.name(), run.config.seed);
+    let (tasks, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
     format!("{}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}", run.name)
 }
 

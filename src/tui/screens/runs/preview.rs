@@ -134,9 +134,6 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         all.push(("epsilon".to_owned(), config.epsilon.describe()));
     }
     all.push(("episodes".to_owned(), config.episodes.to_string()));
-    if !config.further_tasks.is_empty() {
-        all.push(("tasks".to_owned(), config.tasks().count().to_string()));
-    }
     let differing = ui.view.groups.settings(&run.path).into_iter().flatten();
     all.extend(
         differing
@@ -173,7 +170,7 @@ fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     let Some(Practised { rollouts, reached, actions }) = &run.practised else {
         return run.preparing.iter().flat_map(|work| lines(work, width, Style::new())).collect();
     };
-    if !run.config.further_tasks.is_empty() {
+    if run.config.has_removed_tasks() {
         let [reached, rollouts] = [reached, rollouts].map(|counts| counts.iter().sum::<u32>());
         let text = format!("of all tasks, {reached} of {rollouts} reached their stage, {actions} actions");
         return lines(&text, width, Style::new()).collect();

@@ -23,8 +23,7 @@ use mge_workbench::{PriorState, SavedAgent};
 /// What the user wants the scene to show.
 #[derive(Debug, Clone, Default)]
 pub enum Choice {
-    /// The latest training episode on the edited task or, if the run has several tasks, on any of them; if there is
-    /// none, an episode without tools.
+    /// The latest training episode on the edited task; if there is none, an episode without tools.
     #[default]
     Latest,
     /// An episode without tools, even if the task is being trained on.
@@ -234,15 +233,13 @@ fn chosen(
         Choice::Past(episode) => (episode.task.clone(), episode.clone(), None),
         Choice::Hand => (view.hand.task.clone(), by_hand(view, before), None),
         Choice::Latest => {
-            let trained = view.watched.as_ref().and_then(|watched| Some((&watched.run, watched.live.as_ref()?)));
+            let trained = view.watched.as_ref().and_then(|watched| watched.live.as_ref());
             match trained {
-                Some((_, live)) if is_trained(view, &live.episode.task) => {
-                    let episode = continued(view, before, next).unwrap_or(&live.episode).clone();
-                    let is_edited = is_same_scene(&episode.task, &view.task);
-                    (if is_edited { view.task.clone() } else { episode.task.clone() }, episode, None)
+                Some(live) if is_same_scene(&live.episode.task, &view.task) => {
+                    (view.task.clone(), continued(view, before, next).unwrap_or(&live.episode).clone(), None)
                 }
                 _ => {
-                    let note = trained.map(|(run, live)| other_task(run, &live.episode.task, &view.task));
+                    let note = trained.map(|live| other_task(&live.episode.task, &view.task));
                     (view.task.clone(), untouched(&view.task, before), note)
                 }
             }
@@ -255,17 +252,7 @@ fn chosen(
 fn continued<'a>(view: &ViewModel, before: Option<&'a Subject>, next: bool) -> Option<&'a Arc<Episode>> {
     let run = view.watched.as_ref().map(|watched| watched.run.path.as_path())?;
     let before = before.filter(|before| matches!(before.choice, Choice::Latest) && !next)?;
-    Some(&before.episode).filter(|episode| episode.is_of(run) && is_trained(view, &episode.task))
-}
-
-/// Whether the latest episode is shown if it is on this task: that of the session, or any of the watched run if that of
-/// the session is one of several.
-fn is_trained(view: &ViewModel, task: &Task) -> bool {
-    let is_one_of_several = |watched: &Watched| {
-        let config = &watched.run.config;
-        !config.further_tasks.is_empty() && config.tasks().any(|task| is_same_scene(task, &view.task))
-    };
-    is_same_scene(task, &view.task) || view.watched.as_ref().is_some_and(is_one_of_several)
+    Some(&before.episode).filter(|episode| episode.is_of(run) && is_same_scene(&episode.task, &view.task))
 }
 
 /// The episode without tools; the same value as before if the task has not changed.
@@ -306,10 +293,8 @@ fn is_same_scene(a: &Task, b: &Task) -> bool {
 }
 
 /// What a run trains, whose latest episode is on the task `trained`.
-fn other_task(run: &RunSummary, trained: &Task, edited: &Task) -> String {
-    if !run.config.further_tasks.is_empty() {
-        format!("the run trains {}", run.tasks_in_words())
-    } else if trained.name == edited.name {
+fn other_task(trained: &Task, edited: &Task) -> String {
+    if trained.name == edited.name {
         format!("the run trains {} as it was before the edits", trained.name)
     } else {
         format!("the run trains {}", trained.name)

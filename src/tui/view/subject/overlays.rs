@@ -5,7 +5,6 @@ use super::Subject;
 use crate::tui::scene::{Ghost, Heat};
 use mge_env::{Action, Environment, held_tool};
 use mge_physics::{Tool, to_units};
-use mge_trainer::{chosen_tool, observed};
 
 /// Rows and columns of the grid on which the critic is evaluated.
 const HEAT_SIDE: usize = 36;
@@ -17,8 +16,8 @@ const LOOK_AHEAD: usize = 3;
 pub struct AgentView {
     /// The critic's value of every action.
     pub heat: Heat,
-    /// The tool that the agent would place, at its position; None if it would place none.
-    pub choice: Option<Tool>,
+    /// The tool that the agent would place, at its position.
+    pub choice: Tool,
 }
 
 impl Subject {
@@ -34,22 +33,17 @@ impl Subject {
             None => "the checkpoint is being read",
         })?;
         let env = self.replay(action).ok_or("the episode cannot be replayed")?;
-        let seen = self.run().map(|run| run.config.observation).unwrap_or_default();
-        let env = seen.applied_to(env);
-        let observation = observed(&env);
+        let observation = env.observation();
         if observation.len() != networks.observation_len() {
             return Err("the networks belong to another task".to_owned());
         }
         let action = networks.act(&observation);
-        let choice = chosen_tool(networks, &env, &action);
-        let (_, tool) = action.split_first_chunk::<2>().ok_or("the actor gives no position")?;
+        let place = *action.first_chunk().ok_or("the actor gives no position")?;
         let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
         let rows = (0..HEAT_SIDE).map(|row| -middle(row));
-        // The actions vary in position only; the rest, which chooses the tool, is the agent's.
-        let at = |x, y| [&[x, y], tool].concat();
-        let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| at(middle(x), y))).collect();
+        let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| [middle(x), y])).collect();
         let values = networks.q_values(&observation, &actions);
-        Ok(AgentView { heat: Heat { side: HEAT_SIDE, values }, choice })
+        Ok(AgentView { heat: Heat { side: HEAT_SIDE, values }, choice: env.task().placeable.tool(place) })
     }
 
     /// The model's prediction for the next actions of the episode, from action number `action` on, counted

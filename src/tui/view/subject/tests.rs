@@ -9,8 +9,7 @@ use crate::tui::testing::{empty, run_summary, typical};
 use crate::tui::view::Live;
 use mge_agent::DdpgConfig;
 use mge_env::Environment;
-use mge_guidance::GuidanceConfig;
-use mge_trainer::{PriorSource, Trace, observed};
+use mge_trainer::{PriorSource, Trace};
 
 fn task(name: &str) -> Arc<Task> {
     Arc::new(mge_task::load(name).unwrap())
@@ -93,32 +92,6 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
 }
 
 #[test]
-fn a_training_on_several_tasks_shows_each_of_them() {
-    let mut view = empty();
-    let mut watched = watched("several", &task("task4"), true);
-    let run = Arc::make_mut(&mut watched.run);
-    let config = Arc::make_mut(&mut run.config);
-    config.further_tasks = vec![task("task4")];
-    watched.task = view.task.clone();
-    watched.prior = Some(Arc::new(ActionPrior::uniform(&view.task, &GuidanceConfig::default(), 0)));
-    view.prior = watched.prior.clone();
-    view.watched = Some(watched);
-    let subject = choose(&view, Choice::Latest, None);
-    assert_eq!((subject.task().name.as_str(), subject.note()), ("task4", None));
-    assert!(subject.is_of_run() && subject.clusters().is_none());
-    let watched = view.watched.as_mut().unwrap();
-    watched.live.as_mut().unwrap().episode = episode("several", &view.task.clone());
-    let same = choose(&view, Choice::Latest, Some(&subject));
-    assert!(Arc::ptr_eq(subject.episode(), same.episode()), "it is played to its end before the next");
-    let next = Subject::choose(&view, &Choice::Latest, Some(&same), true);
-    assert_eq!(next.task().name, view.task.name);
-    // A task that is not trained is shown itself.
-    view.task = task("task5");
-    let other = choose(&view, Choice::Latest, None);
-    assert_eq!((other.task().name.as_str(), other.note()), ("task5", Some("the run trains task1 and 1 more task")));
-}
-
-#[test]
 fn a_training_episode_is_played_to_its_end_before_the_next() {
     let mut view = empty();
     view.watched = Some(watched("a", &view.task.clone(), true));
@@ -139,7 +112,7 @@ fn the_heat_map_starts_at_the_upper_left() {
     let heat = choose(&view, Choice::Latest, None).agent_view(0).unwrap().heat;
     let env = Environment::new(view.task.clone());
     let edge = 1.0 - 1.0 / heat.side as f32;
-    let corners = networks.q_values(&observed(&env), &[-edge, edge, edge, -edge]);
+    let corners = networks.q_values(&env.observation(), &[-edge, edge, edge, -edge]);
     let [first, last] = [heat.values[0], heat.values[heat.values.len() - 1]];
     let near = (corners[0] - corners[1]).abs() / 1000.0;
     assert!((first - corners[0]).abs() < near && (last - corners[1]).abs() < near, "{first} {last} {corners:?}");

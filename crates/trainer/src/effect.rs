@@ -1,10 +1,11 @@
-//! Settings that do not do what they seem to: without effect, contradictory, or longer than the run. They are valid, so
-//! that they are no errors, but nobody wants them: whoever starts a training is told.
+//! Which settings affect a training, and the warnings about those that do not do what they seem to: without effect,
+//! contradictory, or longer than the run. They are valid, so that they are no errors, but nobody wants them: whoever
+//! starts a training is told.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::config::RunConfig;
-use super::method::PriorSource;
+use super::method::{Method, PriorSource};
 use mge_guidance::EpsilonSchedule;
 
 /// A configuration, and the settings in it that somebody set, by JSON path.
@@ -40,6 +41,28 @@ const OF_ROLLOUTS: [&str; 6] = [
     "guidance.start_states",
 ];
 
+impl Method {
+    /// Whether the method reads a setting of a run, given by its JSON path.
+    pub fn uses(self, path: &str) -> bool {
+        match path.split('.').next().unwrap_or(path) {
+            "epsilon" | "granularity" => self.follows_epsilon(),
+            "refinement" | "practice" => self.has_clusters() && self.learns(),
+            "guidance" => self.has_clusters(),
+            "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
+            "planner" => self == Self::Planning,
+            "ddpg" | "noise_decay" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => self.learns(),
+            _ => true,
+        }
+    }
+}
+
+impl RunConfig {
+    /// Whether a setting, given by its JSON path, affects the training with the other settings.
+    pub fn uses(&self, path: &str) -> bool {
+        without_effect(self, path).is_none()
+    }
+}
+
 /// Why a setting has no effect with the others; none if it may have one.
 fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
     let RunConfig { method, epsilon, episodes, guidance, refinement, evaluation, .. } = config;
@@ -55,9 +78,9 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
     let is_noisy = !matches!(epsilon, EpsilonSchedule::Need { noise: 0.0, .. });
     let is_unguided = method.has_clusters() && !config.is_guided();
     let is_uniform = config.rollout_source() == PriorSource::Uniform;
-    let has_subgoals = config.tasks().any(|task| !task.subgoals.is_empty());
+    let has_subgoals = !config.task.subgoals.is_empty();
     let periodic = u64::from(*episodes) < config.checkpoints.periodic_every;
-    let idle: [(&[&str], bool, &str); 19] = [
+    let idle: [(&[&str], bool, &str); 17] = [
         (&["guidance", "prior", "practice", "refinement"], is_unguided, "without clusters, as epsilon is always 0"),
         (&["hold_tolerance", "mastered_update_interval"], !by_need, "epsilon does not depend on need"),
         (&["noise_decay", "ddpg.ou"], !is_noisy, "epsilon leaves no share to the noise"),
@@ -77,14 +100,12 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
             guidance.model_rollouts >= guidance.most_model_rollouts,
             "no batch may follow the first",
         ),
-        (&["guidance.longest_horizon"], config.tools.is_some(), "rollouts with `tools` have `guidance.horizon`"),
         (&["guidance.longest_horizon"], guidance.longest_horizon <= guidance.horizon, "`guidance.horizon` is as long"),
-        (&["evaluation.episodes", "evaluation.tools"], evaluation.every == 0, "`evaluation.every` is 0"),
+        (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
         (&["refinement.every"], refinement.every > *episodes, "it is longer than the run"),
         (&["checkpoints.periodic_every"], periodic, "it is longer than the run"),
         (&["checkpoints.periodic_kept"], config.checkpoints.periodic_every == 0, "`checkpoints.periodic_every` is 0"),
-        (&["tool_candidates"], config.tools.is_none(), "the agent does not choose among `tools`"),
     ];
     let is_part = |whole: &&str| path.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     let found = idle.into_iter().find(|(paths, is_idle, _)| *is_idle && paths.iter().any(is_part));
@@ -96,7 +117,7 @@ fn doubts(config: &RunConfig, set: &BTreeSet<String>) -> Vec<String> {
     let RunConfig { method, epsilon, episodes, guidance, ddpg, .. } = config;
     let mut doubts = Vec::new();
     if method.is_adaptive() && !matches!(epsilon, EpsilonSchedule::Need { .. }) {
-        let usual = RunConfig::default_with(config.task.clone(), *method, config.tools).epsilon;
+        let usual = RunConfig::default_for(config.task.clone(), *method).epsilon;
         let other = method.has_clusters().then_some(", or choose a method with a schedule, such as `ddpg-mge`");
         doubts.push(format!(
             "epsilon {epsilon} cripples `{method}`, which explores by need: leave out epsilon, write {usual}{}",
@@ -128,7 +149,6 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::Method;
 
     fn told(method: Method, settings: &[(&str, &str)]) -> Vec<String> {
         let mut config = RunConfig::default_for(Arc::new(mge_task::load("task1").unwrap()), method);
@@ -137,6 +157,26 @@ mod tests {
         }
         let set = settings.iter().map(|(key, _)| (*key).to_owned()).collect();
         warnings([(&config, &set)])
+    }
+
+    #[test]
+    fn a_setting_matters_to_the_methods_that_read_it() {
+        use Method::*;
+        let learning = [Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive];
+        let table: [(&str, &[Method]); 8] = [
+            ("epsilon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive]),
+            ("guidance.horizon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, OpenLoop]),
+            ("prior", &[DdpgMge, Planning, DdpgMgeAdaptive, OpenLoop]),
+            ("planner.rollouts", &[Planning]),
+            ("ddpg.gamma", &learning),
+            ("noise_decay.share", &learning),
+            ("evaluation.every", &learning),
+            ("seed", &Method::ALL),
+        ];
+        for (path, methods) in table {
+            let using: Vec<Method> = Method::ALL.into_iter().filter(|method| method.uses(path)).collect();
+            assert_eq!(using, methods, "{path}");
+        }
     }
 
     #[test]
@@ -154,7 +194,7 @@ mod tests {
         use Method::*;
         /// A method, settings, and what the line has.
         type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
-        let cases: [Case; 24] = [
+        let cases: [Case; 23] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
             (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
@@ -177,7 +217,6 @@ mod tests {
             (DdpgMge, &[("guidance.longest_horizon", "4")], "`guidance.horizon` is as long"),
             (DdpgMge, &[("evaluation.every", "5000")], "`evaluation.every` has no effect: it is longer than the run"),
             (DdpgMge, &[("checkpoints.periodic_kept", "5")], "`checkpoints.periodic_every` is 0"),
-            (DdpgMge, &[("tool_candidates", "5")], "does not choose among `tools`"),
             (Ddpg, &[("ddpg.batch_size", "64"), ("ddpg.replay_capacity", "50")], "64 is above"),
         ];
         for (method, settings, expected) in cases {
