@@ -645,7 +645,7 @@ fn a_run_with_settings_of_an_earlier_version_is_reported_but_neither_continued_n
     succeed(mge(&folder, ["figures", "run", "--out", "figures"]));
     let expected = "the run was trained with `tools` train, which this version does not have";
     for line in
-        ["resume run --episodes 30", "evaluate run", "fork run --at 20 --out fork", "export run --out a.safetensors"]
+        ["resume run --episodes 30", "evaluate run", "fork run --at 10 --out fork", "export run --out a.safetensors"]
     {
         fail(mge(&folder, line.split_whitespace()), expected);
     }

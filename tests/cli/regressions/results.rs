@@ -48,10 +48,14 @@ fn labels(report: &Path) -> Vec<String> {
 fn swept_values_that_equal_a_default_are_in_results_and_reports_with_their_types() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    // 0.95, no held policy, no start noise (that of the task) and the task alone are the defaults.
+    // 0.95, no held policy and no start noise (that of the task) are the defaults.
     let axes = [
         (r#""ddpg.gamma": [0.95, 0.9]"#, "ddpg.gamma", json!([0.9, 0.95])),
-        (r#""hold_tolerance": [null, 0.5]"#, "hold_tolerance", json!([0.5, "none"])),
+        (
+            r#""hold_tolerance": [null, 0.5], "epsilon": "need:0.5:0.1:4", "method": "ddpg-uniform""#,
+            "hold_tolerance",
+            json!([0.5, "none"]),
+        ),
         (r#""start_noise": [null, 0.25]"#, "start_noise", json!([0.25, 0.0])),
         (r#""epsilon": [0.5, "linear:0.5:0:4"], "method": "ddpg-uniform""#, "epsilon", json!([0.5, "linear:0.5:0:4"])),
         (r#""episodes": [4, 12]"#, "episodes", json!([4, 12])),
@@ -66,6 +70,7 @@ fn swept_values_that_equal_a_default_are_in_results_and_reports_with_their_types
         assert_eq!(json!(typed), expected, "{name}");
         assert!(cells.iter().all(|cell| !cell.is_empty()), "{name}: {cells:?}");
     }
+    assert_eq!(column(&here.join("sweep0"), "epsilon").1, ["", ""], "plain DDPG has no epsilon");
     succeed(mge(here, ["report", "sweep0", "--resamples", "10"]));
     assert_eq!(labels(&here.join("report")), ["DDPG, ddpg.gamma 0.9", "DDPG, ddpg.gamma 0.95"]);
     let report = json_of(here.join("report/report.json"));
