@@ -5,7 +5,7 @@ use pdf_writer::types::{LineCapStyle, LineJoinStyle};
 use pdf_writer::writers::ExtGraphicsState;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 use resvg::tiny_skia::{Path, PathSegment, Point, Transform};
-use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Paint};
+use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Paint, Tree};
 
 use super::error::FigureError;
 use super::provenance::Provenance;
@@ -18,9 +18,7 @@ use super::render::{POINTS, tree};
 pub fn pdf(svg: &str, provenance: &Provenance) -> Result<Vec<u8>, FigureError> {
     let tree = tree(svg)?;
     let (width, height) = (tree.size().width() * POINTS, tree.size().height() * POINTS);
-    let mut page = Page { content: Content::new(), opacities: Vec::new() };
-    let to_points = Transform::from_row(POINTS, 0.0, 0.0, -POINTS, 0.0, height);
-    page.group(tree.root(), to_points, 1.0);
+    let page = Page::of(&tree);
 
     let [catalog, pages, only, content, information] = [1, 2, 3, 4, 5].map(Ref::new);
     let mut pdf = Pdf::new();
@@ -63,24 +61,33 @@ struct Page {
 }
 
 impl Page {
+    fn of(tree: &Tree) -> Self {
+        let mut page = Self { content: Content::new(), opacities: Vec::new() };
+        let to_points = Transform::from_row(POINTS, 0.0, 0.0, -POINTS, 0.0, tree.size().height() * POINTS);
+        page.group(tree.root(), to_points, 1.0);
+        page
+    }
+
     /// Applies a group's opacity to each of its members, which is exact because members never overlap.
-    fn group(&mut self, group: &Group, page: Transform, opacity: f32) {
-        let opacity = opacity * group.opacity().get();
+    fn group(&mut self, group: &Group, around: Transform, opacity: f32) {
+        let (transform, opacity) = (around.pre_concat(group.transform()), opacity * group.opacity().get());
         self.content.save_state();
         // Figures clip to rectangles only.
-        for part in group.clip_path().iter().flat_map(|clip| clip.root().children()) {
-            if let Node::Path(path) = part {
-                self.outline(path.data(), page.pre_concat(path.abs_transform()));
-                self.content.clip_nonzero().end_path();
+        if let Some(clip) = group.clip_path() {
+            for part in clip.root().children() {
+                if let Node::Path(path) = part {
+                    self.outline(path.data(), transform.pre_concat(clip.transform()));
+                    self.content.clip_nonzero().end_path();
+                }
             }
         }
         for node in group.children() {
             match node {
-                Node::Group(group) => self.group(group, page, opacity),
-                Node::Text(text) => self.group(text.flattened(), page, opacity),
+                Node::Group(group) => self.group(group, transform, opacity),
+                Node::Text(text) => self.group(text.flattened(), transform, opacity),
                 Node::Path(path) => {
                     self.content.save_state();
-                    self.path(path, page, opacity);
+                    self.path(path, transform, opacity);
                     self.content.restore_state();
                 }
                 Node::Image(_) => {}
@@ -89,8 +96,7 @@ impl Page {
         self.content.restore_state();
     }
 
-    fn path(&mut self, path: &resvg::usvg::Path, page: Transform, opacity: f32) {
-        let transform = page.pre_concat(path.abs_transform());
+    fn path(&mut self, path: &resvg::usvg::Path, transform: Transform, opacity: f32) {
         if let Some((fill, color)) = path.fill().and_then(|fill| Some((fill, color(fill.paint())?))) {
             self.opacity(opacity * fill.opacity().get());
             self.content.set_fill_rgb(color[0], color[1], color[2]);
@@ -164,5 +170,34 @@ fn color(paint: &Paint) -> Option<[f32; 3]> {
     match paint {
         Paint::Color(color) => Some([color.red, color.green, color.blue].map(|channel| f32::from(channel) / 255.0)),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::canvas::{TextFormat, svg};
+    use crate::geometry::Rect;
+    use crate::style::INK;
+
+    #[test]
+    fn shapes_texts_and_clips_are_in_the_same_place() {
+        let place = Rect::new(150.0, 60.0, 156.0, 66.0);
+        let drawings: [&dyn Fn(&crate::Canvas); 3] = [
+            &|canvas| canvas.fill(&place.corners(), INK),
+            &|canvas| canvas.text(place.center(), "I", TextFormat::LABEL.centered()),
+            &|canvas| canvas.within(&place, &[[0.0, 0.0]], |_| canvas.fill(&place.corners(), INK)),
+        ];
+        for (n, draw) in drawings.into_iter().enumerate() {
+            let page = Page::of(&tree(&svg([200.0, 100.0], 1.0, "", draw)).unwrap());
+            let content = String::from_utf8(page.content.finish().to_vec()).unwrap();
+            // The first path is the background.
+            let starts: Vec<&str> = content.lines().filter_map(|line| line.strip_suffix(" m")).skip(1).collect();
+            assert!(!starts.is_empty(), "{content}");
+            for start in starts {
+                let numbers: Vec<f64> = start.split(' ').map(|number| number.parse().unwrap()).collect();
+                assert!((149.0..157.0).contains(&numbers[0]) && (33.0..41.0).contains(&numbers[1]), "{n}: {start}");
+            }
+        }
     }
 }
