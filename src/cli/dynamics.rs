@@ -2,26 +2,23 @@
 
 use std::path::Path;
 
-use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
-use super::interrupt::{Interrupt, brief, in_batch};
+use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
+use super::interrupt::{Interrupt, brief};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use mge_base::stop::Stop;
 use mge_dynamics::{
     self as dynamics, DynamicsError, EvaluationConfig, ModelConfig, TrainConfig, TrainingOutcome, Variant,
-    canonical_tool_set, train_to_file,
+    train_to_file,
 };
-use mge_experiments::study::ablation::{AblationPlan, ablation};
-use mge_experiments::study::{StudyError, StudyPlan, model_error_figure};
+use mge_experiments::study::model_error_figure;
 use mge_figures::{Figure, PICTURE, Provenance};
-use mge_stats::Bootstrap;
 use mge_task as task;
 
 pub fn run(command: Dynamics) -> Outcome {
     match command {
         Dynamics::Train(arguments) => train(&arguments),
         Dynamics::Evaluate(arguments) => brief(|| run_evaluation(&arguments)),
-        Dynamics::Ablate(arguments) => ablate(&arguments),
     }
 }
 
@@ -121,39 +118,6 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         model_error_figure(&evaluation, &model).write(to, &provenance, arguments.print.dpi)?;
     }
     Ok(output::line(serde_json::to_string_pretty(&evaluation)?)?)
-}
-
-fn ablate(arguments: &DynamicsAblate) -> Outcome {
-    let study = StudyPlan::full(arguments.seed);
-    let tool_sets = match &arguments.tools {
-        Some(tools) => vec![canonical_tool_set(tools)?],
-        None => study.tool_sets(),
-    };
-    let mut training = TrainConfig { seed: arguments.seed, ..TrainConfig::default() };
-    training.epochs = arguments.epochs.unwrap_or(training.epochs);
-    let mut command = "mge dynamics ablate".to_owned();
-    if arguments.tools.is_some() {
-        command += &format!(" --tools {}", tool_sets[0].iter().map(|tool| tool.name()).collect::<Vec<_>>().join(","));
-    }
-    command += &format!(" --seeds {} --seed {} --epochs {}", arguments.seeds, arguments.seed, training.epochs);
-    command += &format!("{} --out {}", arguments.print.option(), file_name(&arguments.out));
-    let plan = AblationPlan {
-        model: ModelConfig::default(),
-        training,
-        seeds: arguments.seeds,
-        tool_sets,
-        tasks: study.tasks,
-        evaluation: EvaluationConfig::default(),
-        bootstrap: Bootstrap::default(),
-    };
-    let out = arguments.force.target(&arguments.out);
-    in_batch(
-        arguments.threads,
-        arguments.quiet,
-        |batch, on_progress| ablation(&plan, &out, &command, arguments.print.dpi, batch, on_progress),
-        StudyError::is_interruption,
-    )?;
-    Ok(output::line(arguments.out.join("ablation.md").display())?)
 }
 
 #[cfg(test)]

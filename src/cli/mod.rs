@@ -11,6 +11,7 @@ mod physics;
 mod progress;
 mod puzzles;
 mod runs;
+mod settings;
 mod studies;
 mod sweeps;
 mod tasks;
@@ -99,6 +100,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Dynamics { command } => dynamics::run(command),
         Command::Clusters(arguments) => brief(|| clusters::run(&arguments)),
         Command::Train(train) => runs::train(&train),
+        Command::Config(config) => brief(|| settings::print(&config.name)),
         Command::Resume(resume) => runs::resume(&resume),
         Command::Fork(fork) => runs::fork(&fork),
         Command::Pause(on) => brief(|| control::pause(&on.run)),

@@ -7,7 +7,8 @@ use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::runs::definitions;
 use super::sweeps;
-use mge_experiments::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, PuzzleError, SubgoalSearch};
+use mge_experiments::ExperimentError;
+use mge_experiments::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, SubgoalSearch};
 use mge_experiments::sweep::Sweep;
 use mge_results as evidence;
 use mge_run::{RunState, config_hash};
@@ -28,7 +29,7 @@ fn generate(arguments: &PuzzlesGenerate) -> Outcome {
         arguments.threads,
         arguments.quiet,
         |batch, on_progress| puzzles::generate(&wanted, arguments.count, &criteria, &out, batch, on_progress),
-        PuzzleError::is_interruption,
+        ExperimentError::is_interruption,
     )?;
     Ok(output::line(arguments.out.join("index.json").display())?)
 }
@@ -52,7 +53,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
         arguments.threads,
         arguments.quiet,
         |batch, on_progress| puzzles::prepare(&plan, &index, &out, batch, on_progress),
-        PuzzleError::is_interruption,
+        ExperimentError::is_interruption,
     )?;
     if arguments.prepare {
         return Ok(output::line(file.display())?);

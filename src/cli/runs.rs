@@ -14,6 +14,7 @@ use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
 use super::progress::Progress;
+use super::settings;
 use crate::tui;
 use mge_agent::Ddpg;
 use mge_base::paths::{fitting, given};
@@ -57,7 +58,11 @@ pub fn train(arguments: &Train) -> Outcome {
         ("epsilon", "--epsilon", arguments.epsilon.is_some()),
         ("prior", "--model", arguments.model.is_some()),
     ];
-    let settings = definitions(&arguments.settings, "--set", &given)?;
+    let own = definitions(&arguments.settings, "--set", &given)?;
+    let options = given.iter().filter(|(_, _, is_given)| *is_given).map(|(key, ..)| *key);
+    let keys: Vec<&str> = options.chain(own.iter().map(|(key, _)| key.as_str())).collect();
+    let of_file = arguments.config.as_deref().map(|file| settings::of_file(file, &keys)).transpose()?;
+    let settings = of_file.unwrap_or_default().into_iter().chain(own).collect();
     let method = arguments.method.unwrap_or(Method::USUAL);
     let mut commands: Vec<Command> = vec![command::Method(method).into()];
     let (seed, episodes) = (arguments.seed.unwrap_or(0), arguments.episodes.unwrap_or(2000));
@@ -342,11 +347,11 @@ pub fn figures(arguments: &Figures) -> Outcome {
     }
     let dpi = Some(arguments.print.dpi).filter(|dpi| extension == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
-    let mut composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
-    for option in &arguments.options {
-        let (key, value) = split_definition(option, "--set")?;
-        composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
-    }
+    let options = arguments.options.iter().map(|option| split_definition(option, "--set"));
+    let options = options.collect::<Result<Vec<_>, String>>()?;
+    let options = options.iter().map(|(key, value)| (key.as_str(), value.as_str()));
+    let composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
+    let composition = composition.with_options(options).map_err(|reason| format!("--set {reason}"))?;
     let target = |path: &Path| arguments.force.target(path);
     let learning = target(&shared.join(format!("learning.{extension}")));
     let learning = command::Figure::with_defaults(FigureKind::Learning, learning);

@@ -5,27 +5,22 @@ use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use mge_base::text::counted;
-use mge_experiments::study::{self, StudyError, StudyPlan};
+use mge_experiments::ExperimentError;
+use mge_experiments::study::{self, Study};
+use mge_experiments::sweep::{hold_measured, report_measured};
 use mge_results as evidence;
 use mge_stats::Bootstrap;
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
-    let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
-    let mut command = "mge reproduce".to_owned();
-    if arguments.quick {
-        command += " --quick";
-    }
-    if arguments.questions {
-        plan = plan.with_questions();
-        command += " --questions";
-    }
-    command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
+    let Reproduce { quick, seed, print, .. } = arguments;
+    let (study, option) = if *quick { (Study::quick(), " --quick") } else { (Study::full(), "") };
+    let command = format!("mge reproduce{option} --seed {seed}{}", print.option());
     let out = arguments.force.target(&arguments.out);
     in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| study::reproduce(&plan, &out, &command, arguments.print.dpi, batch, on_progress),
-        StudyError::is_interruption,
+        |batch, on_progress| study::reproduce(&study, *seed, &out, &command, print.dpi, batch, on_progress),
+        ExperimentError::is_interruption,
     )?;
     Ok(output::line(arguments.out.join("report.md").display())?)
 }
@@ -42,13 +37,20 @@ pub fn report(arguments: &Report) -> Outcome {
         command += &format!(" --reference {}", shell_words::quote(label));
     }
     command += &arguments.print.option();
+    let out = arguments.force.target(&arguments.out);
+    if hold_measured(&arguments.runs)? {
+        let left_out = report_measured(&arguments.runs, &out, &bootstrap, &command)?;
+        if left_out > 0 {
+            output::message(format_args!("{left_out} left out, as they are not finished"));
+        }
+        return Ok(output::line(arguments.out.join("report.md").display())?);
+    }
     let mut progress = Progress::new(1, arguments.quiet);
     let on_progress = &mut |read: usize, all: usize| {
         let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
         progress.set(read as u64, all as u64, message);
     };
     let Report { runs, reference, print, .. } = arguments;
-    let out = arguments.force.target(&arguments.out);
     let report = evidence::report(runs, out, &bootstrap, reference.as_deref(), &command, print.dpi, on_progress)?;
     drop(progress);
     if !report.left_out.is_empty() {

@@ -6,8 +6,10 @@ use super::arguments::Sweep as Arguments;
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use mge_base::atomic::Target;
-use mge_experiments::sweep::{self, Sweep, SweepError};
+use mge_experiments::ExperimentError;
+use mge_experiments::sweep::{self, Sweep};
 use mge_run::RunError;
+use mge_trainer::batch::{Batch, BatchProgress};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {
@@ -41,8 +43,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.file.is_some() {
         brief(|| match sweep::write_results(&to) {
             Ok(path) => Ok(output::line(path.display())?),
-            // The failures are reported below.
-            Err(SweepError::Run(RunError::NoRuns(_))) if !failures.is_empty() => Ok(()),
+            // The failures are reported below, those of damaged runs among them.
+            Err(ExperimentError::Run(RunError::NoRuns(_) | RunError::Malformed { .. })) if !failures.is_empty() => {
+                Ok(())
+            }
             Err(error) => Err(error.into()),
         })?;
     } else {
@@ -71,8 +75,10 @@ pub fn work(
     threads: Option<usize>,
     quiet: bool,
 ) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
-    let is_interruption = |error: &SweepError| matches!(error, SweepError::Interrupted { .. });
-    in_batch(threads, quiet, |batch, on_progress| sweep::run(sweep, folder, batch, on_progress), is_interruption)
+    let run = |batch: &Batch<'_>, on_progress: &mut dyn FnMut(&BatchProgress<'_>)| {
+        sweep::run(sweep, folder, batch, on_progress)
+    };
+    in_batch(threads, quiet, run, ExperimentError::is_interruption)
 }
 
 fn collect(folders: &[PathBuf], to: &Target) -> Outcome {

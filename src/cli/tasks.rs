@@ -11,7 +11,7 @@ use mge_base::atomic::Target;
 use mge_base::markdown;
 use mge_base::stop::Stop;
 use mge_base::text::counted;
-use mge_experiments::study::audit::{AuditRow, audit};
+use mge_experiments::{AuditRow, audit};
 use mge_guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
 use mge_task::{self as task, Task, TaskError};
 use mge_trainer::batch::{Batch, default_threads};

@@ -42,10 +42,13 @@ pub struct FileId {
 }
 
 impl FileId {
-    /// The identity of a file with these bytes; `place` is its path, of which only the name is kept.
+    /// The identity of a file with these bytes; `place` is its path, of which only the name is kept: that of its folder
+    /// for a model of a sweep, all of which are called `model`.
     pub fn new(place: impl AsRef<Path>, bytes: &[u8]) -> Self {
-        let name = place.as_ref().file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Self { name, sha256: sha256(bytes) }
+        let place = place.as_ref();
+        let stem = place.file_stem().unwrap_or_default();
+        let folder = place.parent().and_then(Path::file_name).filter(|_| stem == "model");
+        Self { name: folder.unwrap_or(stem).to_string_lossy().into_owned(), sha256: sha256(bytes) }
     }
 
     /// The first digits of the hash, enough to tell files apart.

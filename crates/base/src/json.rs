@@ -1,10 +1,10 @@
 //! JSON: parsing with errors that give the line, the column, the JSON path and the problem, and writing.
 
 use std::collections::BTreeSet;
-use std::io;
+use std::{fmt, io};
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
 use crate::atomic::{Format, Target};
@@ -55,6 +55,36 @@ pub fn message(error: &serde_json::Error) -> String {
 /// Plain data, which always serialises, as indented JSON with a final line feed.
 pub fn pretty(data: &impl Serialize) -> String {
     serde_json::to_string_pretty(data).expect("plain data") + "\n"
+}
+
+/// The entries of a JSON object, in its order. A key that is given twice is an error: to keep only the last value, as
+/// other parsers do, would silently drop the first.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Entries(pub Vec<(String, Value)>);
+
+impl<'de> Deserialize<'de> for Entries {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Object;
+        impl<'de> Visitor<'de> for Object {
+            type Value = Entries;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object of settings and their values")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Entries, A::Error> {
+                let mut entries: Vec<(String, Value)> = Vec::new();
+                while let Some((key, value)) = map.next_entry::<String, Value>()? {
+                    if entries.iter().any(|(known, _)| *known == key) {
+                        return Err(A::Error::custom(format_args!("`{key}` is given twice")));
+                    }
+                    entries.push((key, value));
+                }
+                Ok(Entries(entries))
+            }
+        }
+        deserializer.deserialize_map(Object)
+    }
 }
 
 /// The format of results, which name the version of the program.

@@ -1,10 +1,11 @@
 //! Many trainings: sweeps, the study of the paper, and generated puzzles.
 //!
 //! - [`sweep`]: a file of settings with lists of values, trained in every combination;
-//! - [`study`]: the paper's hit counts, audits, ablations and trainings, with their report;
+//! - [`study`]: the sweeps of the paper's study, with their report;
+//! - [`audit`]: hits of random and of truly guided play on tasks;
 //! - [`puzzles`]: layouts to which no method was tuned, and the results of methods on them.
 //!
-//! All three are batches of jobs (see [`mge_trainer::batch`]) in a folder. The folder is the only state: what is
+//! All are batches of jobs (see [`mge_trainer::batch`]) in a folder. The folder is the only state: what is
 //! finished stays, the same command continues the rest after an interruption, and several processes or machines can
 //! share the work. Results do not depend on the number of threads.
 //!
@@ -20,6 +21,13 @@
 
 #![deny(unsafe_code)]
 
+mod audit;
+mod error;
+mod hits;
 pub mod puzzles;
 pub mod study;
 pub mod sweep;
+
+pub use audit::{AuditRow, audit};
+pub use error::ExperimentError;
+pub use hits::HitCounts;

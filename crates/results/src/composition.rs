@@ -1,6 +1,7 @@
 //! Options of a figure of learning curves: the runs, the curves with their names and order, and the style.
 //! They are the options of the command `figure` and of `mge figures --set`.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -76,11 +77,21 @@ fn unless_default<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> O
 }
 
 impl Composition {
-    /// Sets an option.
+    /// The composition with these options. Only `runs`, `curve` and `name` may be given again.
     ///
     /// # Errors
-    /// Why the name or the value is invalid.
-    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+    /// Which of them is invalid, and why.
+    pub fn with_options<'a>(mut self, options: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, String> {
+        let mut known = BTreeSet::new();
+        for (key, value) in options {
+            let is_again = !["runs", "curve", "name"].contains(&key) && !known.insert(key);
+            let set = if is_again { Err(format!("`{key}` is given twice")) } else { self.set(key, value) };
+            set.map_err(|reason| format!("{key}={value}: {reason}"))?;
+        }
+        Ok(self)
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
             "runs" => self.runs.push(expanded(value)),
             "curve" if self.curves.iter().any(|(label, _)| label == value) => {
@@ -88,6 +99,7 @@ impl Composition {
             }
             "curve" => self.curves.push((value.to_owned(), None)),
             "name" => match self.curves.last_mut() {
+                Some((label, Some(_))) => return Err(format!("the curve `{label}` has a name already")),
                 Some((_, name)) => *name = Some(value.to_owned()),
                 None => return Err("name= must follow the curve= that it renames".to_owned()),
             },
@@ -110,7 +122,7 @@ impl Composition {
         Ok(())
     }
 
-    /// The options that differ from the defaults, as [`Self::set`] takes them.
+    /// The options that differ from the defaults, as [`Self::with_options`] takes them.
     pub fn options(&self) -> Vec<(&'static str, String)> {
         let runs = self.runs.iter().map(|path| ("runs", path.display().to_string()));
         let curves = self.curves.iter().flat_map(|(label, name)| {
@@ -177,7 +189,7 @@ impl Composition {
 fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
     let group = |run: &FoundRun| (run.trained.row.task.clone(), run.trained.row.label());
     let is_finished = |run: &FoundRun| run.state == RunState::Finished;
-    let finished: std::collections::BTreeSet<_> = found.iter().filter(|run| is_finished(run)).map(group).collect();
+    let finished: BTreeSet<_> = found.iter().filter(|run| is_finished(run)).map(group).collect();
     let has_points = |run: &FoundRun| !run.trained.training.is_empty();
     found.into_iter().filter(|run| has_points(run) && (is_finished(run) || !finished.contains(&group(run)))).collect()
 }

@@ -109,7 +109,7 @@ impl RunDirectory {
         Ok(parse_json::<Saved<C>>(&self.config_path(), &self.config_bytes()?)?.config)
     }
 
-    /// Whether it is of a dynamics model in a sweep instead of an agent.
+    /// Whether it is of a dynamics model or a count of hits in a sweep instead of an agent.
     ///
     /// # Errors
     /// As [`RunDirectory::config`].
@@ -117,11 +117,12 @@ impl RunDirectory {
         let config: serde_json::Value = self.config()?;
         // The tools of a model are a list; those of an agent are the name of a split.
         let settings = ["model", "training", "evaluation"];
-        Ok(config.get("tools").is_some_and(serde_json::Value::is_array)
-            && settings.iter().all(|key| config.get(key).is_some_and(serde_json::Value::is_object)))
+        Ok(config.get("policy").is_some()
+            || config.get("tools").is_some_and(serde_json::Value::is_array)
+                && settings.iter().all(|key| config.get(key).is_some_and(serde_json::Value::is_object)))
     }
 
-    /// Returns an error if it is of a dynamics model.
+    /// Returns an error if it is of a dynamics model or a count of hits.
     ///
     /// # Errors
     /// [`RunError::OfModel`], or as [`RunDirectory::config`].

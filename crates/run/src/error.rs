@@ -26,8 +26,8 @@ pub enum RunError {
         .0.display()
     )]
     AlreadyARun(PathBuf),
-    /// A run of an agent was requested, and it is of a dynamics model.
-    #[error("{} is the dynamics model of a sweep, not a run: `results.csv` of the sweep has its numbers", .0.display())]
+    /// A run of an agent was requested, and it is of a dynamics model or a count of hits.
+    #[error("{} is a dynamics model or a count of hits of a sweep, not a run: `results.csv` of the sweep has its numbers", .0.display())]
     OfModel(PathBuf),
     /// A new run was requested in a folder that is not empty.
     #[error("{} is not empty: choose another folder", .0.display())]

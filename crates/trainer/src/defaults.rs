@@ -1,14 +1,13 @@
 //! The default method, and the default settings of each method.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use super::config::RunConfig;
 use super::method::Method;
 use super::setting::non_default_settings;
-use mge_env::BALL_POSITION;
+use super::settings_file;
 use mge_guidance::EpsilonSchedule;
-use mge_nn::Activation;
-use mge_task::Task;
+use mge_task::{Task, shipped};
 
 impl Method {
     /// The default method wherever none is named.
@@ -43,19 +42,20 @@ impl RunConfig {
     }
 }
 
-/// The settings of the adaptive methods, from the search that `docs/results.md` describes.
+/// A configuration with the settings of the adaptive methods, from the search that `docs/results.md` describes.
+static ADAPTIVE: LazyLock<RunConfig> = LazyLock::new(|| {
+    let task = shipped().into_iter().next().expect("there are shipped tasks");
+    let mut settings = settings_file::parsed(settings_file::ADAPTIVE.as_bytes(), "adaptive").expect("a valid file");
+    settings.retain(|(path, _)| path != "method");
+    RunConfig::new(Arc::new(task)).with_settings(&settings).expect("valid settings")
+});
+
+/// Gives a configuration the settings of the adaptive methods.
 fn adapt(config: &mut RunConfig) {
-    // Without clusters, stronger noise takes over their share of the exploration.
-    let (clusters, noise, sigma) = if config.method.has_clusters() { (0.5, 0.25, 0.1) } else { (0.0, 0.75, 0.3) };
-    config.epsilon = EpsilonSchedule::Need { clusters, noise, attempts: 20 };
-    config.noise_decay.final_scale = 1.0;
-    (config.refinement.every, config.refinement.least) = (50, 8);
-    config.practice.rollouts = 200;
-    // Longer than the episodes of most tasks, which limit it too.
-    config.guidance.longest_horizon = 32;
-    (config.hold_tolerance, config.mastered_update_interval) = (Some(0.1), 4);
-    let ddpg = &mut config.ddpg;
-    (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, sigma);
-    (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);
-    (ddpg.hidden, ddpg.activation, ddpg.action_origin) = (128, Activation::RmsRelu, Some(BALL_POSITION));
+    *config = RunConfig { task: config.task.clone(), method: config.method, ..ADAPTIVE.clone() };
+    if !config.method.has_clusters() {
+        // Stronger noise takes over their share of the exploration.
+        config.epsilon = EpsilonSchedule::Need { clusters: 0.0, noise: 0.75, attempts: 20 };
+        config.ddpg.ou.sigma = 0.3;
+    }
 }

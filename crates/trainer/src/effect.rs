@@ -24,7 +24,9 @@ pub fn warnings<'a>(runs: impl IntoIterator<Item = Chosen<'a>>) -> Vec<String> {
         }
         found.extend(doubts(config, set));
     }
-    let idle = idle.into_iter().filter_map(|(path, reason)| Some(format!("`{path}` has no effect: {}", reason?)));
+    let told = |path| if path == "prior" { "model" } else { path };
+    let idle =
+        idle.into_iter().filter_map(|(path, reason)| Some(format!("`{}` has no effect: {}", told(path), reason?)));
     let mut known = BTreeSet::new();
     idle.chain(found).filter(|warning| known.insert(warning.clone())).collect()
 }
@@ -204,7 +206,11 @@ mod tests {
             (Ddpg, &[("epsilon", "0.1")], "`epsilon` has no effect: the method `ddpg` does not use it"),
             (DdpgMge, &[("planner.rollouts", "3")], "`planner.rollouts` has no effect"),
             (Planning, &[("ddpg.gamma", "0.9")], "`ddpg.gamma` has no effect"),
-            (DdpgUniform, &[("prior", "true")], "always `uniform`"),
+            (
+                DdpgUniform,
+                &[("prior", "true")],
+                "`model` has no effect: the source of rollouts of `ddpg-uniform` is always `uniform`",
+            ),
             (DdpgMge, &[("epsilon", "0"), ("guidance.horizon", "4")], "epsilon is always 0"),
             (DdpgMge, &[("hold_tolerance", "0.2")], "epsilon does not depend on need"),
             (DdpgMgeAdaptive, &[("epsilon", "need:0.5:0:20"), ("ddpg.ou.sigma", "0.2")], "no share to the noise"),

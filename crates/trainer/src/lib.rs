@@ -56,6 +56,7 @@ mod prior;
 mod removed;
 mod run_loop;
 mod setting;
+mod settings_file;
 mod streams;
 #[cfg(test)]
 mod tests;
@@ -75,6 +76,7 @@ pub use prior::{PriorError, build_prior, check_model, required_model, rollout_mo
 pub use removed::RemovedSetting;
 pub use run_loop::{Control, Ending, TrainerError, check_continuation, checked_history, train};
 pub use setting::{SettingError, config_keys, non_default_settings, set_the_same};
+pub use settings_file::{CONFIGS, SettingsFileError, settings_of};
 pub use thread::Trainer;
 pub use trace::{Trace, TracedStep};
 pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, prior_at};

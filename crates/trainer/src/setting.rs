@@ -34,6 +34,18 @@ impl RunConfig {
         Ok(changed)
     }
 
+    /// The configuration with several settings, in their order, which may be valid only together.
+    ///
+    /// # Errors
+    /// When there is no such setting, or they cannot have these values.
+    pub fn with_settings(&self, settings: &[(String, Value)]) -> Result<Self, SettingError> {
+        let changed = settings
+            .iter()
+            .try_fold(self.clone(), |config, (key, value)| config.with_unchecked_setting(key, &json::text(value)))?;
+        changed.validate()?;
+        Ok(changed)
+    }
+
     /// [`RunConfig::with_setting`] without validation, for several settings that are valid only
     /// together.
     ///

@@ -205,12 +205,7 @@ mod tests {
     }
 
     fn options(words: &[&str]) -> Composition {
-        let mut composition = Composition::default();
-        words.iter().for_each(|word| {
-            let (key, value) = word.split_once('=').unwrap();
-            composition.set(key, value).unwrap();
-        });
-        composition
+        Composition::default().with_options(words.iter().map(|word| word.split_once('=').unwrap())).unwrap()
     }
 
     #[test]

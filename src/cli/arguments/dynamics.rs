@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Force, Print, count, first_seed, threads};
+use super::{Force, Print, count};
 use mge_dynamics::{Loss, ToolSet, Variant};
-use mge_physics::ToolKind;
 use mge_trainer::PriorSource;
 
 #[derive(Debug, Subcommand)]
@@ -15,8 +14,6 @@ pub enum Dynamics {
     Train(DynamicsTrain),
     /// Measure the errors of a model on fresh launches and unseen scenes, as JSON
     Evaluate(DynamicsEvaluate),
-    /// Compare the model with three variants that each lack one structural assumption; resumes
-    Ablate(DynamicsAblate),
 }
 
 #[derive(Debug, Args)]
@@ -63,35 +60,6 @@ pub struct DynamicsTrain {
     /// squared error and a constant learning rate
     #[arg(long)]
     pub literal: bool,
-    /// No progress on stderr
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct DynamicsAblate {
-    /// Folder of the results
-    #[arg(long)]
-    pub out: PathBuf,
-    #[command(flatten)]
-    pub force: Force,
-    /// One tool set, such as box,bucket [default: those of all shipped tasks]
-    #[arg(long, value_delimiter = ',')]
-    pub tools: Option<Vec<ToolKind>>,
-    /// Number of seeds
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    pub seeds: u64,
-    /// First seed
-    #[arg(long, default_value_t = 0, value_parser = first_seed())]
-    pub seed: u64,
-    /// Passes over the observations, as in a training
-    #[arg(long)]
-    pub epochs: Option<u32>,
-    #[command(flatten)]
-    pub print: Print,
-    /// Threads [default: all cores]
-    #[arg(long, value_parser = threads())]
-    pub threads: Option<usize>,
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,

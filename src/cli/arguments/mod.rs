@@ -6,9 +6,9 @@ mod runs;
 mod studies;
 mod tasks;
 
-pub use dynamics::{Clusters, Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
+pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
 pub use physics::{Env, Play};
-pub use runs::{Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
+pub use runs::{Config, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
 pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions, Tasks, TasksCommand};
 
@@ -123,6 +123,8 @@ pub enum Command {
     Clusters(Clusters),
     /// Train an agent
     Train(Train),
+    /// Print every effective setting of a method or a file of settings, with its source, as JSON
+    Config(Config),
     /// Continue runs from their latest checkpoints, or resume a run that another process has paused
     Resume(Resume),
     /// Train a new run that branches off another at an episode, with other settings

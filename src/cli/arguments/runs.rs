@@ -32,6 +32,10 @@ pub struct Train {
     /// Model that predicts the rollouts: learned, rapier, true, uniform, or a model file
     #[arg(long)]
     pub model: Option<PriorSource>,
+    /// JSON file of settings, with the keys of --set, or one of paper, paper-literal, adaptive; other options take
+    /// precedence
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
     /// Any other setting by its JSON path, such as ddpg.gamma=0.95
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
@@ -41,6 +45,13 @@ pub struct Train {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Config {
+    /// A method, or a file of settings as for `mge train --config`
+    #[arg(value_name = "METHOD|FILE")]
+    pub name: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -53,7 +53,7 @@ pub struct Sweep {
 
 #[derive(Debug, Args)]
 pub struct Report {
-    /// Runs, or folders of runs such as those of sweeps and studies
+    /// Runs, or folders of runs such as those of sweeps and studies; or dynamics models or counts of hits of sweeps
     #[arg(required = true, value_name = "DIR")]
     pub runs: Vec<PathBuf>,
     /// Folder for report.md, report.json and figures
@@ -83,10 +83,6 @@ pub struct Reproduce {
     /// A small study in minutes: few seeds and short trainings
     #[arg(long)]
     pub quick: bool,
-    /// Also run further comparisons: uniform exploration, clusters from the true physics and from models without
-    /// each assumption, refined clusters, proposed subgoals, model-generated transitions, planning
-    #[arg(long)]
-    pub questions: bool,
     /// The study's folder; finished parts there are not repeated
     #[arg(long, default_value = "study")]
     pub out: PathBuf,

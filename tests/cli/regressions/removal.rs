@@ -319,7 +319,6 @@ fn a_file_of_the_user_is_replaced_only_by_force() {
         ("dynamics train --tools box --out n.safetensors", "n.safetensors", false),
         ("dynamics train --tools box,floor --layers 1 --observations 2 --epochs 1 --quiet --out m", "m", true),
         ("dynamics evaluate bucket-box --figure e.png", "e.png", false),
-        ("dynamics ablate --out .", "ablation.md", false),
         ("reproduce --quick --out .", "report.md", false),
     ];
     for (arguments, file, whole) in commands {

@@ -203,3 +203,59 @@ fn two_sweeps_with_runs_of_the_same_names_are_not_mixed() {
     let failed = ended.iter().find(|output| !output.status.success()).expect("one cannot have its runs");
     assert!(text(&failed.stderr).contains("other settings than the sweep asks for"), "{}", text(&failed.stderr));
 }
+
+#[test]
+fn a_damaged_configuration_fails_alone_and_the_message_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "all", r#""method": "ddpg", "seed": [0, 1, 2]"#);
+    let run = |seed: u32| here.join(format!("all/runs/task1-ddpg-seed{seed}"));
+    for text in ["", "{", "{}", r#"{"format": 1, "seed": "x"}"#] {
+        std::fs::write(run(1).join("config.json"), text).unwrap();
+        std::fs::remove_dir_all(run(2)).unwrap();
+        let again = ["sweep", "sweep.json", "--quiet", "--out", "all"];
+        let message = fail(mge(here, again), "restore this file, or remove the run's folder");
+        assert!(message.contains("task1-ddpg-seed1") && message.contains("1 of 3 not finished"), "{text}: {message}");
+        assert!(run(2).join("metrics.csv").exists(), "{text}: the others are trained");
+        assert_eq!(column(&here.join("all"), "seed").0, [json!(0), json!(2)], "{text}: the others are in the results");
+    }
+    std::fs::remove_dir_all(run(1)).unwrap();
+    succeed(mge(here, ["sweep", "sweep.json", "--quiet", "--out", "all"]));
+}
+
+#[test]
+fn an_option_of_a_figure_given_twice_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "all", r#""method": "ddpg", "seed": [0]"#);
+    let figures = ["figures", "all/runs/task1-ddpg-seed0", "--set", "width=single", "--set"];
+    fail(mge(here, figures.into_iter().chain(["width=double"])), "--set width=double: `width` is given twice");
+    let names = ["curve=DDPG", "--set", "name=A", "--set", "name=B"];
+    fail(mge(here, figures.into_iter().chain(names)), "--set name=B: the curve `DDPG` has a name already");
+}
+
+#[test]
+fn settings_of_a_file_give_way_to_options_and_to_those_of_a_sweep() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let file = r#"{"method": "ddpg", "ddpg": {"hidden": 8, "gamma": 0.5}, "episodes": 3, "seed": 4}"#;
+    std::fs::write(here.join("c.json"), file).unwrap();
+    let options = ["--episodes", "2", "--set", "ddpg.gamma=0.6", "--out", "run", "--quiet"];
+    succeed(mge(here, ["train", "task1", "--config", "c.json"].into_iter().chain(options)));
+    let of = |config: &Value| {
+        let value = |pointer: &str| config.pointer(pointer).unwrap().clone();
+        ["/method", "/ddpg/hidden", "/ddpg/gamma", "/episodes", "/seed"].map(value)
+    };
+    let expected = [json!("ddpg"), json!(8), json!(0.6), json!(2), json!(4)];
+    assert_eq!(of(&json_of(here.join("run/config.json"))), expected);
+    let swept = r#"{"task": "task1", "config": "c.json", "ddpg.gamma": [0.6], "episodes": 2}"#;
+    std::fs::write(here.join("s.json"), swept).unwrap();
+    succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", "s"]));
+    assert_eq!(of(&json_of(here.join("s/runs/task1-ddpg-ddpg.gamma_0.6-seed4/config.json"))), expected);
+    let printed: Value = serde_json::from_str(&succeed(mge(here, ["config", "c.json"]))).unwrap();
+    assert_eq!(printed["ddpg.gamma"], json!({"value": 0.5, "source": "file"}));
+    let printed: Value = serde_json::from_str(&succeed(mge(here, ["config", "ddpg-mge-adaptive"]))).unwrap();
+    assert_eq!(printed["ddpg.hidden"], json!({"value": 128, "source": "method"}));
+    assert_eq!(printed["guidance.horizon"]["source"], "default");
+    fail(mge(here, ["train", "task1", "--config", "papr"]), "did you mean `paper`?");
+}

@@ -60,7 +60,7 @@ fn has_episodes(run: &Path) -> bool {
 }
 
 /// Long commands. Each is run in a folder that has what `prepare` makes.
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 17] = [
     "train task1 --method ddpg-mge --quiet --out OUT --set ddpg.hidden=8",
     "train task2 --quiet --out OUT --set guidance.model_rollouts=100000 \
      --set guidance.most_model_rollouts=100000 --set guidance.horizon=100",
@@ -76,7 +76,6 @@ const COMMANDS: [&str; 18] = [
     "dynamics train --tools box,bucket --observations 1000000 --quiet --out OUT",
     "dynamics train --tools box --observations 3000 --batch 65536 --layers 64 --quiet --out OUT",
     "dynamics evaluate bucket-box --launches 1000000 --quiet",
-    "dynamics ablate --tools box --seeds 1 --quiet --out OUT",
     "clusters task5",
     "tasks audit task1 --episodes 1000000",
     "puzzles generate --count 4 --quiet --out OUT",

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use super::error::PuzzleError;
 use super::index::Index;
 use super::proposals::SubgoalSearch;
 use super::results::check_report;
+use crate::error::ExperimentError;
 use mge_base::atomic::{Format, Target};
+use mge_run::RunError;
 use mge_trainer::Method;
 use mge_trainer::batch::{Batch, BatchProgress};
 
@@ -48,11 +49,11 @@ impl BenchPlan {
     /// The [sweep](crate::sweep) over the tasks in these files.
     ///
     /// # Errors
-    /// [`PuzzleError::SettingOfOption`].
-    pub fn sweep(&self, tasks: &[PathBuf]) -> Result<String, PuzzleError> {
+    /// [`ExperimentError::SettingOfOption`].
+    pub fn sweep(&self, tasks: &[PathBuf]) -> Result<String, ExperimentError> {
         let of_option = |key: &str| ["task", "method", "seed", "episodes", "model", "prior"].contains(&key);
         if let Some((key, _)) = self.settings.iter().find(|(key, _)| of_option(key)) {
-            return Err(PuzzleError::SettingOfOption(key.clone()));
+            return Err(ExperimentError::SettingOfOption(key.clone()));
         }
         let mut sweep = Map::new();
         sweep.insert("task".into(), tasks.iter().map(|task| task.display().to_string()).collect());
@@ -70,20 +71,20 @@ impl BenchPlan {
 ///
 /// # Errors
 /// When the model cannot predict a puzzle, or a file cannot be read or written;
-/// [`PuzzleError::Interrupted`].
+/// [`ExperimentError::Interrupted`].
 pub fn prepare(
     plan: &BenchPlan,
     index: &Index,
     out: impl Into<Target>,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<(PathBuf, String), PuzzleError> {
+) -> Result<(PathBuf, String), ExperimentError> {
     let out = out.into();
     let sweep = out.join(SWEEP);
-    sweep.check(&FORMAT).map_err(PuzzleError::io(&sweep.path))?;
+    sweep.check(&FORMAT).map_err(RunError::io("write", &sweep.path))?;
     check_report(&out)?;
     let tasks = plan.search.propose(index, &out, batch, on_progress)?;
     let text = plan.sweep(&tasks)?;
-    sweep.write(text.as_bytes(), &FORMAT).map_err(PuzzleError::io(&sweep.path))?;
+    sweep.write(text.as_bytes(), &FORMAT).map_err(RunError::io("write", &sweep.path))?;
     Ok((sweep.path, text))
 }

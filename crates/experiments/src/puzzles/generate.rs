@@ -5,9 +5,9 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle, Split};
-use crate::study::hits::{FixedPolicy, Guided, Uniform, play};
+use crate::error::{ExperimentError, finished};
+use crate::hits::{FixedPolicy, Guided, Uniform, play};
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
@@ -15,6 +15,7 @@ use mge_base::sync::hold_folder;
 use mge_env::Environment;
 use mge_guidance::{self as guidance, GuidanceConfig, InterruptibleModel, TruePhysics, propose_subgoals};
 use mge_physics::ToolKind;
+use mge_run::RunError;
 use mge_task::{
     self as task, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION,
 };
@@ -60,8 +61,8 @@ impl Default for Criteria {
 /// are kept. A puzzle depends only on the sequence and its number, not on `count` or threads.
 ///
 /// # Errors
-/// [`PuzzleError::OtherPuzzles`] when the folder holds another sequence; [`PuzzleError::NotThePuzzle`], before the work,
-/// when another file is in the place of a puzzle; [`PuzzleError::Interrupted`], after the finished puzzles have been
+/// [`ExperimentError::OtherPuzzles`] when the folder holds another sequence; [`ExperimentError::NotThePuzzle`], before the work,
+/// when another file is in the place of a puzzle; [`ExperimentError::Interrupted`], after the finished puzzles have been
 /// written; when files cannot be read or written.
 pub fn generate(
     wanted: &Index,
@@ -70,22 +71,22 @@ pub fn generate(
     folder: impl Into<Target>,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Index, PuzzleError> {
+) -> Result<Index, ExperimentError> {
     let to = folder.into();
     let folder = &to.path;
-    std::fs::create_dir_all(folder).map_err(PuzzleError::io(folder))?;
+    std::fs::create_dir_all(folder).map_err(RunError::io("create", folder))?;
     // Another process that generates into this folder would lose its part of the index.
     let held = hold_folder(folder, || {
         on_progress(&BatchProgress { message: "waiting for another process", ..BatchProgress::default() });
         !batch.interrupt.is_requested()
     })
-    .map_err(PuzzleError::io(folder))?;
+    .map_err(RunError::io("write into", folder))?;
     if held.is_none() {
-        return Err(PuzzleError::Interrupted { done: 0, jobs: count as usize });
+        return Err(ExperimentError::Interrupted { done: 0, jobs: count as usize });
     }
     let mut index = Index::load(folder)?.unwrap_or_else(|| wanted.clone());
     if !index.is_like(wanted) {
-        return Err(PuzzleError::OtherPuzzles { path: folder.clone() });
+        return Err(ExperimentError::OtherPuzzles(folder.clone()));
     }
     // A puzzle whose file is gone is generated again.
     index.puzzles.retain(|puzzle| puzzle.path(folder).exists());
@@ -101,27 +102,27 @@ pub fn generate(
     index.save(&to)?;
     match interrupted {
         0 => Ok(index),
-        _ => Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() }),
+        _ => Err(ExperimentError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() }),
     }
 }
 
 /// The task in the file of a puzzle; none if there is no such file.
 ///
 /// # Errors
-/// [`PuzzleError::NotThePuzzle`] when it is not a task of this name.
-fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, PuzzleError> {
+/// [`ExperimentError::NotThePuzzle`] when it is not a task of this name.
+fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, ExperimentError> {
     if path.symlink_metadata().is_err() {
         return Ok(None);
     }
     let task = task::load(&path.display().to_string()).ok().filter(|task| task.name == name);
-    task.map(Some).ok_or_else(|| PuzzleError::NotThePuzzle { path: path.to_owned() })
+    task.map(Some).ok_or_else(|| ExperimentError::NotThePuzzle(path.to_owned()))
 }
 
 /// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it.
 ///
 /// # Errors
 /// When guidance fails, or `stop` is requested.
-pub fn random_puzzle(seed: u64, stop: &Stop) -> Result<Task, PuzzleError> {
+pub fn random_puzzle(seed: u64, stop: &Stop) -> Result<Task, ExperimentError> {
     let index = Index::new(seed, Split::Train, START_NOISE);
     let search = Search { number: 0, index: &index, criteria: &Criteria::default() };
     Ok(Arc::unwrap_or_clone(search.find(&mut search.rng(), stop)?.0))
@@ -136,24 +137,19 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// The job that writes the puzzle into `folder`.
-    fn job(self, folder: &'a Target) -> Job<'a, Puzzle, PuzzleError> {
+    fn job(self, folder: &'a Target) -> Job<'a, Puzzle, ExperimentError> {
         Job::new(self.name(), 1, move |handle| self.search(folder, handle))
     }
 
     fn name(&self) -> String {
-        let split = match self.index.split {
-            Split::Train => "train",
-            Split::Validation => "validation",
-            Split::Test => "test",
-        };
-        format!("{split}-{}-{:04}", self.index.seed, self.number)
+        format!("{}-{}-{:04}", self.index.split.name(), self.index.seed, self.number)
     }
 
     fn rng(&self) -> ChaCha8Rng {
         Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed)
     }
 
-    fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
+    fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, ExperimentError> {
         handle.report(self.name());
         let mut rng = self.rng();
         let (task, mut puzzle) = self.find(&mut rng, handle.stop())?;
@@ -163,14 +159,14 @@ impl<'a> Search<'a> {
         let to = Target { path: puzzle.path(&folder.path), force: folder.force };
         // A killed process may have written it already.
         if existing(&to.path, &puzzle.name)?.is_some_and(|known| known != *task) {
-            return Err(PuzzleError::NotThePuzzle { path: to.path });
+            return Err(ExperimentError::NotThePuzzle(to.path));
         }
         task::save(&task, to)?;
         Ok(Some(puzzle))
     }
 
     /// Draws layouts until one is accepted; returns it with its row of the index, which lacks the random hit rate.
-    fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<(Arc<Task>, Puzzle), PuzzleError> {
+    fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<(Arc<Task>, Puzzle), ExperimentError> {
         loop {
             stop.check()?;
             let layout = layout(&self.name(), self.index.start_noise, rng);
@@ -186,7 +182,7 @@ impl<'a> Search<'a> {
     }
 
     /// Judges a layout: returns the puzzle without its random hit rate, or None if it is too easy or too hard.
-    fn judge(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Puzzle>, PuzzleError> {
+    fn judge(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Puzzle>, ExperimentError> {
         let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
         let is_easy = |episodes| Ok::<_, Stopped>(successes(task, &mut Uniform, episodes, seed, stop)?.0 > most_random);
         let first = FIRST_LOOK.min(episodes);

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::error::PuzzleError;
+use crate::error::ExperimentError;
 use mge_base::atomic::Target;
 use mge_base::bounded;
 use mge_base::by_name;
 use mge_base::json;
 use mge_base::validation::{ValidationError, in_range};
 use mge_physics::ToolKind;
+use mge_run::RunError;
 use mge_task::{TaskError, check_name};
 
 /// The format version that this program writes.
@@ -105,11 +106,11 @@ impl Index {
     ///
     /// # Errors
     /// When it cannot be read, is invalid, or has another version.
-    pub fn load(folder: &Path) -> Result<Option<Self>, PuzzleError> {
+    pub fn load(folder: &Path) -> Result<Option<Self>, ExperimentError> {
         let path = folder.join(FILE);
         let text = match bounded::regular(&path).and_then(|()| bounded::read(&path, bounded::TEXT)) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            read => read.map_err(PuzzleError::io(&path))?,
+            read => read.map_err(RunError::io("read", &path))?,
         };
         Self::parse(&text, &path).map(Some)
     }
@@ -118,11 +119,11 @@ impl Index {
     ///
     /// # Errors
     /// When it is invalid, has another version, or the name of a puzzle is not a plain file name.
-    pub fn parse(text: &[u8], path: &Path) -> Result<Self, PuzzleError> {
+    pub fn parse(text: &[u8], path: &Path) -> Result<Self, ExperimentError> {
         let origin = path.display().to_string();
-        let index: Self = json::parse(text, &origin).map_err(PuzzleError::NoIndex)?;
+        let index: Self = json::parse(text, &origin).map_err(ExperimentError::NoIndex)?;
         if index.version != VERSION {
-            return Err(PuzzleError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
+            return Err(ExperimentError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
         }
         index.validate().map_err(|error| TaskError::Invalid { origin, error })?;
         Ok(index)
@@ -140,9 +141,9 @@ impl Index {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn save(&self, folder: &Target) -> Result<(), PuzzleError> {
+    pub fn save(&self, folder: &Target) -> Result<(), ExperimentError> {
         let to = folder.join(FILE);
-        json::write(&to, self).map_err(PuzzleError::io(&to.path))
+        Ok(json::write(&to, self).map_err(RunError::io("write", &to.path))?)
     }
 
     /// Whether `other` has the same sequence of puzzles.

@@ -6,7 +6,6 @@
 //! model, which was not trained on puzzles, and trains agents on the result as a [sweep](crate::sweep).
 
 mod bench;
-mod error;
 mod figures;
 mod generate;
 mod index;
@@ -16,7 +15,6 @@ mod results;
 mod tests;
 
 pub use bench::{BenchPlan, prepare};
-pub use error::PuzzleError;
 pub use generate::{Criteria, START_NOISE, generate, random_puzzle};
 #[cfg(test)]
 use index::Puzzle;

@@ -3,11 +3,12 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle};
+use crate::error::{ExperimentError, all_finished};
 use mge_base::atomic::Target;
 use mge_base::sync::hold_folder;
 use mge_guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
+use mge_run::RunError;
 use mge_task as task;
 use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
 use mge_trainer::{PriorSource, rollout_model};
@@ -29,16 +30,16 @@ impl SubgoalSearch {
     ///
     /// # Errors
     /// When the model cannot predict a puzzle, or a file cannot be read or written;
-    /// [`PuzzleError::Interrupted`].
+    /// [`ExperimentError::Interrupted`].
     pub(super) fn propose(
         &self,
         index: &Index,
         out: &Target,
         batch: &Batch<'_>,
         on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-    ) -> Result<Vec<PathBuf>, PuzzleError> {
+    ) -> Result<Vec<PathBuf>, ExperimentError> {
         let tasks = out.path.join("tasks");
-        std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
+        std::fs::create_dir_all(&tasks).map_err(RunError::io("create", &tasks))?;
         self.claim(&tasks)?;
         let proposal = |puzzle: &Puzzle| Proposal {
             search: self,
@@ -53,10 +54,7 @@ impl SubgoalSearch {
             }
         }
         let jobs: Vec<_> = missing.into_iter().map(Proposal::job).collect();
-        let (_, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
-        if interrupted > 0 {
-            return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
-        }
+        all_finished(batch.run(&jobs, on_progress)?)?;
         Ok(index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect())
     }
 
@@ -69,18 +67,18 @@ impl SubgoalSearch {
     /// Records in the folder of the proposals how they are searched for.
     ///
     /// # Errors
-    /// [`PuzzleError::OtherSearch`] when it holds proposals of another search.
-    fn claim(&self, tasks: &Path) -> Result<(), PuzzleError> {
-        let _alone = hold_folder(tasks, || true).map_err(PuzzleError::io(tasks))?;
+    /// [`ExperimentError::OtherSearch`] when it holds proposals of another search.
+    fn claim(&self, tasks: &Path) -> Result<(), ExperimentError> {
+        let _alone = hold_folder(tasks, || true).map_err(RunError::io("write into", tasks))?;
         let path = tasks.join("search.txt");
         let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
         match mge_base::bounded::read_text(&path) {
             Ok(known) if self.is_search(&known) => Ok(()),
-            Ok(_) => Err(PuzzleError::OtherSearch { path: tasks.to_owned() }),
+            Ok(_) => Err(ExperimentError::OtherSearch(tasks.to_owned())),
             Err(error) if error.kind() == ErrorKind::NotFound => {
-                mge_base::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))
+                Ok(mge_base::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?)
             }
-            Err(error) => Err(PuzzleError::io(&path)(error)),
+            Err(error) => Err(RunError::io("read", &path)(error).into()),
         }
     }
 }
@@ -94,25 +92,25 @@ struct Proposal<'a> {
 }
 
 impl<'a> Proposal<'a> {
-    fn job(self) -> Job<'a, (), PuzzleError> {
+    fn job(self) -> Job<'a, (), ExperimentError> {
         Job::new(self.name.clone(), 1, move |handle| self.propose(handle))
     }
 
     /// Whether the puzzle has its proposed subgoals already.
     ///
     /// # Errors
-    /// [`PuzzleError::OtherPuzzle`] when they are of another puzzle, as after a change of its file.
-    fn is_known(&self) -> Result<bool, PuzzleError> {
+    /// [`ExperimentError::OtherPuzzle`] when they are of another puzzle, as after a change of its file.
+    fn is_known(&self) -> Result<bool, ExperimentError> {
         if !self.to.exists() {
             return Ok(false);
         }
         let [puzzle, proposed] = [&self.from, &self.to].map(|path| task::load(&path.display().to_string()));
         let (mut puzzle, proposed) = (puzzle?, proposed?);
         puzzle.subgoals.clone_from(&proposed.subgoals);
-        if puzzle == proposed { Ok(true) } else { Err(PuzzleError::OtherPuzzle { path: self.to.clone() }) }
+        if puzzle == proposed { Ok(true) } else { Err(ExperimentError::OtherPuzzle(self.to.clone())) }
     }
 
-    fn propose(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {
+    fn propose(&self, handle: &JobHandle) -> Result<Option<()>, ExperimentError> {
         handle.report(format!("subgoals of {}", self.name));
         let mut puzzle = task::load(&self.from.display().to_string())?;
         // The uniform source has no model to propose subgoals with.

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use super::*;
+use crate::error::ExperimentError;
 use crate::sweep::Sweep;
 use mge_base::stop::Stop;
 use mge_results::LearningRow;
@@ -13,7 +14,7 @@ use mge_trainer::{Method, PriorSource};
 /// Criteria that are cheap to check but still reject most layouts.
 const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
 
-fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, PuzzleError> {
+fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, ExperimentError> {
     let interrupt = Stop::default();
     generate(index, count, &CRITERIA, folder, &Batch { threads, interrupt: &interrupt }, &mut |_| {})
 }
@@ -43,7 +44,7 @@ fn puzzles_depend_only_on_their_number_and_existing_ones_are_kept() {
     assert_eq!(generate_into(other.path(), &index, 2, 1).unwrap(), both);
     assert_eq!(read(one.path(), &second), read(other.path(), &second), "a file that is gone is written again");
     let test = Index::new(7, Split::Test, 0.01);
-    assert!(matches!(generate_into(other.path(), &test, 1, 1), Err(PuzzleError::OtherPuzzles { .. })));
+    assert!(matches!(generate_into(other.path(), &test, 1, 1), Err(ExperimentError::OtherPuzzles(_))));
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
     let interrupt = Stop::default();
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let wrong = BenchPlan { settings: vec![("prior".to_owned(), "true".to_owned())], ..plan.clone() };
-    assert!(matches!(wrong.sweep(&[]), Err(PuzzleError::SettingOfOption(key)) if key == "prior"));
+    assert!(matches!(wrong.sweep(&[]), Err(ExperimentError::SettingOfOption(key)) if key == "prior"));
     let (file, text) = prepare(&plan, &index, &out, &batch, &mut |_| {}).unwrap();
     let sweep = Sweep::load(&file).unwrap();
     assert_eq!(Sweep::parse(text.as_bytes(), "").unwrap(), sweep);
@@ -140,7 +141,7 @@ fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
     let index = Index::new(1, Split::Test, 0.0);
     let batch = Batch { threads: 1, interrupt: &interrupt };
     let outcome = generate(&index, 3, &CRITERIA, folder.path(), &batch, &mut |_| {});
-    assert!(matches!(outcome, Err(PuzzleError::Interrupted { done: 0, jobs: 3 })));
+    assert!(matches!(outcome, Err(ExperimentError::Interrupted { done: 0, jobs: 3 })));
     assert_eq!(Index::load(folder.path()).unwrap(), Some(index));
 }
 

@@ -1,10 +1,13 @@
 //! The paper's figures from the data of a study.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::hits::{FixedPolicy, Guided};
-use super::plan::StudyPlan;
-use super::report::Report;
+use super::report::{Report, Results};
+use crate::error::ExperimentError;
+use crate::hits::{FixedPolicy, Guided, Policy};
+use crate::sweep::Summary;
+use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
 use mge_dynamics::{
@@ -12,22 +15,83 @@ use mge_dynamics::{
 };
 use mge_env::Environment;
 use mge_figures::{
-    Edge, HitBars, Instant, Launches, ModelError, PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits,
-    ToolLaunches,
+    ActionSamples, Edge, Figure, HitBars, Instant, Launches, ModelError, PolicyHits, Predictor, Provenance,
+    RelativeFrames, Statistics, TaskActions, TaskGrid, TaskHits, ToolLaunches,
 };
 use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use mge_results::figures::INTERVAL;
-use mge_stats::{Bootstrap, Estimate, StatsError};
+use mge_results::figures::{INTERVAL, Success, learning_curves, method_scores, performance_profile, step_curves};
+use mge_results::{FINAL, Groups};
+use mge_run::{RunError, config_hash};
+use mge_stats::{Bootstrap, Estimate};
 use mge_task::{Form, Task, ToolSpec};
+use mge_trainer::build_prior;
 
 /// Number of launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;
 
+/// Writes the figures of a study into its folder; `hits` are the means of its counts.
+///
+/// # Errors
+/// When a statistic cannot be computed, a figure cannot be written, or `stop` is requested.
+pub(super) fn write_figures(
+    results: &Results,
+    report: &Report,
+    hits: &Summary,
+    folder: &Target,
+    command: &str,
+    dpi: u32,
+    stop: &Stop,
+) -> Result<(), ExperimentError> {
+    let folder = folder.join("figures");
+    std::fs::create_dir_all(&folder.path).map_err(RunError::io("create", &folder.path))?;
+    let (hash, seed) = (config_hash(&report)?, results.models.first().map_or(0, |(model, _)| model.training.seed));
+    let draw = |name: &str, seeds: usize, figure: &dyn Figure| -> Result<(), ExperimentError> {
+        stop.check()?;
+        let seeds: Vec<u64> = (seed..seed + seeds as u64).collect();
+        Ok(figure.write_all(&folder, name, &Provenance::new(command, &seeds, &hash), dpi)?)
+    };
+    let bootstrap = &Bootstrap::default();
+    let clusters = clusters(results, stop)?;
+    let tasks: Vec<Task> = clusters.iter().map(|(task, _)| Task::clone(task)).collect();
+    if let Some((model, _)) = results.models.first() {
+        draw("figure1", 1, &launches(&model.training, stop)?)?;
+        if let Some((task, prior)) = clusters.first() {
+            draw("figure2", 1, &relative_frames(task, prior, model.model.cutoff, seed))?;
+        }
+    }
+    draw("figure3", 1, &TaskGrid { tasks })?;
+    let sampled = clusters.iter().map(|(task, prior)| TaskActions::sample(task, prior, seed));
+    draw("figure4", 1, &ActionSamples { tasks: sampled.collect() })?;
+    let bars = hit_bars(hits);
+    draw("figure5", bars.statistics.seeds, &bars)?;
+    let (fixed, noisy) = (&results.fixed, &results.noisy);
+    let trainings = fixed.iter().map(|run| run.row.seed).collect::<BTreeSet<u64>>().len();
+    draw("figure6", trainings, &learning_curves(fixed, bootstrap, Success::Training)?)?;
+    draw("figure6-greedy", trainings, &learning_curves(fixed, bootstrap, Success::Greedy)?)?;
+    let finals = Groups::new(&report.learning).common_scores(FINAL)?;
+    draw("performance-profile", trainings, &performance_profile(&finals, bootstrap)?)?;
+    draw("methods", trainings, &method_scores(&report.learning, bootstrap, None)?)?;
+    draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training)?)?;
+    draw("noisy-starts-steps", trainings, &step_curves(noisy, bootstrap)?)?;
+    draw("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, bootstrap, None)?)
+}
+
+/// The clusters of the first count of guided play on each task.
+fn clusters(results: &Results, stop: &Stop) -> Result<Vec<(Arc<Task>, ActionPrior)>, ExperimentError> {
+    let mut clusters: Vec<(Arc<Task>, ActionPrior)> = Vec::new();
+    for (job, _) in results.hits.iter().filter(|(job, _)| job.policy == Policy::Guided) {
+        if clusters.iter().all(|(task, _)| *task != job.task) {
+            clusters.push((job.task.clone(), build_prior(&job.clusters(), |_| (), stop)?));
+        }
+    }
+    Ok(clusters)
+}
+
 /// Figure 1: launches at tools of about the default size.
-pub(super) fn launches(plan: &StudyPlan, stop: &Stop) -> Result<Launches, Stopped> {
+fn launches(training: &TrainConfig, stop: &Stop) -> Result<Launches, Stopped> {
     let tool = |kind: ToolKind| {
-        let TrainConfig { observations, seed, .. } = plan.model_training;
+        let TrainConfig { observations, seed, .. } = *training;
         let launches = collect(kind, Variety::Sizes, observations, Split::Training, seed, stop)?;
         // Trajectories are drawn relative to their tool, so that one tool represents all.
         let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
@@ -58,7 +122,7 @@ fn nearest_in_size(launches: &[Launch], size: f64) -> Vec<&Launch> {
 
 /// Figure 2: an episode of guided play at three instants: the last one with the maximum number of
 /// active edges, the one halfway to it, and the one halfway from it to the end.
-pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
+fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(Arc::new(task.clone()));
     env.reset(&mut rng);
@@ -89,25 +153,32 @@ pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, see
 }
 
 /// Figure 5: hit counts with intervals over seeds.
-pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<HitBars, StatsError> {
-    let tasks = plan.tasks.iter().map(|task| {
-        let policies = ["guided", "random"].into_iter().map(|policy| {
-            let (goal, subgoals) = report.mean_hits(task, policy, bootstrap)?;
-            let label = if policy == "guided" { "model-guided exploration" } else { "random exploration (actor + OU)" };
-            Ok(PolicyHits { policy: label.to_owned(), goal, subgoals })
-        });
-        Ok(TaskHits { task: task.name.clone(), policies: policies.collect::<Result<_, StatsError>>()? })
-    });
-    Ok(HitBars {
-        episodes: plan.hit_episodes as usize,
+fn hit_bars(means: &Summary) -> HitBars {
+    let mut tasks: Vec<TaskHits> = Vec::new();
+    for group in &means.groups {
+        let task = group.setting("task").unwrap_or_default().to_owned();
+        let policy = match group.setting("policy") {
+            Some("guided") => "model-guided exploration",
+            _ => "random exploration (actor + OU)",
+        };
+        let goal = group.measures_like("goal").first().copied().unwrap_or(Estimate::exact(f64::NAN));
+        let bars = PolicyHits { policy: policy.to_owned(), goal, subgoals: group.measures_like("subgoal_") };
+        match tasks.iter_mut().find(|known| known.task == task) {
+            Some(known) => known.policies.push(bars),
+            None => tasks.push(TaskHits { task, policies: vec![bars] }),
+        }
+    }
+    let episodes = means.groups.first().map_or(0.0, |group| group.measures_like("episodes")[0].value);
+    HitBars {
+        episodes: episodes as usize,
         statistics: Statistics {
             centre: "Mean".to_owned(),
             interval: INTERVAL.to_owned(),
-            seeds: plan.hit_seeds as usize,
+            seeds: means.groups.iter().map(|group| group.count).max().unwrap_or(0),
             fewest_seeds: None,
         },
-        tasks: tasks.collect::<Result<_, StatsError>>()?,
-    })
+        tasks,
+    }
 }
 
 /// Errors of a model and its baselines on fresh launches.

@@ -1,15 +1,96 @@
 //! The results of a study, for machines (`report.json`) and for people (`report.md`).
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::hits::HitCounts;
-use super::plan::{START_NOISE, StudyPlan};
+use crate::error::ExperimentError;
+use crate::hits::HitCounts;
+use crate::sweep::{HitJob, ModelJob, ModelResult, Summary, Sweep, Work, result_in, results_of};
 use mge_base::markdown;
-use mge_results::{Comparison, EvidenceError, LearningRow};
-use mge_stats::{Bootstrap, Estimate, StatsError};
-use mge_task::Task;
+use mge_dynamics::Variant;
+use mge_results::{Comparison, EvidenceError, FoundRun, LearningRow, TrainedRun, read_runs};
+use mge_run::RunError;
+use mge_stats::Bootstrap;
+
+/// What a study's sweeps have made.
+pub(super) struct Results {
+    /// The models.
+    pub models: Vec<(ModelJob, ModelResult)>,
+    /// The counts.
+    pub hits: Vec<(HitJob, HitCounts)>,
+    /// The trainings with a fixed start.
+    pub fixed: Vec<TrainedRun>,
+    /// The trainings from noisy starts.
+    pub noisy: Vec<TrainedRun>,
+}
+
+impl Results {
+    /// Reads the results of a study's sweeps in its folder.
+    pub fn read(folder: &Path, models: &Sweep, hits: &Sweep, trainings: &Sweep) -> Result<Self, ExperimentError> {
+        let mut results = Self { models: Vec::new(), hits: Vec::new(), fixed: Vec::new(), noisy: Vec::new() };
+        let (mut fixed, mut noisy) = (Vec::new(), Vec::new());
+        let in_folders = [(models, folder.join("models")), (hits, folder.join("hits")), (trainings, folder.to_owned())];
+        for (job, folder) in
+            in_folders.iter().flat_map(|(sweep, folder)| sweep.jobs.iter().map(move |job| (job, folder)))
+        {
+            let path = job.folder(folder);
+            match &job.work {
+                Work::Dynamics(model) => results.models.push((ModelJob::clone(model), finished(&path)?)),
+                Work::Hits(count) => results.hits.push((HitJob::clone(count), finished(&path)?)),
+                Work::Train(config) if config.start_noise.is_none() => fixed.push(path),
+                Work::Train(_) => noisy.push(path),
+            }
+        }
+        (results.fixed, results.noisy) = (trained(&fixed)?, trained(&noisy)?);
+        Ok(results)
+    }
+
+    /// The means of the models and counts, in their sweeps' folder.
+    pub fn means(folder: &Path, models: &Sweep, hits: &Sweep, bootstrap: &Bootstrap) -> Result<Means, ExperimentError> {
+        let summary = |sweep: &Sweep, name: &str| {
+            let paths: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(&folder.join(name))).collect();
+            Ok::<_, ExperimentError>(Summary::new(&results_of(&paths)?.0, bootstrap)?)
+        };
+        Ok(Means { models: summary(models, "models")?, hits: summary(hits, "hits")? })
+    }
+
+    /// Their report.
+    pub fn report(&self) -> Report {
+        let rows = |runs: &[TrainedRun]| runs.iter().map(|run| run.row.clone()).collect();
+        let hit_row = |(job, hits): &(HitJob, HitCounts)| HitRow {
+            task: job.task.name.clone(),
+            policy: job.policy.name().to_owned(),
+            seed: job.seed,
+            hits: hits.clone(),
+        };
+        let model_row = |(job, result): &(ModelJob, ModelResult)| ModelRow {
+            structure: Variant::Full.label().to_owned(),
+            tools: job.tools.iter().map(ToString::to_string).collect(),
+            one_step_error: result.one_step_error,
+            rollout_error: result.rollout_error.clone(),
+        };
+        Report {
+            version: Report::VERSION,
+            hits: self.hits.iter().map(hit_row).collect(),
+            learning: rows(&self.fixed),
+            noisy_starts: rows(&self.noisy),
+            models: self.models.iter().map(model_row).collect(),
+        }
+    }
+}
+
+/// The result of a finished model or count.
+fn finished<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<T, ExperimentError> {
+    result_in(folder)?.ok_or_else(|| RunError::NotARun(folder.to_owned()).into())
+}
+
+/// The results of trainings, which are distinguished from each other.
+fn trained(folders: &[PathBuf]) -> Result<Vec<TrainedRun>, RunError> {
+    Ok(read_runs(folders)?.into_iter().map(|FoundRun { trained, .. }| trained).collect())
+}
 
 /// The results of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,6 +134,14 @@ pub struct ModelRow {
     pub rollout_error: Vec<f64>,
 }
 
+/// The means of a study over the seeds.
+pub(super) struct Means {
+    /// Of the models.
+    pub models: Summary,
+    /// Of the counts.
+    pub hits: Summary,
+}
+
 impl Report {
     /// The version this program writes.
     pub const VERSION: u32 = 1;
@@ -61,8 +150,12 @@ impl Report {
     ///
     /// # Errors
     /// When a statistic cannot be computed.
-    pub fn to_markdown(&self, plan: &StudyPlan, command: &str) -> Result<String, EvidenceError> {
-        let bootstrap = plan.bootstrap();
+    pub(super) fn to_markdown(
+        &self,
+        Means { models, hits }: &Means,
+        bootstrap: &Bootstrap,
+        command: &str,
+    ) -> Result<String, EvidenceError> {
         let mut text = String::new();
         // Writing to a string does not fail.
         let _ = writeln!(text, "# Model-guided exploration: study report\n");
@@ -73,78 +166,33 @@ impl Report {
             bootstrap.resamples,
             bootstrap.seed
         );
-        self.write_models(&mut text);
-        self.write_hits(&mut text, plan, &bootstrap)?;
-        let trainings = format!("{} episodes, {} seeds", plan.learning_episodes, plan.learning_seeds);
-        let planning = match plan.planning_episodes {
-            0 => String::new(),
-            episodes => format!(" ({episodes} episodes for planning, which does not learn)"),
-        };
-        let fixed = format!(
-            "every episode begins in the same state, and the dynamics models are the study's own unless the method says otherwise{planning}"
-        );
-        let noisy = format!(
-            "the ball's start is moved by up to {START_NOISE} in each direction in every episode, and the dynamics models are the shipped ones"
-        );
+        let tables = [
+            ("Dynamics models", "Mean errors on launches and in scenes of the tasks that the models never saw", models),
+            (
+                "Exploration without learning",
+                "Episodes that reached the goal and each subgoal, by the clusters of the learned models (guided) and by an untrained actor with Ornstein-Uhlenbeck noise (random)",
+                hits,
+            ),
+        ];
+        for (title, about, summary) in tables {
+            let _ = writeln!(text, "## {title}\n\n{about}: means over the seeds, with their intervals.\n");
+            text += &summary.to_markdown();
+        }
+        let fixed = "every episode begins in the same state, and the dynamics models are the study's own";
+        let noisy = "the ball's start is moved a little in every episode, and the dynamics models are the shipped ones";
         for (rows, title, conditions) in
             [(&self.learning, "Learning", fixed), (&self.noisy_starts, "Learning from noisy starts", noisy)]
         {
-            let _ = write!(text, "## {title}\n\n{trainings}; {conditions}. ");
-            Comparison::new(rows.clone(), Vec::new(), &bootstrap, command, None)?.write_tables(&mut text)?;
+            let episodes = rows.iter().map(|row| row.episodes).max().unwrap_or(0);
+            let seeds = rows.iter().map(|row| row.seed).collect::<BTreeSet<u64>>().len();
+            let _ = write!(text, "## {title}\n\n{episodes} episodes, {seeds} seeds; {conditions}. ");
+            Comparison::new(rows.clone(), Vec::new(), bootstrap, command, None)?.write_tables(&mut text)?;
         }
         text.push_str("## Figures\n\n");
         for (file, caption) in FIGURES {
             let _ = writeln!(text, "![{caption}](figures/{file}.png)\n\n*{caption}*\n");
         }
         Ok(text)
-    }
-
-    fn write_models(&self, text: &mut String) {
-        text.push_str("## Dynamics models\n\nMean errors in normalised units (the screen is 2 wide): of one prediction on launches that were not trained on, and after 1, 2, ... actions in scenes of the tasks that the model never saw.\n\n");
-        *text += &markdown::header(["tools", "structure", "one step", "after 1, 2, ... actions"]);
-        for row in &self.models {
-            let rollout: Vec<String> = row.rollout_error.iter().map(|error| format!("{error:.3}")).collect();
-            let (tools, one_step) = (row.tools.join(", "), format!("{:.4}", row.one_step_error));
-            *text += &markdown::row([&tools, &row.structure, &one_step, &rollout.join(", ")]);
-        }
-        text.push('\n');
-    }
-
-    fn write_hits(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
-        let _ = writeln!(
-            text,
-            "## Exploration without learning\n\nEpisodes of {} that reached the goal and each subgoal: mean over {} seeds, with its interval. Guided play draws every action from the clusters of the learned models ({} independent builds); random play is an untrained actor with Ornstein-Uhlenbeck noise.\n",
-            plan.hit_episodes, plan.hit_seeds, plan.builds
-        );
-        *text += &markdown::header(["task", "policy", "goal", "subgoals"]);
-        for task in &plan.tasks {
-            for policy in ["guided", "random"] {
-                let (goal, subgoals) = self.mean_hits(task, policy, bootstrap)?;
-                let subgoals: Vec<String> = subgoals.into_iter().map(format_count).collect();
-                *text += &markdown::row([&task.name, policy, &format_count(goal), &subgoals.join("; ")]);
-            }
-        }
-        text.push('\n');
-        Ok(())
-    }
-
-    /// Means over the seeds of the episodes that reached the goal and each subgoal.
-    ///
-    /// # Errors
-    /// When there are no counts for the task and policy.
-    pub(super) fn mean_hits(
-        &self,
-        task: &Task,
-        policy: &str,
-        bootstrap: &Bootstrap,
-    ) -> Result<(Estimate, Vec<Estimate>), StatsError> {
-        let rows: Vec<&HitCounts> =
-            self.hits.iter().filter(|row| row.task == task.name && row.policy == policy).map(|row| &row.hits).collect();
-        let mean = |of: &dyn Fn(&HitCounts) -> u32| {
-            bootstrap.mean(&rows.iter().map(|hits| f64::from(of(hits))).collect::<Vec<_>>())
-        };
-        let subgoals = (0..task.subgoals.len()).map(|n| mean(&|hits| hits.subgoals[n]));
-        Ok((mean(&|hits| hits.goal)?, subgoals.collect::<Result<_, _>>()?))
     }
 }
 
@@ -163,7 +211,3 @@ pub(super) const FIGURES: [(&str, &str); 12] = [
     ("noisy-starts-steps", "Noisy starts: rolling success against all actions in the real environment"),
     ("noisy-starts-methods", "Noisy starts: area under the curve of the rolling success, by task"),
 ];
-
-fn format_count(estimate: Estimate) -> String {
-    format!("{:.0} [{:.0}, {:.0}]", estimate.value, estimate.lower, estimate.upper)
-}

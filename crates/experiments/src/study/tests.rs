@@ -2,51 +2,72 @@
 
 use std::path::Path;
 
-use super::plan::StudyPlan;
-use super::report::Report;
-use super::{StudyError, reproduce};
+use super::{Report, Study, moved, reproduce};
+use crate::error::ExperimentError;
+use crate::sweep::Sweep;
 use mge_base::stop::Stop;
-use mge_dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
 use mge_results::{FoundRun, LearningRow, find_runs, read_runs};
-use mge_task as task;
 use mge_trainer::PriorSource;
 use mge_trainer::batch::{Batch, BatchProgress};
 
-fn plan() -> StudyPlan {
-    let mut plan = StudyPlan {
-        tasks: vec![task::load("task3").unwrap()],
-        model: ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() },
-        model_training: TrainConfig { observations: 8, validation: 2, epochs: 3, batch: 8, ..TrainConfig::default() },
-        model_evaluation: EvaluationConfig { launches: 5, episodes: 1, horizon: 2, hit_rollouts: 5, seed: 1 },
-        builds: 1,
-        hit_seeds: 2,
-        hit_episodes: 4,
-        learning_seeds: 2,
-        learning_episodes: 6,
-        resamples: 20,
-        ..StudyPlan::quick(7)
+/// The quick study on one task, with fewer seeds and tiny networks.
+fn study() -> Study {
+    let Study { models, hits, trainings } = Study::quick();
+    let small = |text: String, settings: &str| {
+        let text = text.replace(TASKS, r#""task3""#).replace("\"kind\"", &format!("{settings}, \"kind\""));
+        text.replace("\"method\"", &format!("{settings}, \"method\""))
     };
-    for arm in &mut plan.arms {
-        for (key, value) in [
-            ("ddpg.hidden", "8"),
-            ("guidance.model_rollouts", "50"),
-            ("guidance.environment_rollouts", "10"),
-            ("practice.rollouts", "2"),
-            ("checkpoints.last_every", "2"),
-        ] {
-            arm.settings.insert(key.to_owned(), value.to_owned());
-        }
+    let model = r#""layers": 1, "width": 8, "embedding": 4, "observations": 8, "validation": 2, "batch": 8,
+        "evaluation.launches": 5, "evaluation.episodes": 1, "evaluation.horizon": 2, "evaluation.hit_rollouts": 5"#;
+    let models = models.replace("\"epochs\": 3000", "\"epochs\": 3");
+    let agent = r#""ddpg.hidden": 8, "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10,
+        "practice.rollouts": 2, "checkpoints.last_every": 2"#;
+    let trainings = trainings.replace("\"episodes\": 1000", "\"episodes\": 6");
+    Study {
+        models: small(
+            models.replace(r#"["box,wall,floor", "bucket,box", "square,floor"]"#, r#""square,floor""#),
+            model,
+        ),
+        hits: hits.replace(TASKS, r#""task3""#).replace("\"episodes\": 1000", "\"episodes\": 4"),
+        trainings: small(trainings, agent),
     }
-    plan
 }
+
+const TASKS: &str = r#"["task1", "task2", "task3", "task4", "task5", "task6"]"#;
 
 fn run(
     threads: usize,
     folder: &Path,
     interrupt: &Stop,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Report, StudyError> {
-    reproduce(&plan(), folder, "mge reproduce", 20, &Batch { threads, interrupt }, on_progress)
+) -> Result<Report, ExperimentError> {
+    reproduce(&study(), 7, folder, "mge reproduce", 20, &Batch { threads, interrupt }, on_progress)
+}
+
+#[test]
+fn the_files_of_studies_are_sweeps_with_seeds_from_the_first() {
+    for (study, hits, trainings) in [(Study::full(), 120, 540), (Study::quick(), 36, 108)] {
+        // Without the models, which the study makes first.
+        let shipped = |file: &str| file.replace("study/models/runs/{tools}-seed0/model.safetensors", "learned");
+        let of = |file: &str| moved(&shipped(file), Path::new("/"), 30).unwrap();
+        let [models, hits_of, trainings_of] = [&study.models, &study.hits, &study.trainings].map(|file| of(file));
+        assert_eq!([&models, &hits_of, &trainings_of].map(|sweep| sweep.jobs.len()), [3, hits, trainings]);
+        assert_eq!(models.jobs[1].name, "bucket-box-seed30");
+        assert_eq!(hits_of.jobs[0].name, "task1-guided-seed30");
+        assert_eq!(trainings_of.jobs[0].name, "task1-ddpg-seed30");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let error = moved(&Study::full().hits, folder.path(), 30).unwrap_err().to_string();
+    assert!(error.contains("models/runs/bucket-box-seed30/model.safetensors"), "{error}");
+    let questions = include_str!("../../../../assets/sweeps/questions.json");
+    let shipped = with_shipped_models(questions);
+    assert_eq!(Sweep::parse(shipped.as_bytes(), "questions.json").unwrap().jobs.len(), 60 * 5);
+}
+
+/// A sweep file with the shipped models in place of those of a study.
+fn with_shipped_models(text: &str) -> String {
+    let replaced = text.split('"').map(|part| if part.starts_with("study/") { "learned" } else { part });
+    replaced.collect::<Vec<_>>().join("\"")
 }
 
 #[test]
@@ -54,32 +75,32 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let never = Stop::default();
     let mut reports = Vec::new();
-    let report = run(1, whole.path(), &never, &mut |now| reports.push((now.done, now.total))).unwrap();
-    assert_eq!((report.models.len(), report.hits.len()), (1, 4));
+    let report = run(1, whole.path(), &never, &mut |now| reports.push(now.message.to_owned())).unwrap();
+    assert_eq!((report.models.len(), report.hits.len()), (1, 6));
     let charged = |rows: &[LearningRow]| -> Vec<bool> { rows.iter().map(|row| row.charged > 0).collect() };
     let [ddpg, guided] = [false, true];
-    assert_eq!(charged(&report.learning), [ddpg, guided, guided].repeat(2));
+    assert_eq!(charged(&report.learning), [[ddpg; 2].as_slice(), &[guided; 4]].concat());
     // Uniform actions and noise need neither clusters from rollouts nor launches.
-    assert_eq!(charged(&report.noisy_starts), [ddpg, guided, guided, false, false, true].repeat(2));
+    let expected = [[ddpg; 2].as_slice(), &[guided; 2], &[true, false, false, true].repeat(2)].concat();
+    assert_eq!(charged(&report.noisy_starts), expected);
     let runs = read_runs(&find_runs(&[whole.path().to_owned()]).unwrap()).unwrap();
     let (noisy, fixed): (Vec<FoundRun>, Vec<FoundRun>) =
         runs.into_iter().partition(|run| run.config.start_noise == Some(0.01));
     assert_eq!((fixed.len(), noisy.len()), (report.learning.len(), report.noisy_starts.len()));
     assert!(noisy.iter().all(|run| run.config.prior == PriorSource::Learned));
     assert!(fixed.iter().all(|run| matches!(&run.config.prior, PriorSource::ModelFile(_))));
-    let (done, total) = *reports.last().unwrap();
-    assert!(done == total && reports.iter().all(|report| report.1 == total), "{reports:?}");
-    assert!(reports.is_sorted(), "{reports:?}");
+    let parts = ["part 1 of 3, models", "part 2 of 3, hits", "part 3 of 3, trainings"];
+    assert!(parts.iter().all(|part| reports.iter().any(|message| message.starts_with(part))), "{reports:?}");
 
     // Interrupted as soon as the first training has ended.
     let interrupt = Stop::default();
     let outcome = run(1, broken.path(), &interrupt, &mut |now| {
-        let a_run = std::fs::read_dir(broken.path().join("runs")).unwrap().count() > 0;
+        let a_run = broken.path().join("runs").exists();
         if a_run && now.ended > 0 {
             interrupt.request();
         }
     });
-    assert!(matches!(outcome, Err(StudyError::Interrupted)), "{outcome:?}");
+    assert!(matches!(outcome, Err(ExperimentError::Interrupted { .. })), "{outcome:?}");
     assert_eq!(run(3, broken.path(), &never, &mut |_| {}).unwrap(), report);
     for file in ["report.json", "report.md"] {
         let [a, b] = [&whole, &broken].map(|folder| std::fs::read_to_string(folder.path().join(file)).unwrap());

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::error::SweepError;
-use super::models::{MODEL, RESULT};
+use super::models::MODEL;
 use super::results::{Kind, common_kind, kind_of, runs_of};
+use super::work::RESULT;
+use crate::error::ExperimentError;
 use mge_base::atomic::{NewFolder, parent_of, remove_leftovers};
 use mge_base::identity::Origin;
 use mge_base::sync::hold_folder;
@@ -21,7 +22,7 @@ use mge_trainer::RunConfig;
 /// # Errors
 /// Before anything is copied: when runs of the same name have different settings or results, when a
 /// run is still being trained, or when a folder holds no runs. Later: when a file cannot be copied.
-pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
+pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, ExperimentError> {
     // Conflicts are found before anything is created.
     furthest_copies(folders, out)?;
     let runs = out.join("runs");
@@ -40,12 +41,12 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
 }
 
 /// Of each run in the folders and in `out`, the copy with the most episodes or epochs, by name.
-fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, PathBuf>, SweepError> {
+fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, PathBuf>, ExperimentError> {
     let mut all: Vec<PathBuf> = Vec::new();
     let is_out = |folder: &Path| fs::canonicalize(folder).ok() == fs::canonicalize(out).ok();
     for folder in folders.iter().filter(|folder| !is_out(folder) || !out.exists()) {
         if !folder.join("runs").is_dir() {
-            return Err(SweepError::NotASweep(folder.clone()));
+            return Err(ExperimentError::NotASweep(folder.clone()));
         }
         all.extend(runs_of(folder)?);
     }
@@ -63,7 +64,7 @@ fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, P
     let mut best: BTreeMap<String, PathBuf> = BTreeMap::new();
     for path in all {
         if RunDirectory::open(&path)?.is_locked()? {
-            return Err(SweepError::Busy(path));
+            return Err(ExperimentError::Busy(path));
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let further = match best.get(&name) {
@@ -81,14 +82,14 @@ fn trained_epochs(path: &Path) -> u32 {
 }
 
 /// The copy of a run with more episodes or epochs; if equal, a finished one.
-fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError> {
-    let conflict = |problem| Err(SweepError::Conflict { first: first.into(), second: second.into(), problem });
+fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, ExperimentError> {
+    let conflict = |problem| Err(ExperimentError::Conflict { first: first.into(), second: second.into(), problem });
     let (file, is_same) = match kind_of(first)? {
         Kind::Agent => {
             let config = |path: &Path| RunConfig::of(&RunDirectory::open(path)?);
             ("metrics.csv", config(first)?.trains_as(&config(second)?))
         }
-        Kind::Model => {
+        Kind::Model | Kind::Hits => {
             let config = |path: &Path| RunDirectory::open(path)?.config::<serde_json::Value>();
             (RESULT, config(first)? == config(second)?)
         }
@@ -130,7 +131,7 @@ fn origin(path: &Path) -> Origin {
 }
 
 /// Copies a run's folder completely, then puts the copy in the place of `target`, which goes to the trash.
-fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
+fn replace(from: &Path, target: &Path) -> Result<(), ExperimentError> {
     let parent = parent_of(target);
     let new = NewFolder::create(parent).map_err(RunError::io("write", parent))?;
     copy(from, new.path())?;
@@ -143,7 +144,7 @@ fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
 }
 
 /// Copies the folders and files in a folder. Links, which may lead out of it, and pipes are refused.
-fn copy(from: &Path, to: &Path) -> Result<(), SweepError> {
+fn copy(from: &Path, to: &Path) -> Result<(), ExperimentError> {
     fs::create_dir_all(to).map_err(RunError::io("create", to))?;
     for entry in fs::read_dir(from).map_err(RunError::io("read", from))? {
         let entry = entry.map_err(RunError::io("read", from))?;

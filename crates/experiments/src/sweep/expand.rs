@@ -5,17 +5,19 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::error::SweepError;
-use super::file::{Axis, Combination, Grid, SweepFile};
+use super::file::{Axis, Combination, Grid, SweepFile, invalid};
+use super::hits::HitJob;
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
+use crate::error::ExperimentError;
+use crate::hits::Policy;
 use mge_base::bounded;
 use mge_base::json;
 use mge_base::paths::fitting;
 use mge_base::spelling::did_you_mean;
 use mge_base::validation::ValidationError;
 use mge_run::RunError;
-use mge_trainer::{RunConfig, warnings};
+use mge_trainer::{RunConfig, set_the_same, settings_of, warnings};
 
 /// A sweep, ready to run: every combination has been checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +46,8 @@ pub enum Work {
     Train(Box<RunConfig>),
     /// Trains and evaluates a dynamics model.
     Dynamics(Box<ModelJob>),
+    /// Counts how often a policy reaches the stages of a task.
+    Hits(Box<HitJob>),
 }
 
 impl Sweep {
@@ -51,7 +55,7 @@ impl Sweep {
     pub fn warnings(&self) -> Vec<String> {
         warnings(self.jobs.iter().filter_map(|job| match &job.work {
             Work::Train(config) => Some((&**config, &job.set)),
-            Work::Dynamics(_) => None,
+            Work::Dynamics(_) | Work::Hits(_) => None,
         }))
     }
 
@@ -59,7 +63,7 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`Sweep::parse`], and when the file cannot be read.
-    pub fn load(path: &Path) -> Result<Self, SweepError> {
+    pub fn load(path: &Path) -> Result<Self, ExperimentError> {
         let text = bounded::read(path, bounded::TEXT).map_err(RunError::io("read", path))?;
         Self::parse(&text, &path.display().to_string())
     }
@@ -68,16 +72,12 @@ impl Sweep {
     ///
     /// # Errors
     /// At the first mistake, with its line or JSON path, and a suggestion for an unknown name.
-    pub fn parse(text: &[u8], origin: &str) -> Result<Self, SweepError> {
-        let file: SweepFile = json::parse(text, origin)?;
-        let invalid = |problem: ValidationError| {
-            let line = json::line_of(text, &problem.path).unwrap_or(1);
-            SweepError::Invalid { origin: format!("{origin}:{line}"), problem }
-        };
-        file.check_size().map_err(invalid)?;
+    pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
+        let file = SweepFile::parse(text, origin)?;
+        file.check_size().map_err(|problem| invalid(text, origin, ".", problem))?;
         let mut jobs: Vec<Job> = Vec::new();
         for (path, grid) in &file.grids {
-            let wrong = |problem: ValidationError| invalid(if path == "." { problem } else { problem.within(path) });
+            let wrong = |problem: ValidationError| invalid(text, origin, path, problem);
             for job in expand(grid).map_err(wrong)? {
                 // Plain DDPG ignores thresholds, and grids may overlap: duplicates are dropped.
                 if jobs.iter().any(|known| known.work == job.work) {
@@ -95,7 +95,7 @@ impl Sweep {
         }
         if jobs.is_empty() {
             let problem = ValidationError::new(".", "is empty: give a `task` and other settings");
-            return Err(SweepError::Invalid { origin: origin.to_owned(), problem });
+            return Err(ExperimentError::Invalid { origin: origin.to_owned(), problem });
         }
         Ok(Self { jobs })
     }
@@ -106,6 +106,8 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
     let kind = grid.kind.as_ref().map_or("train", |kind| kind.as_str().unwrap_or(""));
     match kind {
         "train" => {
+            let grid = &with_config(grid)?;
+            let combinations = grid.combinations();
             check_aliases(grid)?;
             let mut agents = Agents::default();
             absolute_paths(grid).expand(&combinations, |grid, combination| {
@@ -118,11 +120,38 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
             let job = ModelJob::new(grid, combination)?;
             Ok((job.base_name(), job.training.seed, Work::Dynamics(Box::new(job))))
         }),
+        "hits" => {
+            let mut agents = Agents::default();
+            absolute_paths(grid).expand(&combinations, |grid, combination| {
+                let job = HitJob::new(grid, combination, &mut agents)?;
+                Ok((format!("{}-{}", job.task.name, job.policy), job.seed, Work::Hits(Box::new(job))))
+            })
+        }
         _ => {
-            let message = format!("must be `train` or `dynamics`{}", did_you_mean(["train", "dynamics"], kind));
-            Err(ValidationError::new("kind", message))
+            let hint = did_you_mean(["train", "dynamics", "hits"], kind);
+            Err(ValidationError::new("kind", format!("must be `train`, `dynamics` or `hits`{hint}")))
         }
     }
+}
+
+/// The grid with the settings of the file that its `config` names, except those that the grid sets itself.
+fn with_config(grid: &Grid) -> Result<Grid, ValidationError> {
+    let (configs, mut axes): (Vec<Axis>, Vec<Axis>) = grid.axes.iter().cloned().partition(|axis| axis.key == "config");
+    let own: Vec<String> = axes.iter().map(|axis| super::training::setting(&axis.key).to_owned()).collect();
+    for axis in configs {
+        let [name] = axis.values.as_slice() else {
+            return Err(ValidationError::new("config", "must be one file of settings: write one object for each"));
+        };
+        let settings = settings_of(Path::new(&json::text(name)));
+        let settings = settings.map_err(|error| ValidationError::new("config", error))?;
+        let is_own = |path: &String| own.iter().any(|own| set_the_same(own, path));
+        axes.extend(settings.into_iter().filter(|(path, _)| !is_own(path)).map(|(key, value)| Axis {
+            key,
+            values: vec![value],
+            is_list: false,
+        }));
+    }
+    Ok(Grid { kind: grid.kind.clone(), axes })
 }
 
 impl Grid {
@@ -155,6 +184,10 @@ impl Work {
         match self {
             Self::Train(config) => super::training::is_omitted_from_name(config, key),
             Self::Dynamics(_) => ["tools", "seed"].contains(&key),
+            Self::Hits(job) => {
+                let is_unused = job.policy != Policy::Guided && ["build", "model", "prior"].contains(&key);
+                is_unused || ["task", "policy", "seed"].contains(&key)
+            }
         }
     }
 }

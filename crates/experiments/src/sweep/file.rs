@@ -1,12 +1,28 @@
 //! The syntax of a sweep file: settings and their values.
 
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
+use std::sync::LazyLock;
+
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
+use crate::error::ExperimentError;
+use mge_base::json::{self, Entries};
 use mge_base::validation::ValidationError;
+use mge_task::shipped;
+use mge_trainer::RunConfig;
 
 /// Maximum number of combinations of all grids together; more are most likely a mistake.
 const MAX_COMBINATIONS: usize = 10_000;
+
+/// The settings whose value is a list itself. Of these, a list of numbers is one value.
+static LISTS: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let config = shipped().into_iter().next().map(|task| json::as_written(&RunConfig::usual_for(task.into())));
+    let config = config.unwrap_or_default();
+    let lists =
+        json::leaves(&config).into_iter().filter(|(path, value)| !path.starts_with("task.") && value.is_array());
+    lists.map(|(path, _)| path).collect()
+});
 
 /// The content of a sweep file: one grid, or several.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +62,21 @@ impl Axis {
 }
 
 impl SweepFile {
+    /// Reads a sweep file; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// At the first mistake, with its line.
+    pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
+        let OneOrMany { objects, is_list } = json::parse(text, origin)?;
+        let mut grids = Vec::new();
+        for (number, object) in objects.into_iter().enumerate() {
+            let path = if is_list { format!("[{number}]") } else { ".".to_owned() };
+            let grid = Grid::new(object).map_err(|problem| invalid(text, origin, &path, problem))?;
+            grids.push((path, grid));
+        }
+        Ok(Self { grids })
+    }
+
     /// Checks that the number of combinations is not too large.
     pub fn check_size(&self) -> Result<(), ValidationError> {
         let count = self.grids.iter().try_fold(0usize, |sum, (_, grid)| sum.checked_add(grid.count()?));
@@ -57,7 +88,42 @@ impl SweepFile {
     }
 }
 
+/// The error at the JSON path of a problem, in the grid at the path `grid`, with its line.
+pub(super) fn invalid(text: &[u8], origin: &str, grid: &str, problem: ValidationError) -> ExperimentError {
+    let problem = if grid == "." { problem } else { problem.within(grid) };
+    let line = json::line_of(text, &problem.path).unwrap_or(1);
+    ExperimentError::Invalid { origin: format!("{origin}:{line}"), problem }
+}
+
 impl Grid {
+    /// The grid of an object of settings.
+    fn new(Entries(entries): Entries) -> Result<Self, ValidationError> {
+        let mut grid = Self::default();
+        for (key, value) in entries {
+            if key == "kind" {
+                grid.kind = Some(value);
+                continue;
+            }
+            let takes_list = LISTS.contains(&key);
+            let is_value = |value: &Value| !value.is_object() && (takes_list || !value.is_array());
+            let (values, is_list) = match value {
+                Value::Array(values) if takes_list && values.iter().all(Value::is_number) => {
+                    (vec![Value::Array(values)], false)
+                }
+                Value::Array(values) => (values, true),
+                value => (vec![value], false),
+            };
+            if values.is_empty() {
+                return Err(ValidationError::new(key, "is an empty list: give it a value"));
+            }
+            if !values.iter().all(is_value) {
+                return Err(ValidationError::new(key, "must have values that are numbers, texts, true, false or null"));
+            }
+            grid.axes.push(Axis { key, values, is_list });
+        }
+        Ok(grid)
+    }
+
     /// Number of combinations; None if it cannot be represented.
     fn count(&self) -> Option<usize> {
         self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()))
@@ -88,71 +154,32 @@ impl Grid {
     }
 }
 
-impl<'de> Deserialize<'de> for SweepFile {
+/// The objects of a sweep file: one, or a list of several.
+struct OneOrMany {
+    objects: Vec<Entries>,
+    is_list: bool,
+}
+
+impl<'de> Deserialize<'de> for OneOrMany {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct OneOrMany;
-        impl<'de> Visitor<'de> for OneOrMany {
-            type Value = SweepFile;
+        struct Objects;
+        impl<'de> Visitor<'de> for Objects {
+            type Value = OneOrMany;
 
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str("an object of settings and their values, or a list of such objects")
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SweepFile, A::Error> {
-                Ok(SweepFile { grids: vec![(".".to_owned(), read_grid(map)?)] })
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<OneOrMany, A::Error> {
+                let object = Entries::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(OneOrMany { objects: vec![object], is_list: false })
             }
 
-            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<SweepFile, A::Error> {
-                let mut grids = Vec::new();
-                while let Some(grid) = list.next_element::<Grid>()? {
-                    grids.push((format!("[{}]", grids.len()), grid));
-                }
-                Ok(SweepFile { grids })
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<OneOrMany, A::Error> {
+                let objects = Deserialize::deserialize(SeqAccessDeserializer::new(list))?;
+                Ok(OneOrMany { objects, is_list: true })
             }
         }
-        deserializer.deserialize_any(OneOrMany)
+        deserializer.deserialize_any(Objects)
     }
-}
-
-impl<'de> Deserialize<'de> for Grid {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Settings;
-        impl<'de> Visitor<'de> for Settings {
-            type Value = Grid;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("an object of settings and their values")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Grid, A::Error> {
-                read_grid(map)
-            }
-        }
-        deserializer.deserialize_map(Settings)
-    }
-}
-
-/// Reads a grid. Refuses duplicate names: keeping only the last, as JSON parsers do, would silently drop runs.
-fn read_grid<'de, A: MapAccess<'de>>(mut map: A) -> Result<Grid, A::Error> {
-    let mut grid = Grid::default();
-    while let Some((key, value)) = map.next_entry::<String, Value>()? {
-        if grid.axes.iter().any(|axis| axis.key == key) || (key == "kind" && grid.kind.is_some()) {
-            return Err(A::Error::custom(format_args!("`{key}` is given twice")));
-        }
-        if key == "kind" {
-            grid.kind = Some(value);
-            continue;
-        }
-        let is_list = value.is_array();
-        let values = if let Value::Array(values) = value { values } else { vec![value] };
-        if values.is_empty() {
-            return Err(A::Error::custom(format_args!("the list of `{key}` is empty")));
-        }
-        if values.iter().any(|value| value.is_object() || value.is_array()) {
-            let wanted = "values must be numbers, texts, true, false or null";
-            return Err(A::Error::custom(format_args!("{wanted} in the list of `{key}`")));
-        }
-        grid.axes.push(Axis { key, values, is_list });
-    }
-    Ok(grid)
 }

@@ -5,26 +5,25 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::error::WorkError;
 use super::file::{Combination, Grid};
+use super::work::once;
+use crate::error::ExperimentError;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
 use mge_base::stop::Stop;
 use mge_base::validation::ValidationError;
 use mge_dynamics::{
-    DynamicsError, EvaluationConfig, LaunchErrors, ModelConfig, Progress, ToolSet, TrainConfig, TrainedModel,
-    TrainingOutcome, canonical_tool_set, evaluate, model_name, train_to_file,
+    DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, ToolSet, TrainConfig,
+    TrainedModel, TrainingOutcome, canonical_tool_set, checkpoint_of, evaluate, model_name, train_to_file,
 };
 use mge_physics::ToolKind;
-use mge_run::{RunDirectory, RunError, read_optional};
 use mge_task as task;
 use mge_trainer::batch::JobHandle;
 
 pub(super) const MODEL: &str = "model.safetensors";
-pub(super) const RESULT: &str = "result.json";
 
 /// A dynamics model to train and evaluate: the content of `config.json` in its folder.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelJob {
     /// Tool set, in canonical order.
@@ -55,17 +54,25 @@ pub struct ModelResult {
     pub one_step_error: f64,
     /// Mean errors after 1, 2, ... actions in unseen scenes of the tasks, normalised.
     pub rollout_error: Vec<f64>,
+    /// As `one_step_error`, of the predictions in which the ball was deflected. This and what follows is missing in
+    /// results of earlier versions.
+    #[serde(default)]
+    pub one_step_contact_error: Option<f64>,
+    /// As `action_error`, of the launches in which the ball was deflected.
+    #[serde(default)]
+    pub action_contact_error: Option<f64>,
+    /// Share of the predicted hits of the next stage, in these scenes, that were real. None if none was predicted.
+    #[serde(default)]
+    pub precision: Option<f64>,
+    /// Share of the real hits of the next stage that were predicted.
+    #[serde(default)]
+    pub recall: Option<f64>,
 }
 
 impl ModelJob {
     /// The job of a combination of settings.
     pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, ValidationError> {
-        let mut job = Self {
-            tools: Vec::new(),
-            model: ModelConfig::default(),
-            training: TrainConfig::default(),
-            evaluation: EvaluationConfig::default(),
-        };
+        let mut job = Self::default();
         let chosen = || grid.axes.iter().zip(combination).map(|(axis, &value)| (axis, &axis.values[value], value));
         // `literal` and `tools` select the defaults that the other settings change, whatever their positions.
         if let Some((axis, literal, number)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
@@ -124,52 +131,57 @@ impl ModelJob {
 
     /// Trains and evaluates the model in `folder`, or does the missing part of it. None if it was stopped
     /// before the end.
-    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, WorkError> {
-        let directory = RunDirectory::open_or_create(folder, self)?;
-        let file = folder.join(RESULT);
-        let is_finished = || match read_optional(&file)? {
-            Some(bytes) => Ok(json::parse::<ModelResult>(&bytes, &file.display().to_string()).map(|_| true)?),
-            None => Ok::<_, WorkError>(false),
-        };
-        if is_finished()? {
-            return Ok(Some(()));
+    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, ExperimentError> {
+        let path = folder.join(MODEL);
+        let done = once(folder, self, || {
+            let (model, training) = (self.model.clone(), self.training.clone());
+            let on_progress = |now: &Progress| handle.set_done(u64::from(now.epoch));
+            let trained = train_to_file(&path, model, training, &self.tools, command, handle.stop(), on_progress)?;
+            if trained.ended == TrainingOutcome::Stopped {
+                return Ok(None);
+            }
+            if trained.divergence().is_some() {
+                trained.model().save(&path)?;
+            }
+            self.result(&trained, handle.stop()).map(Some)
+        })?;
+        if done.is_some() {
+            // A failure is harmless: the same training would just continue from the checkpoint.
+            let _ = std::fs::remove_file(checkpoint_of(&path));
         }
-        let _lock = directory.lock()?;
-        // Another process may have finished it meanwhile.
-        if is_finished()? {
-            return Ok(Some(()));
-        }
-        let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());
-        let on_progress = |now: &Progress| handle.set_done(u64::from(now.epoch));
-        let trained = train_to_file(&path, model, training, &self.tools, command, handle.stop(), on_progress)?;
-        if trained.ended == TrainingOutcome::Stopped {
-            return Ok(None);
-        }
-        if trained.divergence().is_some() {
-            trained.model().save(&path)?;
-        }
-        let result = self.result(&trained, handle.stop())?;
-        mge_base::atomic::write(&file, json::pretty(&result).as_bytes()).map_err(RunError::io("write", &file))?;
-        trained.remove_checkpoint();
-        Ok(Some(()))
+        Ok(done)
     }
 
     /// Evaluates the model.
-    fn result(&self, trained: &TrainedModel, stop: &Stop) -> Result<ModelResult, WorkError> {
+    fn result(&self, trained: &TrainedModel, stop: &Stop) -> Result<ModelResult, ExperimentError> {
         let evaluation = evaluate(trained.model(), &task::shipped(), &self.evaluation, stop, &mut |_| ())?;
         let (one_step_error, rollout_error) = evaluation.mean_errors();
-        let after_an_action = |tool: &LaunchErrors| tool.errors.model.rollout.last().map(|e| e.mean);
-        let actions: Vec<f64> = evaluation.launches.iter().filter_map(after_an_action).collect();
+        let of_launches =
+            |of: fn(&OneTool) -> Option<f64>| evaluation.launches.iter().filter_map(move |tool| of(&tool.errors.model));
+        let of_scenes = |of: fn(&HitPredictions) -> Option<f64>| {
+            evaluation.scenes.iter().filter_map(move |scene| of(&scene.hits.model))
+        };
+        let actions = of_launches(|tool| tool.rollout.last().map(|errors| errors.mean));
         Ok(ModelResult {
             epochs: trained.training.epoch(),
             diverged: trained.divergence(),
             train_loss: trained.train_loss,
             validation_loss: trained.training.validation_loss(),
-            action_error: actions.iter().sum::<f64>() / actions.len().max(1) as f64,
+            action_error: mean(actions).unwrap_or(0.0),
             one_step_error,
             rollout_error,
+            one_step_contact_error: mean(of_launches(|tool| Some(tool.one_step_contact.mean))),
+            action_contact_error: mean(of_launches(|tool| Some(tool.action_contact.mean))),
+            precision: mean(of_scenes(|hits| hits.precision)),
+            recall: mean(of_scenes(|hits| hits.recall)),
         })
     }
+}
+
+/// The mean; none without values.
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// The name of a model's setting in a sweep file, given its JSON path.

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde_json::Value;
 use signal_hook::consts::SIGUSR1;
 
-use super::error::SweepError;
 use super::expand::{Job, Sweep};
+use crate::error::ExperimentError;
 
 /// Maximum number of tasks of a Slurm array: with the default `MaxArraySize`, indices reach 1000.
 const MAX_TASKS: usize = 1000;
@@ -18,16 +18,16 @@ const WARNING_SECONDS: u32 = 120;
 /// again does only the missing work. `program` and `folder` should be absolute.
 ///
 /// # Errors
-/// [`SweepError::NoLine`] if one of the two paths cannot be part of a line of text.
-pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, SweepError> {
+/// [`ExperimentError::NoLine`] if one of the two paths cannot be part of a line of text.
+pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, ExperimentError> {
     commands(sweep.jobs.iter().map(|job| job.alone.to_string()), program, folder)
 }
 
 /// One command line for each of these sweeps.
-fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, SweepError> {
+fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, ExperimentError> {
     for path in [program, folder] {
         if path.to_str().is_none_or(|path| path.contains(['\n', '\r'])) {
-            return Err(SweepError::NoLine(path.to_owned()));
+            return Err(ExperimentError::NoLine(path.to_owned()));
         }
     }
     let mut text = String::new();
@@ -53,7 +53,7 @@ fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path)
 ///
 /// # Errors
 /// As [`plan`].
-pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String, SweepError> {
+pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String, ExperimentError> {
     let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let together = sweep.jobs.len().div_ceil(MAX_TASKS).max(1);
     let tasks: Vec<String> = sweep

@@ -7,40 +7,67 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::error::SweepError;
-use super::models::{ModelResult, RESULT, short};
+use super::models::{ModelResult, short};
+use super::work::result_in;
+use crate::error::ExperimentError;
+use crate::hits::HitCounts;
 use mge_base::atomic::{Format, Target};
 use mge_base::json;
 use mge_base::sync::hold_folder;
 use mge_results::{FoundRun, RunReader, Settings, complete, find_runs, leaf_settings};
-use mge_run::{RunDirectory, RunError, read_optional};
+use mge_run::{RunDirectory, RunError};
+use mge_trainer::PriorSource;
 
 /// The results of a sweep, as a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Results {
     /// Format version.
     pub version: u32,
-    /// `train` or `dynamics`.
+    /// `train`, `dynamics` or `hits`.
     pub kind: &'static str,
     /// The rows, ordered by the names of the runs with numbers as numbers. All have the same columns: also the settings
     /// in which any two runs differ, with their effective values. Null are missing measures and settings that a run
     /// does not use.
     pub rows: Vec<BTreeMap<String, Value>>,
-    /// The columns in order.
+    /// The settings among the columns, in order.
+    #[serde(skip)]
+    pub(super) settings: Vec<String>,
+    /// The measures among the columns, in order.
+    #[serde(skip)]
+    pub(super) measures: Vec<String>,
+    /// All columns in order.
     #[serde(skip)]
     columns: Vec<String>,
 }
 
-/// Whether a run is that of an agent or of a dynamics model.
+/// What a folder of a sweep holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Agent,
     Model,
+    Hits,
+}
+
+impl Kind {
+    /// Its name in messages.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Agent => "an agent",
+            Self::Model => "a dynamics model",
+            Self::Hits => "a count of hits",
+        }
+    }
 }
 
 /// The kind of a run in a sweep's folder.
-pub(super) fn kind_of(path: &Path) -> Result<Kind, SweepError> {
-    Ok(if RunDirectory::open(path)?.is_of_model()? { Kind::Model } else { Kind::Agent })
+pub(super) fn kind_of(path: &Path) -> Result<Kind, RunError> {
+    let directory = RunDirectory::open(path)?;
+    let config: Value = directory.config()?;
+    Ok(match config.get("policy") {
+        Some(_) => Kind::Hits,
+        None if directory.is_of_model()? => Kind::Model,
+        None => Kind::Agent,
+    })
 }
 
 /// The formats of the two files of results.
@@ -56,7 +83,7 @@ const ROWS: Format<'static> = Format {
 ///
 /// # Errors
 /// When a file of another origin is in the way.
-pub fn check_results(folder: &Target) -> Result<(), SweepError> {
+pub fn check_results(folder: &Target) -> Result<(), ExperimentError> {
     for (name, format) in [("results.csv", TABLE), ("results.json", ROWS)] {
         let to = folder.join(name);
         to.check(&format).map_err(RunError::io("write", &to.path))?;
@@ -69,35 +96,32 @@ pub fn check_results(folder: &Target) -> Result<(), SweepError> {
 ///
 /// # Errors
 /// When a run cannot be read, there are both agents and models, or the results cannot be written.
-pub fn write_results(folder: &Target) -> Result<PathBuf, SweepError> {
+pub fn write_results(folder: &Target) -> Result<PathBuf, ExperimentError> {
     let _alone = hold_folder(&folder.path, || true).map_err(RunError::io("write into", &folder.path))?;
     let (results, damaged) = readable_results(&folder.path)?;
     // A damaged run does not withhold the results of the others.
     let written = results.write(folder)?;
-    damaged.map_or(Ok(written), |error| Err(error.into()))
-}
-
-/// Reads the results of all runs in a sweep's folder that have a configuration.
-///
-/// # Errors
-/// When a run cannot be read, or there are both agents and models.
-#[cfg(test)]
-pub fn read_results(folder: &Path) -> Result<Results, SweepError> {
-    let (results, damaged) = readable_results(folder)?;
-    damaged.map_or(Ok(results), |error| Err(error.into()))
+    damaged.map_or(Ok(written), Err)
 }
 
 /// The results of the runs that can be read, and why the first of the others cannot.
-fn readable_results(folder: &Path) -> Result<(Results, Option<RunError>), SweepError> {
+pub(super) fn readable_results(folder: &Path) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
     let mut paths = runs_of(folder)?;
     paths.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
-    match common_kind(&paths)? {
+    results_of(&paths)
+}
+
+/// The results of those of these runs that can be read, and why the first of the others cannot.
+pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
+    Ok(match common_kind(paths)? {
         Kind::Agent => {
-            let read = RunReader::default().read(&paths, &mut |_| {});
-            Ok((agents(&read.runs), read.unreadable.into_iter().next().map(|(_, error)| error)))
+            let read = RunReader::default().read(paths, &mut |_| {});
+            let damaged = read.unreadable.into_iter().next();
+            (agents(&read.runs), damaged.map(|(_, error)| error.into()))
         }
-        Kind::Model => Ok((models(&paths)?, None)),
-    }
+        Kind::Model => MODELS.results(paths),
+        Kind::Hits => HITS.results(paths),
+    })
 }
 
 /// The runs of a sweep, without others that its folder may hold beside them.
@@ -105,17 +129,17 @@ pub(super) fn runs_of(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
     find_runs(&[folder.join("runs")])
 }
 
-/// The common kind of all runs.
-pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, SweepError> {
-    let mut seen: [Option<&PathBuf>; 2] = [None, None];
-    for path in paths {
-        seen[usize::from(kind_of(path)? == Kind::Model)].get_or_insert(path);
+/// The common kind of all runs that can be read.
+pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, ExperimentError> {
+    let mut first: Option<(&PathBuf, Kind)> = None;
+    for (path, kind) in paths.iter().filter_map(|path| Some((path, kind_of(path).ok()?))) {
+        let (other, known) = *first.get_or_insert((path, kind));
+        if known != kind {
+            let (first, second) = (other.clone(), path.clone());
+            return Err(ExperimentError::Mixed { first, first_kind: known.name(), second, second_kind: kind.name() });
+        }
     }
-    match seen {
-        [Some(agent), Some(model)] => Err(SweepError::Mixed { agent: agent.clone(), model: model.clone() }),
-        [None, _] => Ok(Kind::Model),
-        [_, None] => Ok(Kind::Agent),
-    }
+    Ok(first.map_or(Kind::Agent, |(_, kind)| kind))
 }
 
 /// The settings in which a run differs from others.
@@ -155,62 +179,132 @@ fn agents(runs: &[FoundRun]) -> Results {
         };
         columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
     };
-    Results { version: 1, kind: "train", rows: runs.iter().map(row).collect(), columns }
+    let rows = runs.iter().map(row).collect();
+    Results { version: 1, kind: "train", rows, settings: Vec::new(), measures: Vec::new(), columns }
 }
 
-/// The columns of a model's results, except the rollout errors.
-const MEASURES: [&str; 5] = ["epochs_done", "train_loss", "validation_loss", "one_step_error", "action_error"];
+/// How the results of work with a `result.json` become a table.
+struct Measured {
+    /// `dynamics` or `hits`.
+    kind: &'static str,
+    /// The first settings, also where they do not differ.
+    lead: &'static [&'static str],
+    /// What distinguishes repetitions.
+    seeds: &'static [&'static str],
+    /// The measures and their names in `result.json`.
+    measures: &'static [(&'static str, &'static str)],
+    /// The measures that are lists, by their names in `result.json`, and the prefix of their columns.
+    list: (&'static str, &'static str),
+    /// The settings of a configuration, by their names in a sweep file.
+    settings: fn(&Value) -> Settings,
+    /// Checks the text of a result.
+    check: fn(&Path) -> Result<Option<Value>, ExperimentError>,
+}
 
-fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
-    let (mut settings, mut found) = (Vec::new(), Vec::new());
-    for path in paths {
-        let config: Value = RunDirectory::open(path)?.config()?;
-        let file = path.join(RESULT);
-        let result = read_optional(&file)?.map_or(Ok(Value::Null), |bytes| checked::<ModelResult>(&bytes, &file))?;
-        let mut own = leaf_settings(&config);
-        own.insert("tools".to_owned(), names(&config["tools"]).join(",").into());
-        // Older files leave it out where it is false.
-        own.entry("model.properties".to_owned()).or_insert(false.into());
-        settings.push(own);
-        found.push((path, result));
-    }
-    let mut differing = complete(&mut settings, |_, _| true);
-    differing.remove("tools");
-    let actions = found.iter().filter_map(|(_, result)| Some(result.get("rollout_error")?.as_array()?.len())).max();
-    let mut columns: Vec<String> = ["run", "state", "tools"].map(str::to_owned).into();
-    columns.extend(differing.iter().filter(|path| *path != "training.seed").map(|path| short(path).to_owned()));
-    columns.push("seed".to_owned());
-    columns.extend(MEASURES.map(str::to_owned));
-    columns.extend((1..=actions.unwrap_or(0)).map(|n| format!("rollout_error_{n}")));
-    let row = |((path, result), settings): (&(&PathBuf, Value), &Settings)| {
-        let setting = |column: &str| settings.iter().find(|(path, _)| short(path) == column).map(|(_, value)| value);
-        let value = |column: &str| match column {
-            "run" => Some(path.file_name()?.to_string_lossy().into_owned().into()),
-            "state" => Some(model_state(result).into()),
-            "epochs_done" => result.get("epochs").cloned(),
-            column if MEASURES.contains(&column) => result.get(column).cloned(),
-            column => match column.strip_prefix("rollout_error_") {
-                Some(n) => result.get("rollout_error")?.get(n.parse::<usize>().ok()? - 1).cloned(),
-                None => setting(column).cloned(),
-            },
+const MODELS: Measured = Measured {
+    kind: "dynamics",
+    lead: &["tools"],
+    seeds: &["seed"],
+    measures: &[
+        ("epochs_done", "epochs"),
+        ("train_loss", "train_loss"),
+        ("validation_loss", "validation_loss"),
+        ("one_step_error", "one_step_error"),
+        ("action_error", "action_error"),
+        ("one_step_contact_error", "one_step_contact_error"),
+        ("action_contact_error", "action_contact_error"),
+        ("precision", "precision"),
+        ("recall", "recall"),
+    ],
+    list: ("rollout_error", "rollout_error_"),
+    settings: model_settings,
+    check: checked::<ModelResult>,
+};
+
+const HITS: Measured = Measured {
+    kind: "hits",
+    lead: &["task", "policy"],
+    seeds: &["build", "seed"],
+    measures: &[("episodes", "episodes"), ("goal", "goal")],
+    list: ("subgoals", "subgoal_"),
+    settings: |config| {
+        let mut settings = leaf_settings(config);
+        settings.retain(|path, _| !path.starts_with("task.") && path != "episodes");
+        settings.insert("task".to_owned(), config["task"]["name"].clone());
+        let prior = PriorSource::from(json::text(&config["prior"]));
+        settings.insert("prior".to_owned(), prior.name().into());
+        settings
+    },
+    check: checked::<HitCounts>,
+};
+
+/// The settings of a model by their names in a sweep file.
+fn model_settings(config: &Value) -> Settings {
+    let mut settings = leaf_settings(config);
+    settings.insert("tools".to_owned(), names(&config["tools"]).join(",").into());
+    // Older files leave it out where it is false.
+    settings.entry("model.properties".to_owned()).or_insert(false.into());
+    settings.into_iter().map(|(path, value)| (short(&path).to_owned(), value)).collect()
+}
+
+impl Measured {
+    /// The results of the runs that can be read, and why the first of the others cannot.
+    fn results(&self, paths: &[PathBuf]) -> (Results, Option<ExperimentError>) {
+        let (mut settings, mut found, mut damaged) = (Vec::new(), Vec::new(), None);
+        for path in paths {
+            match self.read(path) {
+                Ok((own, result)) => {
+                    settings.push(own);
+                    found.push((path, result));
+                }
+                Err(error) => damaged = damaged.or(Some(error)),
+            }
+        }
+        let differing = complete(&mut settings, |_, _| true);
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        let (list, prefix) = self.list;
+        let longest = found.iter().filter_map(|(_, result)| Some(result.get(list)?.as_array()?.len())).max();
+        let mut names = owned(self.lead);
+        names.extend(differing.into_iter().filter(|path| ![self.lead, self.seeds].concat().contains(&path.as_str())));
+        let mut measures: Vec<String> = self.measures.iter().map(|(column, _)| (*column).to_owned()).collect();
+        measures.extend((1..=longest.unwrap_or(0)).map(|n| format!("{prefix}{n}")));
+        let columns = [owned(&["run", "state"]), names.clone(), owned(self.seeds), measures.clone()].concat();
+        let row = |((path, result), settings): (&(&PathBuf, Value), &Settings)| {
+            let value = |column: &str| match column {
+                "run" => Some(path.file_name()?.to_string_lossy().into_owned().into()),
+                "state" => Some(state(result).into()),
+                column => match self.measures.iter().find(|(measure, _)| *measure == column) {
+                    Some((_, key)) => result.get(key).cloned(),
+                    None => match column.strip_prefix(prefix) {
+                        Some(n) => result.get(list)?.get(n.parse::<usize>().ok()? - 1).cloned(),
+                        None => settings.get(column).cloned(),
+                    },
+                },
+            };
+            columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
         };
-        columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
-    };
-    Ok(Results { version: 1, kind: "dynamics", rows: found.iter().zip(&settings).map(row).collect(), columns })
+        let rows = found.iter().zip(&settings).map(row).collect();
+        (Results { version: 1, kind: self.kind, rows, settings: names, measures, columns }, damaged)
+    }
+
+    /// The settings and the result of a run; null if it is not finished.
+    fn read(&self, path: &Path) -> Result<(Settings, Value), ExperimentError> {
+        let config: Value = RunDirectory::open(path)?.config()?;
+        Ok(((self.settings)(&config), (self.check)(path)?.unwrap_or_default()))
+    }
 }
 
-/// Parses a JSON file that must hold a `T`, keeping numbers as written: 0.1 and not 0.10000000149011612.
-fn checked<T: DeserializeOwned>(bytes: &[u8], path: &Path) -> Result<Value, SweepError> {
-    let origin = path.display().to_string();
-    json::parse::<T>(bytes, &origin)?;
-    Ok(json::parse(bytes, &origin)?)
+/// The result in a folder, which must be a `T`, with numbers as written: 0.1 and not 0.10000000149011612.
+fn checked<T: DeserializeOwned>(folder: &Path) -> Result<Option<Value>, ExperimentError> {
+    result_in::<T>(folder)?;
+    result_in(folder)
 }
 
-fn model_state(result: &Value) -> &'static str {
-    match result.get("diverged") {
-        None => "not finished",
-        Some(Value::Null) => "finished",
-        Some(_) => "diverged",
+fn state(result: &Value) -> &'static str {
+    match (result, result.get("diverged")) {
+        (Value::Null, _) => "not finished",
+        (_, None | Some(Value::Null)) => "finished",
+        (_, Some(_)) => "diverged",
     }
 }
 
@@ -237,7 +331,7 @@ impl Results {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub(super) fn write(&self, folder: &Target) -> Result<PathBuf, SweepError> {
+    pub(super) fn write(&self, folder: &Target) -> Result<PathBuf, ExperimentError> {
         let [csv, data] = ["results.csv", "results.json"].map(|name| folder.join(name));
         csv.write(&self.to_csv(), &TABLE).map_err(RunError::io("write", &csv.path))?;
         data.write(json::pretty(self).as_bytes(), &ROWS).map_err(RunError::io("write", &data.path))?;

@@ -6,10 +6,9 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::error::SweepError;
-use super::expand::{Job, Work};
-use super::results::read_results;
+use super::results::{Results, readable_results};
 use super::*;
+use crate::error::ExperimentError;
 use mge_base::stop::Stop;
 use mge_dynamics::{ModelConfig, TrainConfig};
 use mge_run::{RunDirectory, RunState};
@@ -45,9 +44,15 @@ fn run_sweep(
     sweep: &Sweep,
     folder: &Path,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Vec<(String, String)>, SweepError> {
+) -> Result<Vec<(String, String)>, ExperimentError> {
     let interrupt = Stop::default();
     run(sweep, folder, &Batch { threads: 2, interrupt: &interrupt }, on_progress)
+}
+
+fn read_results(folder: &Path) -> Results {
+    let (results, damaged) = readable_results(folder).unwrap();
+    assert!(damaged.is_none(), "{damaged:?}");
+    results
 }
 
 fn metrics(folder: &Path, name: &str) -> Vec<u8> {
@@ -119,15 +124,17 @@ fn tasks_of_a_slurm_array_run_several_jobs_if_there_are_too_many() {
 fn shipped_sweeps_are_valid() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sweeps");
     let count = |name: &str| Sweep::load(&folder.join(name)).unwrap().jobs.len();
-    assert_eq!(count("table1.json"), 4 * 3 * 4 * 4 * 3);
-    assert_eq!(count("table1-one-at-a-time.json"), 4 + 2 + 3 + 3 + 2);
+    assert_eq!(count("model-ablation.json"), 4 * 3 * 5);
     assert_eq!(count("small.json"), 2 * 3 * 3);
     assert_eq!(count("choices.json"), 300);
     assert_eq!(count("task6-refined.json"), 10);
     assert_eq!(count("tuning.json"), 144);
     for file in std::fs::read_dir(&folder).unwrap() {
         let path = file.unwrap().path();
-        assert!(!Sweep::load(&path).unwrap().jobs.is_empty(), "{}", path.display());
+        // Those on the models of a study are parsed by the tests of studies.
+        if path.is_file() && !std::fs::read_to_string(&path).unwrap().contains("\"study/") {
+            assert!(!Sweep::load(&path).unwrap().jobs.is_empty(), "{}", path.display());
+        }
     }
 }
 
@@ -150,8 +157,8 @@ fn mistakes_are_explained_before_any_work() {
         (r#"{"task": "task1", "method": ["dqn"]}"#, "at method[0]: unknown method `dqn`"),
         (r#"{"task": "task1", "model": "nowhere.safetensors"}"#, "at model: nowhere.safetensors"),
         (r#"{"task": "task1", "seed": [1], "seed": [2]}"#, "s.json:1:"),
-        (r#"{"task": "task1", "seed": []}"#, "the list of `seed` is empty"),
-        (r#"{"task": "task1", "seed": [[1]]}"#, "values must be numbers"),
+        (r#"{"task": "task1", "seed": []}"#, "at seed: is an empty list"),
+        (r#"{"task": "task1", "seed": [[1]]}"#, "at seed: must have values that are numbers"),
         ("{\"task\": \"task1\",\n \"seed\": [1,}", "s.json:2:"),
         (
             r#"[{"task": "task1"}, {"task": "task1", "sed": [1]}]"#,
@@ -160,7 +167,10 @@ fn mistakes_are_explained_before_any_work() {
         (r#"{"task": "task1", "epsilon": 0.1, "threshold": [0.2]}"#, "at threshold: is another name of `epsilon`"),
         ("[]", "is empty"),
         ("3", "expected an object of settings"),
-        (r#"{"kind": "dynamic", "tools": "box"}"#, "at kind: must be `train` or `dynamics`: did you mean `dynamics`?"),
+        (
+            r#"{"kind": "dynamic", "tools": "box"}"#,
+            "at kind: must be `train`, `dynamics` or `hits`: did you mean `dynamics`?",
+        ),
         (r#"{"kind": "dynamics", "tools": ["box", "bukket"]}"#, "at tools[1]: unknown tool `bukket`"),
         (
             r#"{"kind": "dynamics", "tools": "box", "layer": [3]}"#,
@@ -219,9 +229,9 @@ fn finished_runs_are_kept_interrupted_ones_continue_and_a_failure_stops_no_other
     for job in &sweep.jobs {
         assert_eq!(metrics(&whole, &job.name), metrics(&broken, &job.name), "{}", job.name);
     }
-    let results = read_results(&whole).unwrap();
+    let results = read_results(&whole);
     assert_eq!(results.rows.len(), 6);
-    assert_eq!(results.to_csv(), read_results(&broken).unwrap().to_csv());
+    assert_eq!(results.to_csv(), read_results(&broken).to_csv());
     let row = &results.rows[0];
     assert_eq!((&row["state"], &row["episodes"]), (&json!("finished"), &json!(8)));
 }
@@ -316,7 +326,7 @@ fn models_are_trained_evaluated_and_tabulated() {
     assert_eq!(failures.unwrap(), []);
     assert!(reports.iter().all(|(_, total)| *total == 2 * 3), "two models of three epochs each: {reports:?}");
     assert_eq!(reports.last(), Some(&(2 * 3, 2 * 3)));
-    let results = read_results(folder.path()).unwrap();
+    let results = read_results(folder.path());
     for (row, layers) in results.rows.iter().zip([2, 3]) {
         assert_eq!(
             (&row["layers"], &row["state"], &row["epochs_done"]),
@@ -335,7 +345,7 @@ fn models_are_trained_evaluated_and_tabulated() {
     assert_eq!(model.config().layers, 2);
     let before = results.to_csv();
     assert_eq!(finish(&sweep, folder.path()), []);
-    assert_eq!(read_results(folder.path()).unwrap().to_csv(), before);
+    assert_eq!(read_results(folder.path()).to_csv(), before);
     write_results(&folder.path().into()).unwrap();
     let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
     assert!(csv.starts_with("run,state,tools,layers,seed,epochs_done,train_loss,"), "{csv}");
@@ -424,7 +434,88 @@ fn a_setting_that_is_also_a_measure_is_one_column_of_the_results() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0, "episodes": [2, 3]})));
     assert_eq!(finish(&sweep, folder.path()), []);
-    let csv = String::from_utf8(read_results(folder.path()).unwrap().to_csv()).unwrap();
+    let csv = String::from_utf8(read_results(folder.path()).to_csv()).unwrap();
     let heading = csv.lines().next().unwrap();
     assert_eq!(heading.split(',').filter(|column| *column == "episodes").count(), 1, "{heading}");
+}
+
+#[test]
+fn a_setting_that_is_a_list_is_swept_as_one_value_or_as_a_list_of_them() {
+    let jobs = |value: Value| sweep(&json!({"task": "task1", "method": "ddpg", "ddpg.target_clamp": value})).jobs;
+    let clamp = |job: &Job| match &job.work {
+        Work::Train(config) => config.ddpg.target_clamp,
+        work => panic!("an agent: {work:?}"),
+    };
+    let one = jobs(json!([-2, 9]));
+    assert_eq!((one.len(), clamp(&one[0]), one[0].name.as_str()), (1, Some([-2.0, 9.0]), "task1-ddpg-seed0"));
+    let two = jobs(json!([[-2, 9], null]));
+    assert_eq!(two.iter().map(clamp).collect::<Vec<_>>(), [Some([-2.0, 9.0]), None]);
+    assert_eq!(jobs(json!("[-2, 9]"))[0].work, one[0].work);
+}
+
+#[test]
+fn hits_are_counted_once_and_tabulated() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = json!({
+        "kind": "hits", "task": "task1", "policy": ["guided", "random", "uniform"], "model": "true", "build": [5],
+        "seed": [0, 1], "episodes": 3
+    });
+    let sweep = sweep(&file);
+    let expected = ["task1-guided-build_5-seed0", "task1-guided-build_5-seed1", "task1-random-seed0"];
+    assert_eq!(names(&sweep)[..3], expected);
+    assert_eq!(finish(&sweep, folder.path()), []);
+    let results = read_results(folder.path());
+    assert_eq!(results.rows.len(), 6);
+    let csv = String::from_utf8(results.to_csv()).unwrap();
+    assert!(csv.starts_with("run,state,task,policy,prior,build,seed,episodes,goal,"), "{csv}");
+    assert!(csv.lines().next().unwrap().ends_with(",goal,subgoal_1"), "{csv}");
+    let Work::Hits(job) = &sweep.jobs[1].work else { panic!("a count") };
+    let counted: crate::HitCounts = result_in(&sweep.jobs[1].folder(folder.path())).unwrap().unwrap();
+    assert_eq!(counted, job.count(&Stop::default()).unwrap());
+    assert_eq!((counted.episodes, job.build, job.seed), (3, 5, 1));
+    assert_eq!(finish(&sweep, folder.path()), []);
+    assert_eq!(read_results(folder.path()), results);
+    let wrong = json!({"kind": "hits", "task": "task1", "polcy": "random"}).to_string();
+    let error = Sweep::parse(wrong.as_bytes(), "s.json").unwrap_err().to_string();
+    assert!(error.contains("no setting `polcy` of a count of hits: did you mean `policy`?"), "{error}");
+}
+
+#[test]
+fn models_are_reported_by_the_settings_in_which_they_differ() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = json!({
+        "kind": "dynamics", "tools": ["box,bucket", "square,floor"], "seed": [0, 1], "epochs": 2, "layers": 1,
+        "width": 8, "embedding": 4, "observations": 8, "validation": 2, "evaluation.launches": 10,
+        "evaluation.episodes": 1, "evaluation.horizon": 2, "evaluation.hit_rollouts": 10
+    });
+    let mut ablated = small.clone();
+    ablated["edges"] = json!(["fully_connected"]);
+    let sweep = sweep(&json!([small, ablated]));
+    assert_eq!(finish(&sweep, folder.path()), []);
+    let folders = [folder.path().to_owned()];
+    let out = mge_base::atomic::Target::from(&*folder.path().join("report"));
+    assert!(hold_measured(&folders).unwrap());
+    let report = || report_measured(&folders, &out, &mge_stats::Bootstrap::default(), "test").unwrap();
+    assert_eq!(report(), 0);
+    let results = read_results(folder.path());
+    let summary = Summary::new(&results, &mge_stats::Bootstrap::default()).unwrap();
+    let groups: Vec<_> = summary.groups.iter().map(|group| (group.setting("tools"), group.setting("edges"))).collect();
+    let expected =
+        ["bucket,box", "square,floor"].map(|tools| ["fully_connected", "dynamic"].map(|edges| (tools, edges)));
+    assert_eq!(groups.len(), 4);
+    for (tools, edges) in expected.concat() {
+        let group = summary
+            .groups
+            .iter()
+            .find(|group| (group.setting("tools"), group.setting("edges")) == (Some(tools), Some(edges)));
+        let group = group.unwrap_or_else(|| panic!("{tools} {edges}: {groups:?}"));
+        let rows = results.rows.iter().filter(|row| row["tools"] == tools && row["edges"] == edges);
+        let errors: Vec<f64> = rows.map(|row| row["rollout_error_2"].as_f64().unwrap()).collect();
+        assert_eq!((group.count, errors.len()), (2, 2));
+        assert!((group.measures_like("rollout_error_2")[0].value - (errors[0] + errors[1]) / 2.0).abs() < 1e-12);
+    }
+    let text = std::fs::read_to_string(out.path.join("report.md")).unwrap();
+    assert!(text.contains("| square,floor | fully_connected | 2 |"), "{text}");
+    std::fs::remove_file(sweep.jobs[0].folder(folder.path()).join("result.json")).unwrap();
+    assert_eq!(report(), 1);
 }

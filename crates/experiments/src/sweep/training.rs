@@ -9,12 +9,16 @@ use mge_base::json;
 use mge_base::paths::expanded;
 use mge_base::spelling::{did_you_mean, nearest};
 use mge_base::validation::ValidationError;
+use mge_dynamics::tool_set_name;
 use mge_guidance::EpsilonSchedule;
 use mge_task::{self as task, Task};
 use mge_trainer::{Method, ModelFile, PriorSource, RunConfig, SettingError, check_model, config_keys, set_the_same};
 
 /// Aliases of settings, as on the command line.
 const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
+
+/// In the path of a model, what stands for the name of the task's tool set.
+const TOOLS: &str = "{tools}";
 
 /// The path of the setting with this name in a sweep file.
 pub(super) fn setting(key: &str) -> &str {
@@ -41,7 +45,8 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     for axis in grid.axes.iter_mut().filter(|axis| ["task", "model", "prior"].contains(&axis.key.as_str())) {
         for value in &mut axis.values {
             // Names that are no files stay.
-            let path = value.as_str().map(expanded).filter(|path| path.is_file());
+            let path =
+                value.as_str().map(expanded).filter(|path| path.is_file() || path.to_string_lossy().contains(TOOLS));
             if let Some(path) = path.and_then(|path| std::path::absolute(path).ok()) {
                 *value = path.display().to_string().into();
             }
@@ -111,7 +116,7 @@ impl Agents {
             let text = json::text(&axis.values[value]);
             config = match setting(&axis.key) {
                 // Read only once.
-                "prior" => RunConfig { prior: self.source(text), ..config },
+                "prior" => RunConfig { prior: self.source(&text, &config.task), ..config },
                 key => {
                     config.with_unchecked_setting(key, &text).map_err(|error| explain(axis, value, &config, &error))?
                 }
@@ -127,12 +132,15 @@ impl Agents {
         Ok(config)
     }
 
-    fn source(&mut self, text: String) -> PriorSource {
-        let read = |text: &String| PriorSource::from(text.clone()).identified();
-        self.sources.entry(text).or_insert_with_key(read).clone()
+    /// The source of rollouts with this name, for a task.
+    pub fn source(&mut self, name: &str, task: &Task) -> PriorSource {
+        let read = |name: &String| PriorSource::from(name.clone()).identified();
+        let name = name.replace(TOOLS, &tool_set_name(&task.tool_set()));
+        self.sources.entry(name).or_insert_with_key(read).clone()
     }
 
-    fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {
+    /// The task of a combination.
+    pub fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {
         let place = grid.axes.iter().position(|axis| axis.key == "task");
         let Some(place) = place else {
             let alike = |axis: &&Axis| nearest(["task"], &axis.key).is_some();
@@ -157,7 +165,7 @@ impl Agents {
     }
 
     /// Checks that the model exists and covers the tools, before the run would fail.
-    fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
+    pub fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
         let RunConfig { task, method, prior, .. } = config;
         let key = format!("{:?}", (&task.name, method, prior, config.is_guided()));
         if self.models.contains(&key) {

@@ -3,13 +3,20 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::error::{SweepError, WorkError};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use super::expand::{Job, Sweep, Work};
-use super::models::ModelJob;
 use super::plan;
-use mge_run::{RunDirectory, RunError};
+use super::results::{Kind, kind_of};
+use crate::error::ExperimentError;
+use mge_base::{atomic, json};
+use mge_run::{RunDirectory, RunError, read_optional};
 use mge_trainer::RunConfig;
 use mge_trainer::batch::{self, Batch, BatchProgress, JobFailure, train_to_end};
+
+/// The results of a model or of a count, in its folder.
+pub(super) const RESULT: &str = "result.json";
 
 impl Job {
     /// The folder of the job in the folder of its sweep.
@@ -17,65 +24,129 @@ impl Job {
         sweep.join("runs").join(&self.name)
     }
 
-    /// Refuses a folder of this name that holds a run with other settings.
-    fn check_folder(&self, sweep: &Path) -> Result<(), SweepError> {
-        let folder = self.folder(sweep);
+    /// Refuses a folder of this name that holds a run with other settings, or a damaged one.
+    fn check_folder(&self, sweep: &Path) -> Result<(), ExperimentError> {
+        self.compare(&self.folder(sweep)).map_err(|error| match error {
+            ExperimentError::Run(error @ RunError::Malformed { .. }) => ExperimentError::DamagedRun(error),
+            error => error,
+        })
+    }
+
+    /// Compares the job with what is in its folder.
+    fn compare(&self, folder: &Path) -> Result<(), ExperimentError> {
+        let folder = folder.to_owned();
         let directory = match RunDirectory::open(&folder) {
-            Ok(directory) => directory,
             Err(RunError::NotARun(_)) => return Ok(RunDirectory::at(&folder).check_room()?),
-            Err(error) => return Err(error.into()),
+            opened => opened?,
         };
+        if kind_of(&folder)? != self.kind() {
+            return Err(ExperimentError::OtherRun(folder));
+        }
         let same = match &self.work {
-            Work::Train(config) => match RunConfig::of(&directory) {
-                Ok(found) if found.trains_as(config) => true,
-                Ok(found) if (RunConfig { prior: config.prior.clone(), ..found.clone() }).trains_as(config) => {
+            Work::Train(config) => {
+                let found = RunConfig::of(&directory)?;
+                let same_but_model = RunConfig { prior: config.prior.clone(), ..found.clone() };
+                if !found.trains_as(config) && same_but_model.trains_as(config) {
                     let [found, wanted] = [found.prior, config.prior.clone()].map(String::from);
-                    return Err(SweepError::OtherModel { folder, found, wanted });
+                    return Err(ExperimentError::OtherModel { folder, found, wanted });
                 }
-                _ => false,
-            },
-            Work::Dynamics(job) => directory.config::<ModelJob>().is_ok_and(|found| found == **job),
+                found.trains_as(config)
+            }
+            Work::Dynamics(job) => **job == directory.config()?,
+            Work::Hits(job) => **job == directory.config()?,
         };
-        if same { Ok(()) } else { Err(SweepError::OtherRun(folder)) }
+        if same { Ok(()) } else { Err(ExperimentError::OtherRun(folder)) }
     }
 
     /// Creates the run, unless another process has done so, which may have done it for another sweep.
-    fn claim(&self, sweep: &Path) -> Result<(), WorkError> {
+    fn claim(&self, sweep: &Path) -> Result<(), ExperimentError> {
+        self.check_folder(sweep)?;
         let folder = self.folder(sweep);
         match &self.work {
             Work::Train(config) => config.open_or_create_run(&folder)?,
             Work::Dynamics(job) => RunDirectory::open_or_create(&folder, job)?,
+            Work::Hits(job) => RunDirectory::open_or_create(&folder, job)?,
         };
-        Ok(self.check_folder(sweep).map_err(Box::new)?)
+        self.check_folder(sweep)
     }
 
-    /// Its missing work as a job of a batch, with its size in episodes or epochs.
-    fn in_batch<'a>(&'a self, sweep: &'a Path) -> batch::Job<'a, (), WorkError> {
-        let size = match &self.work {
+    fn kind(&self) -> Kind {
+        match &self.work {
+            Work::Train(_) => Kind::Agent,
+            Work::Dynamics(_) => Kind::Model,
+            Work::Hits(_) => Kind::Hits,
+        }
+    }
+
+    /// Its amount of work in the episodes of a training or the epochs of a model.
+    fn size(&self) -> u64 {
+        match &self.work {
             Work::Train(config) => config.episodes.into(),
             Work::Dynamics(model) => model.epochs(),
-        };
-        batch::Job::new(&self.name, size, move |handle| {
+            Work::Hits(count) => count.episodes.into(),
+        }
+    }
+
+    /// Its missing work as a job of a batch.
+    fn in_batch<'a>(&'a self, sweep: &'a Path) -> batch::Job<'a, (), ExperimentError> {
+        batch::Job::new(&self.name, self.size(), move |handle| {
             self.claim(sweep)?;
             let folder = self.folder(sweep);
             match &self.work {
                 Work::Train(config) => Ok(train_to_end(&folder, config, handle)?),
                 Work::Dynamics(model) => model.run(&folder, &plan::provenance(self), handle),
+                Work::Hits(count) => once(&folder, count, || Ok(Some(count.count(handle.stop())?))),
             }
         })
     }
+}
+
+/// The result of a model or of a count in its folder; none if it is not finished.
+///
+/// # Errors
+/// When it cannot be read, or is damaged.
+pub fn result_in<T: DeserializeOwned>(folder: &Path) -> Result<Option<T>, ExperimentError> {
+    let file = folder.join(RESULT);
+    let read = |bytes: Vec<u8>| json::parse(&bytes, &file.display().to_string()).map_err(ExperimentError::Result);
+    read_optional(&file)?.map(read).transpose()
+}
+
+/// Makes the result of a model or of a count and writes it into its folder, unless it is there. None if `make` was
+/// stopped.
+pub(super) fn once<T: Serialize + DeserializeOwned>(
+    folder: &Path,
+    config: &impl Serialize,
+    make: impl FnOnce() -> Result<Option<T>, ExperimentError>,
+) -> Result<Option<()>, ExperimentError> {
+    let directory = RunDirectory::open_or_create(folder, config)?;
+    if result_in::<T>(folder)?.is_some() {
+        return Ok(Some(()));
+    }
+    let _lock = directory.lock()?;
+    // Another process may have finished it meanwhile.
+    if result_in::<T>(folder)?.is_some() {
+        return Ok(Some(()));
+    }
+    let Some(result) = make()? else { return Ok(None) };
+    let file = folder.join(RESULT);
+    atomic::write(&file, json::pretty(&result).as_bytes()).map_err(RunError::io("write", &file))?;
+    Ok(Some(()))
 }
 
 /// Checks that a sweep can be run in `folder`, also before it is planned for other machines.
 ///
 /// # Errors
 /// When a folder cannot be used, or that of a run holds one with other settings.
-pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), SweepError> {
+pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
     let runs = folder.join("runs");
     if runs.ancestors().find(|place| place.exists()).is_some_and(|place| !place.is_dir()) {
         return Err(RunError::io("create", &runs)(ErrorKind::NotADirectory.into()).into());
     }
-    sweep.jobs.iter().try_for_each(|job| job.check_folder(folder))
+    sweep.jobs.iter().try_for_each(|job| match job.check_folder(folder) {
+        // A damaged run fails alone, as a job.
+        Err(ExperimentError::DamagedRun(_)) => Ok(()),
+        checked => checked,
+    })
 }
 
 /// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted
@@ -83,23 +154,23 @@ pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), SweepError> {
 ///
 /// # Errors
 /// Before any work: when the folder cannot be used, or no thread can be started. At the end:
-/// [`SweepError::Interrupted`].
+/// [`ExperimentError::Interrupted`].
 pub fn run(
     sweep: &Sweep,
     folder: &Path,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Vec<(String, String)>, SweepError> {
+) -> Result<Vec<(String, String)>, ExperimentError> {
     let runs = folder.join("runs");
     std::fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
     check(sweep, folder)?;
-    let jobs: Vec<batch::Job<'_, (), WorkError>> = sweep.jobs.iter().map(|job| job.in_batch(folder)).collect();
+    let jobs: Vec<batch::Job<'_, (), ExperimentError>> = sweep.jobs.iter().map(|job| job.in_batch(folder)).collect();
     let outcomes = batch.run(&jobs, on_progress)?;
     if outcomes.iter().any(|outcome| matches!(outcome, Err(JobFailure::Interrupted))) {
         let done = outcomes.iter().filter(|outcome| outcome.is_ok()).count();
-        return Err(SweepError::Interrupted { done, jobs: jobs.len() });
+        return Err(ExperimentError::Interrupted { done, jobs: jobs.len() });
     }
-    let failure = |(job, outcome): (&Job, Result<(), JobFailure<WorkError>>)| {
+    let failure = |(job, outcome): (&Job, Result<(), JobFailure<ExperimentError>>)| {
         outcome.err().map(|failure| (job.name.clone(), failure.to_string()))
     };
     Ok(sweep.jobs.iter().zip(outcomes).filter_map(failure).collect())

@@ -133,10 +133,6 @@ fn figure(name: &str, rows: &[&Row], seeds: usize) -> Box<dyn Figure> {
         "figure6" => Box::new(curves(rows, seeds, false)),
         "figure6-greedy" => Box::new(curves(rows, seeds, true)),
         "methods" => Box::new(methods(rows, seeds)),
-        "ablation-scenes" => {
-            let statistics = statistics("Mean", INTERVAL, seeds);
-            Box::new(MethodScores { statistics, ..methods(rows, seeds) })
-        }
         other => panic!("{other}: no figure is known by this name"),
     }
 }
@@ -144,7 +140,7 @@ fn figure(name: &str, rows: &[&Row], seeds: usize) -> Box<dyn Figure> {
 #[test]
 fn shipped_figures_show_the_numbers_beside_them() {
     let redraw = std::env::var_os("MGE_REDRAW_FIGURES").is_some();
-    for name in ["figure4", "figure5", "figure6", "figure6-greedy", "methods", "ablation-scenes"] {
+    for name in ["figure4", "figure5", "figure6", "figure6-greedy", "methods"] {
         let path = folder().join(name).with_extension("png");
         let provenance = Provenance::read(&path).unwrap();
         let beside = std::fs::read_to_string(path.with_extension("csv")).unwrap();

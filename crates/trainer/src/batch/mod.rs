@@ -17,6 +17,6 @@ mod tests;
 mod threads;
 mod training;
 
-pub use runner::{Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle, all, default_threads};
+pub use runner::{Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle, default_threads};
 pub use threads::start_global_pool;
 pub use training::train_to_end;

@@ -252,22 +252,6 @@ impl Batch<'_> {
     }
 }
 
-/// The outputs of all jobs, if every job succeeded.
-///
-/// # Errors
-/// The first failure in job order; an interruption only if no job failed.
-pub fn all<T, E: JobError>(outcomes: Vec<Result<T, JobFailure<E>>>) -> Result<Vec<T>, JobFailure<E>> {
-    let (mut outputs, mut interrupted) = (Vec::new(), false);
-    for outcome in outcomes {
-        match outcome {
-            Ok(output) => outputs.push(output),
-            Err(JobFailure::Interrupted) => interrupted = true,
-            Err(failure) => return Err(failure),
-        }
-    }
-    if interrupted { Err(JobFailure::Interrupted) } else { Ok(outputs) }
-}
-
 fn pool(threads: usize) -> Result<ThreadPool, String> {
     ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())
 }

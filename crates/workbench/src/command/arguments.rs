@@ -316,12 +316,11 @@ pub(super) struct Composed;
 
 impl Argument<Composition> for Composed {
     fn read(&self, words: &mut Words<'_>) -> Result<Composition, String> {
-        let mut composition = Composition::default();
+        let mut options = Vec::new();
         while words.peek().is_some() {
-            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
-            composition.set(key, value)?;
+            options.push(key_value(words.next("KEY=VALUE")?)?);
         }
-        Ok(composition)
+        Composition::default().with_options(options)
     }
 
     fn write(&self, value: &Composition) -> String {

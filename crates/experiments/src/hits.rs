@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use mge_agent::{Ddpg, DdpgConfig, OrnsteinUhlenbeck};
+use mge_base::by_name;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
 use mge_base::validation::ValidationError;
@@ -22,6 +23,34 @@ pub struct HitCounts {
     pub goal: u32,
     /// Number of episodes that reached each subgoal.
     pub subgoals: Vec<u32>,
+}
+
+/// A policy that does not learn, by its name in sweeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Policy {
+    /// [`Guided`].
+    Guided,
+    /// [`ActorNoise`].
+    Random,
+    /// [`Uniform`].
+    Uniform,
+}
+
+by_name!(Policy, "policy");
+
+impl Policy {
+    /// Every policy.
+    pub const ALL: [Self; 3] = [Self::Guided, Self::Random, Self::Uniform];
+
+    /// The name in sweeps and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Guided => "guided",
+            Self::Random => "random",
+            Self::Uniform => "uniform",
+        }
+    }
 }
 
 /// A policy that does not learn.

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::StudyError;
-use super::hits::{ActorNoise, Guided, HitCounts, Uniform, count_hits};
-use mge_agent::DdpgConfig;
-use mge_guidance::{self as guidance, GuidanceConfig, InterruptibleModel, TruePhysics};
+use crate::error::{ExperimentError, all_finished};
+use crate::hits::{HitCounts, Policy};
+use crate::sweep::HitJob;
 use mge_task::Task;
-use mge_trainer::batch::{self, Batch, BatchProgress, Job};
+use mge_trainer::PriorSource;
+use mge_trainer::batch::{Batch, BatchProgress, Job};
 
 /// One kind of exploration of one task.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,7 +24,8 @@ pub struct AuditRow {
 }
 
 /// The kinds of exploration, in the order of the rows.
-const EXPLORATIONS: [&str; 3] = ["uniform", "actor + OU", "guided by true physics"];
+const EXPLORATIONS: [(Policy, &str); 3] =
+    [(Policy::Uniform, "uniform"), (Policy::Random, "actor + OU"), (Policy::Guided, "guided by true physics")];
 
 /// Plays each task with every kind of exploration and seed; returns one row per task and kind. Guided play
 /// builds new clusters for every seed.
@@ -37,35 +38,26 @@ pub fn audit(
     seeds: u64,
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Vec<AuditRow>, StudyError> {
-    let jobs: Vec<_> = tasks.iter().flat_map(|task| (0..seeds).map(move |seed| job(task, episodes, seed))).collect();
-    let played = batch::all(batch.run(&jobs, on_progress)?)?;
-    let rows = tasks.iter().enumerate().flat_map(|(number, task)| {
-        let of_task = &played[number * seeds as usize..(number + 1) * seeds as usize];
-        EXPLORATIONS.into_iter().enumerate().map(move |(way, exploration)| AuditRow {
-            task: task.name.clone(),
-            exploration: exploration.to_owned(),
-            hits: of_task.iter().map(|seed| seed[way].clone()).collect(),
-        })
-    });
-    Ok(rows.collect())
+) -> Result<Vec<AuditRow>, ExperimentError> {
+    let (mut rows, mut jobs) = (Vec::new(), Vec::new());
+    for task in tasks {
+        for (policy, exploration) in EXPLORATIONS {
+            rows.push(AuditRow { task: task.name.clone(), exploration: exploration.to_owned(), hits: Vec::new() });
+            let (task, prior) = (task.clone(), PriorSource::TruePhysics);
+            let count = HitJob { task, policy, prior, build: 0, episodes, seed: 0 };
+            jobs.extend((0..seeds).map(|seed| job(HitJob { build: seed, seed, ..count.clone() })));
+        }
+    }
+    let mut played = all_finished(batch.run(&jobs, on_progress)?)?.into_iter();
+    rows.iter_mut().for_each(|row| row.hits.extend(played.by_ref().take(seeds as usize)));
+    Ok(rows)
 }
 
-/// The job that plays one seed of one task with all kinds of exploration.
-fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [HitCounts; EXPLORATIONS.len()], StudyError> {
-    let name = format!("{}, seed {seed}", task.name);
-    Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {
+fn job<'a>(count: HitJob) -> Job<'a, HitCounts, ExperimentError> {
+    let name = format!("{}, {}, seed {}", count.task.name, count.policy, count.seed);
+    Job::new(name.clone(), count.episodes.into(), move |handle| {
         handle.report(name.clone());
-        let stop = handle.stop();
-        let uniform = count_hits(task, &mut Uniform, episodes, seed, stop)?;
-        handle.set_done(u64::from(episodes));
-        let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
-        let actor = count_hits(task, &mut actor, episodes, seed, stop)?;
-        handle.set_done(2 * u64::from(episodes));
-        let model = InterruptibleModel::new(&TruePhysics, stop);
-        let prior = guidance::build(task, &model, &GuidanceConfig::default(), seed, |_| ())?;
-        let guided = count_hits(task, &mut Guided(&prior), episodes, seed, stop)?;
-        Ok(Some([uniform, actor, guided]))
+        count.count(handle.stop()).map(Some)
     })
 }
 

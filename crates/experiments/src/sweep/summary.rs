@@ -1,0 +1,146 @@
+//! Results over the seeds, of dynamics models and of counts of hits: their report.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::results::{Kind, Results, common_kind, results_of};
+use crate::error::ExperimentError;
+use mge_base::atomic::Target;
+use mge_base::json;
+use mge_base::markdown;
+use mge_base::sync::hold_folder;
+use mge_results::find_runs;
+use mge_run::RunError;
+use mge_stats::{Bootstrap, Estimate, StatsError};
+
+/// The finished work of a sweep in groups, which differ only in the seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// The groups, in the order of their first rows.
+    pub groups: Vec<Group>,
+    /// Names of the settings in which they differ.
+    settings: Vec<String>,
+    /// Names of what was measured.
+    measures: Vec<String>,
+}
+
+/// Work that differs only in the seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// The settings, by name.
+    pub settings: Vec<(String, String)>,
+    /// Number of models or counts.
+    pub count: usize,
+    /// The mean of each measure over the seeds with its interval, by name; none if it is undefined for all of them.
+    pub measures: Vec<(String, Option<Estimate>)>,
+}
+
+impl Group {
+    /// The value of a setting.
+    pub fn setting(&self, name: &str) -> Option<&str> {
+        self.settings.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+
+    /// The estimates of the measures whose names begin like this, as far as they are defined.
+    pub fn measures_like(&self, prefix: &str) -> Vec<Estimate> {
+        self.measures
+            .iter()
+            .filter(|(name, _)| name.starts_with(prefix))
+            .filter_map(|(_, estimate)| *estimate)
+            .collect()
+    }
+}
+
+impl Summary {
+    /// The summary of the finished rows.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn new(results: &Results, bootstrap: &Bootstrap) -> Result<Self, StatsError> {
+        let (settings, measures) = (results.settings.clone(), results.measures.clone());
+        let mut rows: Vec<(Vec<(String, String)>, Vec<_>)> = Vec::new();
+        for row in results.rows.iter().filter(|row| row["state"] != "not finished") {
+            let own = settings.iter().map(|name| (name.clone(), json::text(&row[name]))).collect();
+            match rows.iter_mut().find(|(known, _)| *known == own) {
+                Some((_, rows)) => rows.push(row),
+                None => rows.push((own, vec![row])),
+            }
+        }
+        let group = |(settings, rows): (_, Vec<&std::collections::BTreeMap<String, serde_json::Value>>)| {
+            let estimate = |name: &String| {
+                let values: Vec<f64> = rows.iter().filter_map(|row| row[name].as_f64()).collect();
+                let estimate = (!values.is_empty()).then(|| bootstrap.mean(&values)).transpose()?;
+                Ok((name.clone(), estimate))
+            };
+            let measures = measures.iter().map(estimate).collect::<Result<_, StatsError>>()?;
+            Ok(Group { settings, count: rows.len(), measures })
+        };
+        let groups = rows.into_iter().map(group).collect::<Result<_, StatsError>>()?;
+        Ok(Self { groups, settings, measures })
+    }
+
+    /// The summary as a Markdown table.
+    pub fn to_markdown(&self) -> String {
+        let (settings, measures) = (self.settings.iter(), self.measures.iter());
+        let mut text =
+            markdown::header(settings.map(String::as_str).chain(["seeds"]).chain(measures.map(String::as_str)));
+        for Group { settings, count, measures } in &self.groups {
+            let cells = measures.iter().map(|(_, estimate)| estimate.map_or_else(|| "none".to_owned(), format_mean));
+            let first = settings.iter().map(|(_, value)| value.clone()).chain([count.to_string()]);
+            text += &markdown::row(first.chain(cells));
+        }
+        text + "\n"
+    }
+}
+
+/// A mean with its interval: counts without decimals, errors and shares with four.
+fn format_mean(Estimate { value, lower, upper }: Estimate) -> String {
+    let digits = if value >= 10.0 { 0 } else { 4 };
+    format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
+}
+
+/// Whether these folders hold dynamics models or counts of hits.
+///
+/// # Errors
+/// When they hold no runs, or runs of several kinds.
+pub fn hold_measured(folders: &[PathBuf]) -> Result<bool, ExperimentError> {
+    Ok(common_kind(&find_runs(folders)?)? != Kind::Agent)
+}
+
+/// Writes `report.md` and `report.json` of the models or counts in `folders` to `out`. `command` reproduces them. Returns
+/// the number of those that are left out, as they are not finished.
+///
+/// # Errors
+/// When none is finished, or a file cannot be read or written or is of another origin.
+pub fn report_measured(
+    folders: &[PathBuf],
+    out: &Target,
+    bootstrap: &Bootstrap,
+    command: &str,
+) -> Result<usize, ExperimentError> {
+    let [text, data] = ["report.md", "report.json"].map(|name| out.join(name));
+    text.check(&markdown::REPORT).map_err(RunError::io("write", &text.path))?;
+    data.check(&json::RESULTS).map_err(RunError::io("write", &data.path))?;
+    let (results, damaged) = results_of(&find_runs(folders)?)?;
+    damaged.map_or(Ok(()), Err)?;
+    let summary = Summary::new(&results, bootstrap)?;
+    if summary.groups.is_empty() {
+        return Err(ExperimentError::NothingFinished { all: results.rows.len() });
+    }
+    let left_out = results.rows.len() - summary.groups.iter().map(|group| group.count).sum::<usize>();
+    let version = mge_base::identity::version();
+    let markdown = format!(
+        "# Results over seeds\n\n{}. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), hits in episodes.\n\n{}",
+        markdown::made_by(command, version),
+        summary.to_markdown()
+    );
+    std::fs::create_dir_all(&out.path).map_err(RunError::io("create", &out.path))?;
+    let _alone = hold_folder(&out.path, || true).map_err(RunError::io("write into", &out.path))?;
+    let report = json!({
+        "version": 1, "command": command, "mge_version": version, "kind": results.kind, "rows": results.rows,
+    });
+    json::write(&data, &report).map_err(RunError::io("write", &data.path))?;
+    text.write(markdown.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &text.path))?;
+    Ok(left_out)
+}

@@ -1,0 +1,41 @@
+//! Settings of trainings: those of a file, and `mge config`.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::{Map, Value, json};
+
+use super::output::{self, Outcome};
+use mge_base::json;
+use mge_task as task;
+use mge_trainer::{Method, RunConfig, config_keys, set_the_same, settings_of};
+
+/// The settings of a file as `--set` takes them, except those that are `given` otherwise.
+pub fn of_file(name: &Path, given: &[&str]) -> Outcome<Vec<(String, String)>> {
+    let settings = settings_of(name)?.into_iter();
+    let settings = settings.filter(|(key, _)| !given.iter().any(|given| set_the_same(key, given)));
+    Ok(settings.map(|(key, value)| (key, json::text(&value))).collect())
+}
+
+/// Prints every effective setting of a method or of a file of settings, with where it comes from.
+pub fn print(name: &Path) -> Outcome {
+    let task = Arc::new(task::load("task1")?);
+    let method = name.to_str().and_then(|name| name.parse::<Method>().ok());
+    let settings = if method.is_some() { Vec::new() } else { settings_of(name)? };
+    let config = method
+        .map_or_else(|| RunConfig::usual_for(task.clone()), |method| RunConfig::default_for(task.clone(), method));
+    let config = config.with_settings(&settings).map_err(|error| format!("{}: {error}", name.display()))?;
+    let [values, usual] = [&config, &RunConfig::new(task)].map(json::as_written);
+    let (values, usual) = (json::leaves(&values), json::leaves(&usual));
+    let keys = config_keys(&config);
+    let mut printed = Map::new();
+    for (path, value) in values.into_iter().filter(|(path, _)| keys.contains(path)) {
+        let source = match settings.iter().any(|(key, _)| set_the_same(key, &path)) {
+            true => "file",
+            false if usual.contains(&(path.clone(), value)) => "default",
+            false => "method",
+        };
+        printed.insert(path, json!({ "value": value, "source": source }));
+    }
+    Ok(output::line(format!("{:#}", Value::Object(printed)))?)
+}
