@@ -88,7 +88,8 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
         runs.into_iter().partition(|run| run.config.start_noise == Some(0.01));
     assert_eq!((fixed.len(), noisy.len()), (report.learning.len(), report.noisy_starts.len()));
     assert!(noisy.iter().all(|run| run.config.prior == PriorSource::Learned));
-    assert!(fixed.iter().all(|run| matches!(&run.config.prior, PriorSource::ModelFile(_))));
+    let guided = fixed.iter().filter(|run| run.config.is_guided());
+    assert!(guided.clone().count() == 4 && guided.clone().all(|run| run.config.prior.name() == "square-floor-seed7"));
     let parts = ["part 1 of 3, models", "part 2 of 3, hits", "part 3 of 3, trainings"];
     assert!(parts.iter().all(|part| reports.iter().any(|message| message.starts_with(part))), "{reports:?}");
 
