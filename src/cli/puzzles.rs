@@ -105,6 +105,7 @@ fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
     let command = command + &arguments.print.option();
     let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
     let rows = runs.into_iter().map(|run| run.trained.row).collect();
-    BenchResults::new(&command, index, rows).write(arguments.force.target(out), &hash, arguments.print.dpi)?;
+    let folder = evidence::ReportFolder::new(arguments.force.target(out))?;
+    BenchResults::new(&command, index, rows).write(&folder, &hash, arguments.print.dpi)?;
     Ok(output::line(out.join("report.md").display())?)
 }

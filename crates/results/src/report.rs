@@ -8,12 +8,11 @@ use super::error::EvidenceError;
 use super::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
+use super::report_folder::ReportFolder;
 use super::row::{LearningRow, TrainedRun};
 use super::table::{format_share, holding_80, reached};
 use mge_base::atomic::Target;
-use mge_base::json;
 use mge_base::markdown;
-use mge_base::sync::hold_folder;
 use mge_figures::{Figure, Provenance, check_all};
 use mge_run::{RunError, RunState, config_hash};
 use mge_stats::{Bootstrap, StatsError};
@@ -46,11 +45,9 @@ pub fn report(
     on_progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Comparison, EvidenceError> {
     let out = out.into();
-    let (figures, [markdown, json]) = (out.join("figures"), ["report.md", "report.json"].map(|name| out.join(name)));
-    // Found before the runs are read.
-    markdown.check(&markdown::REPORT).map_err(RunError::io("write", &markdown.path))?;
-    json.check(&json::RESULTS).map_err(RunError::io("write", &json.path))?;
-    check_all(&figures, &FIGURES.map(|(name, _)| name))?;
+    // Files of another origin are found before the runs are read.
+    let folder = ReportFolder::new(out.clone())?;
+    check_all(&out.join("figures"), &FIGURES.map(|(name, _)| name))?;
     let paths = find_runs(folders)?;
     let found = RunReader::default().read(&paths, &mut |read| on_progress(read, paths.len()));
     let ReadRuns { runs: found, unreadable } = found;
@@ -70,9 +67,8 @@ pub fn report(
     let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
     let rows = runs.iter().map(|run| run.row.clone()).collect();
     let report = Comparison::new(rows, left_out, bootstrap, command, reference)?;
-    std::fs::create_dir_all(&figures.path).map_err(RunError::io("create", &figures.path))?;
     // Reports that are written at the same time into one folder do not mix.
-    let _alone = hold_folder(&out.path, || true).map_err(RunError::io("write into", &out.path))?;
+    let (_alone, figures) = (folder.hold()?, folder.figures()?);
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap, Some(&report.reference))?)?;
@@ -87,9 +83,7 @@ pub fn report(
             &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
         )?;
     }
-    json::write(&json, &report).map_err(RunError::io("write", &json.path))?;
-    let text = report.to_markdown()?;
-    markdown.write(text.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &markdown.path))?;
+    folder.write(&report, &report.to_markdown()?)?;
     Ok(report)
 }
 

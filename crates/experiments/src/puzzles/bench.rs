@@ -6,9 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::index::Index;
 use super::proposals::SubgoalSearch;
-use super::results::check_report;
 use crate::error::ExperimentError;
 use mge_base::atomic::{Format, Target};
+use mge_results::ReportFolder;
 use mge_run::RunError;
 use mge_trainer::Method;
 use mge_trainer::batch::{Batch, BatchProgress};
@@ -82,7 +82,7 @@ pub fn prepare(
     let out = out.into();
     let sweep = out.join(SWEEP);
     sweep.check(&FORMAT).map_err(RunError::io("write", &sweep.path))?;
-    check_report(&out)?;
+    ReportFolder::new(out.clone())?;
     let tasks = plan.search.propose(index, &out, batch, on_progress)?;
     let text = plan.sweep(&tasks)?;
     sweep.write(text.as_bytes(), &FORMAT).map_err(RunError::io("write", &sweep.path))?;

@@ -7,13 +7,9 @@ use serde::Serialize;
 
 use super::index::Index;
 use crate::error::ExperimentError;
-use mge_base::atomic::Target;
-use mge_base::json;
 use mge_base::markdown;
-use mge_base::sync::hold_folder;
 use mge_figures::{Figure, Provenance};
-use mge_results::{Groups, LearningRow};
-use mge_run::RunError;
+use mge_results::{Groups, LearningRow, ReportFolder};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::WINDOW;
 
@@ -26,25 +22,6 @@ pub(super) const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "
 /// The group of a puzzle for which at least this many actions are needed.
 pub(super) fn group_of(actions: u32) -> Option<usize> {
     GROUPS.iter().rposition(|(least, _)| *least <= actions)
-}
-
-/// Checks before the work on it that a report may be written into `folder`.
-///
-/// # Errors
-/// When a file of another origin is in the way.
-pub(super) fn check_report(folder: &Target) -> Result<(), ExperimentError> {
-    for (name, format) in [("report.json", json::RESULTS), ("report.md", markdown::REPORT)] {
-        let to = folder.join(name);
-        to.check(&format).map_err(RunError::io("write", &to.path))?;
-    }
-    Ok(())
-}
-
-/// Writes results as `report.json`, and in words as `report.md`, into `folder`.
-pub(super) fn write_report(folder: &Target, results: &impl Serialize, text: &str) -> Result<(), ExperimentError> {
-    let [data, report] = ["report.json", "report.md"].map(|name| folder.join(name));
-    json::write(&data, results).map_err(RunError::io("write", &data.path))?;
-    Ok(report.write(text.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &report.path))?)
 }
 
 /// Trainings on generated puzzles.
@@ -80,13 +57,9 @@ impl BenchResults {
     ///
     /// # Errors
     /// When a statistic cannot be computed, or a file cannot be written.
-    pub fn write(&self, folder: impl Into<Target>, config_hash: &str, dpi: u32) -> Result<(), ExperimentError> {
-        let folder = folder.into();
-        let _alone = hold_folder(&folder.path, || true).map_err(RunError::io("write into", &folder.path))?;
-        write_report(&folder, self, &self.to_markdown())?;
-        let bootstrap = Bootstrap::default();
-        let figures = folder.join("figures");
-        std::fs::create_dir_all(&figures.path).map_err(RunError::io("create", &figures.path))?;
+    pub fn write(&self, folder: &ReportFolder, config_hash: &str, dpi: u32) -> Result<(), ExperimentError> {
+        let (_alone, figures, bootstrap) = (folder.hold()?, folder.figures()?, Bootstrap::default());
+        folder.write(self, &self.to_markdown())?;
         let seeds: BTreeSet<u64> = self.runs.iter().map(|row| row.seed).collect();
         let provenance = Provenance::new(&self.command, &Vec::from_iter(seeds), config_hash);
         self.solved_curves(&bootstrap)?.write_all(&figures, "solved", &provenance, dpi)?;

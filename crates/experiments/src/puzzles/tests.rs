@@ -184,7 +184,7 @@ fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
     let above = |threshold: f64| profile.curves[0].y[profile.curves[0].x.iter().position(|x| *x == threshold).unwrap()];
     assert_eq!([above(0.0), above(0.5), above(0.75), above(1.0)], [1.0, 0.5, 0.5, 0.0]);
     let folder = tempfile::tempdir().unwrap();
-    results.write(folder.path(), "hash", 72).unwrap();
+    results.write(&mge_results::ReportFolder::new(folder.path()).unwrap(), "hash", 72).unwrap();
     for file in ["solved.png", "solved.csv", "profile.svg", "profile.pdf"] {
         assert!(folder.path().join("figures").join(file).exists(), "{file}");
     }

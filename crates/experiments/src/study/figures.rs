@@ -22,7 +22,7 @@ use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
 use mge_results::figures::{INTERVAL, Success, learning_curves, method_scores, performance_profile, step_curves};
 use mge_results::{FINAL, Groups};
-use mge_run::{RunError, config_hash};
+use mge_run::config_hash;
 use mge_stats::{Bootstrap, Estimate};
 use mge_task::{Form, Task, ToolSpec};
 use mge_trainer::build_prior;
@@ -30,7 +30,7 @@ use mge_trainer::build_prior;
 /// Number of launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;
 
-/// Writes the figures of a study into its folder; `hits` are the means of its counts.
+/// Writes the figures of a study into their folder; `hits` are the means of its counts.
 ///
 /// # Errors
 /// When a statistic cannot be computed, a figure cannot be written, or `stop` is requested.
@@ -43,13 +43,11 @@ pub(super) fn write_figures(
     dpi: u32,
     stop: &Stop,
 ) -> Result<(), ExperimentError> {
-    let folder = folder.join("figures");
-    std::fs::create_dir_all(&folder.path).map_err(RunError::io("create", &folder.path))?;
     let (hash, seed) = (config_hash(&report)?, results.models.first().map_or(0, |(model, _)| model.training.seed));
     let draw = |name: &str, seeds: usize, figure: &dyn Figure| -> Result<(), ExperimentError> {
         stop.check()?;
         let seeds: Vec<u64> = (seed..seed + seeds as u64).collect();
-        Ok(figure.write_all(&folder, name, &Provenance::new(command, &seeds, &hash), dpi)?)
+        Ok(figure.write_all(folder, name, &Provenance::new(command, &seeds, &hash), dpi)?)
     };
     let bootstrap = &Bootstrap::default();
     let clusters = clusters(results, stop)?;

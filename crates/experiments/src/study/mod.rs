@@ -20,7 +20,7 @@ pub use figures::model_error_figure;
 use figures::write_figures;
 use mge_base::atomic::Target;
 use mge_base::json;
-use mge_base::markdown;
+use mge_results::ReportFolder;
 use mge_run::RunError;
 use mge_stats::Bootstrap;
 use mge_trainer::batch::{Batch, BatchProgress};
@@ -101,8 +101,7 @@ pub fn reproduce(
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Report, ExperimentError> {
     let folder = folder.into();
-    let to = folder.join("report.md");
-    to.check(&markdown::REPORT).map_err(RunError::io("write", &to.path))?;
+    let to = ReportFolder::new(folder.clone())?;
     if folder.path.join("plan.json").exists() {
         return Err(ExperimentError::EarlierStudy(folder.path));
     }
@@ -124,11 +123,9 @@ pub fn reproduce(
     let results = Results::read(&folder.path, &models, &hits, &trainings)?;
     let bootstrap = Bootstrap::default();
     let (report, means) = (results.report(), Results::means(&folder.path, &models, &hits, &bootstrap)?);
-    write_figures(&results, &report, &means.hits, &folder, command, dpi, batch.interrupt)?;
-    let data = folder.join("report.json");
-    json::write(&data, &report).map_err(RunError::io("write", &data.path))?;
-    let text = report.to_markdown(&means, &bootstrap, command)?;
-    to.write(text.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &to.path))?;
+    let (_alone, figures) = (to.hold()?, to.figures()?);
+    write_figures(&results, &report, &means.hits, &figures, command, dpi, batch.interrupt)?;
+    to.write(&report, &report.to_markdown(&means, &bootstrap, command)?)?;
     Ok(report)
 }
 

@@ -142,45 +142,74 @@ pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, ExperimentError> {
     Ok(first.map_or(Kind::Agent, |(_, kind)| kind))
 }
 
-/// The settings in which a run differs from others.
-fn differing(run: &FoundRun) -> impl Iterator<Item = (&String, &Value)> {
-    run.trained.row.settings.iter().chain(&run.trained.row.implied)
+/// The results of agents.
+fn agents(runs: &[FoundRun]) -> Results {
+    let values = |run: &FoundRun| {
+        let row = &run.trained.row;
+        let mut values: Values = row.settings.clone().into_iter().chain(row.implied.clone()).collect();
+        // Plain data always serialises.
+        let measures = json::as_written(row);
+        values.extend(measures.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())));
+        let done = values.insert("episodes".to_owned(), run.config.episodes.into());
+        values.insert("episodes_done".to_owned(), done.unwrap_or_default());
+        // A constant threshold is a number.
+        let epsilon = serde_json::from_str(&row.epsilon).unwrap_or_else(|_| row.epsilon.clone().into());
+        values.insert("epsilon".to_owned(), if run.config.method.uses("epsilon") { epsilon } else { Value::Null });
+        values.insert("run".to_owned(), run.name().into());
+        values.insert("state".to_owned(), run.state.name().into());
+        values
+    };
+    let differing = runs.iter().flat_map(|run| run.trained.row.settings.keys().chain(run.trained.row.implied.keys()));
+    Columns {
+        lead: &["task", "method", "epsilon"],
+        differing: differing.cloned().collect(),
+        seeds: &["seed"],
+        measures: [
+            "episodes",
+            "episodes_done",
+            "episodes_to_50",
+            "episodes_to_80",
+            "auc",
+            "final_success",
+            "held_success",
+            "greedy_success",
+        ]
+        .map(str::to_owned)
+        .into(),
+    }
+    .table("train", runs.iter().map(values))
 }
 
-fn agents(runs: &[FoundRun]) -> Results {
-    let before = ["run", "state", "task", "method", "epsilon"];
-    let after = [
-        "seed",
-        "episodes",
-        "episodes_done",
-        "episodes_to_50",
-        "episodes_to_80",
-        "auc",
-        "final_success",
-        "held_success",
-        "greedy_success",
-    ];
-    let settings: BTreeSet<&str> = runs.iter().flat_map(differing).map(|(path, _)| path.as_str()).collect();
-    let settings = settings.into_iter().filter(|key| !before.contains(key) && !after.contains(key));
-    let columns: Vec<String> = before.into_iter().chain(settings).chain(after).map(str::to_owned).collect();
-    let row = |run: &FoundRun| {
-        // Plain data always serialises.
-        let row = serde_json::to_value(&run.trained.row).expect("a row is plain data");
-        let setting = |column: &str| differing(run).find(|(path, _)| *path == column).map(|(_, value)| value.clone());
-        let value = |column: &str| match column {
-            "run" => Some(run.name().into()),
-            "state" => Some(run.state.name().into()),
-            // A constant threshold is a number.
-            "epsilon" if !run.config.method.uses(column) => None,
-            "epsilon" => serde_json::from_str(&run.trained.row.epsilon).ok().or_else(|| row.get(column).cloned()),
-            "episodes" => Some(run.config.episodes.into()),
-            "episodes_done" => row.get("episodes").cloned(),
-            column => row.get(column).cloned().or_else(|| setting(column)),
+/// The columns of a table, after those of the run and its state.
+struct Columns {
+    /// The settings that come first, also where they do not differ.
+    lead: &'static [&'static str],
+    /// The settings that differ.
+    differing: BTreeSet<String>,
+    /// What distinguishes repetitions.
+    seeds: &'static [&'static str],
+    /// What was measured.
+    measures: Vec<String>,
+}
+
+/// The values of a run, by column.
+type Values = BTreeMap<String, Value>;
+
+impl Columns {
+    /// The table of these runs.
+    fn table(self, kind: &'static str, runs: impl Iterator<Item = Values>) -> Results {
+        let Self { lead, differing, seeds, measures } = self;
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        let is_elsewhere =
+            |path: &str| lead.contains(&path) || seeds.contains(&path) || measures.iter().any(|own| own == path);
+        let mut settings = owned(lead);
+        settings.extend(differing.into_iter().filter(|path| !is_elsewhere(path)));
+        let columns = [owned(&["run", "state"]), settings.clone(), owned(seeds), measures.clone()].concat();
+        let row = |mut values: Values| {
+            columns.iter().map(|column| (column.clone(), values.remove(column).unwrap_or_default())).collect()
         };
-        columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
-    };
-    let rows = runs.iter().map(row).collect();
-    Results { version: 1, kind: "train", rows, settings: Vec::new(), measures: Vec::new(), columns }
+        Results { version: 1, kind, rows: runs.map(row).collect(), settings, measures, columns }
+    }
 }
 
 /// How the results of work with a `result.json` become a table.
@@ -260,31 +289,27 @@ impl Measured {
                 Err(error) => damaged = damaged.or(Some(error)),
             }
         }
-        let differing = complete(&mut settings, |_, _| true);
-        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
         let (list, prefix) = self.list;
-        let longest = found.iter().filter_map(|(_, result)| Some(result.get(list)?.as_array()?.len())).max();
-        let mut names = owned(self.lead);
-        names.extend(differing.into_iter().filter(|path| ![self.lead, self.seeds].concat().contains(&path.as_str())));
-        let mut measures: Vec<String> = self.measures.iter().map(|(column, _)| (*column).to_owned()).collect();
-        measures.extend((1..=longest.unwrap_or(0)).map(|n| format!("{prefix}{n}")));
-        let columns = [owned(&["run", "state"]), names.clone(), owned(self.seeds), measures.clone()].concat();
-        let row = |((path, result), settings): (&(&PathBuf, Value), &Settings)| {
-            let value = |column: &str| match column {
-                "run" => Some(path.file_name()?.to_string_lossy().into_owned().into()),
-                "state" => Some(state(result).into()),
-                column => match self.measures.iter().find(|(measure, _)| *measure == column) {
-                    Some((_, key)) => result.get(key).cloned(),
-                    None => match column.strip_prefix(prefix) {
-                        Some(n) => result.get(list)?.get(n.parse::<usize>().ok()? - 1).cloned(),
-                        None => settings.get(column).cloned(),
-                    },
-                },
-            };
-            columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
+        let items = |result: &Value| result.get(list).and_then(Value::as_array).cloned().unwrap_or_default();
+        let longest = found.iter().map(|(_, result)| items(result).len()).max().unwrap_or(0);
+        let measures = self.measures.iter().map(|(column, _)| (*column).to_owned());
+        let columns = Columns {
+            lead: self.lead,
+            differing: complete(&mut settings, |_, _| true),
+            seeds: self.seeds,
+            measures: measures.chain((1..=longest).map(|n| format!("{prefix}{n}"))).collect(),
         };
-        let rows = found.iter().zip(&settings).map(row).collect();
-        (Results { version: 1, kind: self.kind, rows, settings: names, measures, columns }, damaged)
+        let values = |((path, result), settings): ((&PathBuf, Value), Settings)| {
+            let mut values: Values = settings.into_iter().collect();
+            let measures = self.measures.iter().filter_map(|(column, key)| Some((*column, result.get(key)?.clone())));
+            values.extend(measures.map(|(column, value)| (column.to_owned(), value)));
+            values
+                .extend(items(&result).into_iter().enumerate().map(|(n, value)| (format!("{prefix}{}", n + 1), value)));
+            values.insert("run".to_owned(), path.file_name().unwrap_or_default().to_string_lossy().into());
+            values.insert("state".to_owned(), state(&result).into());
+            values
+        };
+        (columns.table(self.kind, found.into_iter().zip(settings).map(values)), damaged)
     }
 
     /// The settings and the result of a run; null if it is not finished.

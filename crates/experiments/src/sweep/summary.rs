@@ -9,9 +9,7 @@ use crate::error::ExperimentError;
 use mge_base::atomic::Target;
 use mge_base::json;
 use mge_base::markdown;
-use mge_base::sync::hold_folder;
-use mge_results::find_runs;
-use mge_run::RunError;
+use mge_results::{ReportFolder, find_runs};
 use mge_stats::{Bootstrap, Estimate, StatsError};
 
 /// The finished work of a sweep in groups, which differ only in the seed.
@@ -119,9 +117,7 @@ pub fn report_measured(
     bootstrap: &Bootstrap,
     command: &str,
 ) -> Result<usize, ExperimentError> {
-    let [text, data] = ["report.md", "report.json"].map(|name| out.join(name));
-    text.check(&markdown::REPORT).map_err(RunError::io("write", &text.path))?;
-    data.check(&json::RESULTS).map_err(RunError::io("write", &data.path))?;
+    let folder = ReportFolder::new(out.clone())?;
     let (results, damaged) = results_of(&find_runs(folders)?)?;
     damaged.map_or(Ok(()), Err)?;
     let summary = Summary::new(&results, bootstrap)?;
@@ -135,12 +131,10 @@ pub fn report_measured(
         markdown::made_by(command, version),
         summary.to_markdown()
     );
-    std::fs::create_dir_all(&out.path).map_err(RunError::io("create", &out.path))?;
-    let _alone = hold_folder(&out.path, || true).map_err(RunError::io("write into", &out.path))?;
+    let _alone = folder.hold()?;
     let report = json!({
         "version": 1, "command": command, "mge_version": version, "kind": results.kind, "rows": results.rows,
     });
-    json::write(&data, &report).map_err(RunError::io("write", &data.path))?;
-    text.write(markdown.as_bytes(), &markdown::REPORT).map_err(RunError::io("write", &text.path))?;
+    folder.write(&report, &markdown)?;
     Ok(left_out)
 }
