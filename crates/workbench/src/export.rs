@@ -291,10 +291,10 @@ mod tests {
             ("success", "greedy", "against episodes"),
             ("curve", "z", "named twice"),
         ] {
-            let error = composition.clone().set(key, value).unwrap_err();
+            let error = composition.clone().with_options([(key, value)]).unwrap_err();
             assert!(error.contains(reason), "{key}={value}: {error}");
         }
-        assert!(Composition::default().set("name", "x").unwrap_err().contains("must follow the curve="));
+        assert!(Composition::default().with_options([("name", "x")]).unwrap_err().contains("must follow the curve="));
     }
 
     #[test]
