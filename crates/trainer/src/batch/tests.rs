@@ -121,11 +121,3 @@ fn an_interruption_stops_running_jobs_and_starts_no_others() {
     let (done, _, failed) = reports.last().unwrap();
     assert!(*done <= 14 && *failed == 0, "{reports:?}");
 }
-
-#[test]
-fn a_failure_is_reported_rather_than_an_interruption() {
-    let failed = all(vec![Ok(1), Err(JobFailure::Interrupted), Err(JobFailure::Error(Trouble::Failed))]);
-    assert_eq!(failed.unwrap_err().to_string(), "no luck");
-    assert!(matches!(all::<_, Trouble>(vec![Ok(1), Err(JobFailure::Interrupted)]), Err(JobFailure::Interrupted)));
-    assert_eq!(all::<_, Trouble>(vec![Ok(1), Ok(2)]).unwrap(), [1, 2]);
-}
