@@ -24,7 +24,7 @@ mod terminal;
 mod view;
 mod widgets;
 
-pub use actions::{Context, Entry, entries};
+pub use actions::{Entry, entries};
 pub use offscreen::OffscreenWorkbench;
 pub use run::{ExitReason, Options, run};
 pub use terminal::Notify;
