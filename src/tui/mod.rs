@@ -8,7 +8,6 @@
 
 mod actions;
 mod app;
-mod by_address;
 mod chart;
 mod effect;
 #[cfg(any(test, fuzzing))]

@@ -81,7 +81,6 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
     let app = if Palette::from_env(variable).is_none() { app.following_background() } else { app };
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
     report_recovered_edits(&mut app, Path::new("."));
-    app.look_for_runs();
     if options.tour {
         app.show_tour();
     }

@@ -262,21 +262,6 @@ impl RunDirectory {
         self.path.join("notes.json")
     }
 
-    /// The last lines of `log.txt`, the oldest first; none if there is no log yet.
-    ///
-    /// # Errors
-    /// [`RunError::Io`] if it cannot be read.
-    pub fn log_tail(&self, lines: usize) -> Result<Vec<String>> {
-        /// Approximate bytes per line.
-        const LINE: u64 = 200;
-        let (bytes, is_whole) = file::read_end(&self.log_path(), LINE * lines as u64)?;
-        // Unless this is the beginning of the file, the first line may be incomplete.
-        let start = bytes.iter().position(|byte| *byte == b'\n').filter(|_| !is_whole).map_or(0, |end| end + 1);
-        let text = String::from_utf8_lossy(&bytes[start..]);
-        let all: Vec<&str> = text.lines().collect();
-        Ok(all[all.len().saturating_sub(lines)..].iter().map(|line| (*line).to_owned()).collect())
-    }
-
     /// The files and folders in the run's folder, sorted by name, with the sizes of files in bytes.
     ///
     /// # Errors

@@ -51,7 +51,7 @@ pub struct Poll {
 }
 
 /// Follows an `events.jsonl` that another process may still be writing.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct EventReader {
     path: PathBuf,
     offset: u64,

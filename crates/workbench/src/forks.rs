@@ -3,7 +3,8 @@
 use super::SessionError;
 use super::command::{Fork, Watch};
 use super::job::Reporter;
-use super::run::{Past, RunView};
+use super::run::RunView;
+use super::run_log::Recorded;
 use super::session::Session;
 use mge_base::validation::ValidationError;
 use mge_trainer::{self as trainer, RunConfig, SettingError};
@@ -30,7 +31,7 @@ impl Session {
             let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
             let directory = fork.map_err(|error| error.to_string())?;
             let mut run = RunView::new(directory).map_err(|error| error.to_string())?;
-            run.take_past(Past::read(run.directory(), &run.config().task, reporter.stop()))?;
+            run.take_recorded(Recorded::read(run.directory(), &run.config().task, reporter.stop()))?;
             Ok(run)
         };
         let asked = command.clone();

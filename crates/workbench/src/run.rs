@@ -1,25 +1,20 @@
 //! A run as the workbench shows it: its log, and its trainer if this process trains it.
 
-use std::cell::Cell;
-use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
-use mge_base::stop::Stop;
 use mge_guidance::ActionPrior;
 use mge_run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Practised, Request, RunDirectory,
-    RunError, RunHistory, RunState,
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, LoggedEvent, Poll, Request, RunDirectory, RunError,
+    RunHistory, RunState,
 };
-use mge_task::Task;
-use mge_trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer, saved_prior};
+use mge_trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer};
 
 use super::SessionError;
-use super::job::{CANCELLED, Job};
+use super::loader::Loader;
+use super::run_log::{Recorded, RunLog, read_prior};
 use super::saved::SavedRun;
-
-/// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
-const MAX_KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
 
 /// A run, live or finished, of this or another process: a reader of its log.
 #[derive(Debug)]
@@ -27,16 +22,16 @@ pub struct RunView {
     number: usize,
     directory: RunDirectory,
     config: Arc<RunConfig>,
-    reader: EventReader,
-    history: RunHistory,
-    /// Time of the latest event read.
-    latest: f64,
+    log: RunLog,
     /// Number of episodes at the latest checkpoint of a run in training.
     saved_episode: u64,
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
-    saved_prior: SavedPrior,
+    /// The prior in its folder, by the number of its changes.
+    saved_prior: Loader<u64, Option<Arc<ActionPrior>>>,
+    /// Number of events so far after which the prior in the folder is another one.
+    prior_changes: u64,
     /// A command that ends the pause was sent, but its effect has not been read yet.
     leaving_pause: bool,
     trained_here: bool,
@@ -47,90 +42,6 @@ pub struct RunView {
     /// The existing log is still being read in the background.
     unread: bool,
     turn: Option<Turn>,
-}
-
-/// The prior in a run's folder, read in the background on first use.
-#[derive(Debug, Default)]
-struct SavedPrior {
-    /// The prior, or why it cannot be used, when last read.
-    known: Option<PriorOutcome>,
-    wanted: Cell<bool>,
-    reading: Option<Job<Option<Arc<ActionPrior>>>>,
-}
-
-/// The prior of a run, if it has one, or why it cannot be used.
-pub(super) type PriorOutcome = Result<Option<Arc<ActionPrior>>, String>;
-
-impl SavedPrior {
-    fn get(&self) -> Option<Arc<ActionPrior>> {
-        if self.known.is_none() && self.reading.is_none() {
-            self.wanted.set(true);
-        }
-        self.known.clone()?.ok().flatten()
-    }
-
-    /// Starts reading if wanted, and takes the result; true if a result was taken.
-    fn poll(&mut self, directory: &RunDirectory, task: &Arc<Task>) -> bool {
-        if let Some(job) = self.reading.take_if(|job| job.is_finished()) {
-            self.known = Some(job.result());
-            return true;
-        }
-        if self.reading.is_none() && self.wanted.take() {
-            let (directory, task) = (directory.clone(), task.clone());
-            match Job::spawn(move |_| read_prior(&directory, &task)) {
-                Ok(job) => self.reading = Some(job),
-                Err(error) => self.known = Some(Err(error.to_string())),
-            }
-        }
-        false
-    }
-}
-
-/// The existing log and prior of a run, read in the background.
-pub(super) struct Past {
-    reader: EventReader,
-    history: RunHistory,
-    /// Time of the latest event.
-    latest: f64,
-    /// The problem of the first invalid line of the log.
-    problem: Option<String>,
-    prior: PriorOutcome,
-}
-
-impl Past {
-    /// Reads the log and the prior of a run on a task.
-    ///
-    /// # Errors
-    /// When the log cannot be read, or `stop` is requested.
-    pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
-        let mut reader = directory.events();
-        let (mut history, mut latest, mut problem) = (RunHistory::bounded(MAX_KEPT), f64::NEG_INFINITY, None);
-        loop {
-            let news = reader.poll().map_err(|error| error.to_string())?;
-            if news.restarted {
-                history = RunHistory::bounded(MAX_KEPT);
-            }
-            problem = problem.or(news.problems.first().map(ToString::to_string));
-            for logged in news.events {
-                history.add(&logged.event);
-                latest = latest.max(logged.time);
-            }
-            if !news.more {
-                break;
-            }
-            if stop.is_requested() {
-                return Err(CANCELLED.to_owned());
-            }
-        }
-        let prior = read_prior(directory, task);
-        Ok(Self { reader, history, latest, problem, prior })
-    }
-}
-
-/// Reads the saved prior of a run on a task.
-fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
-    let prior = saved_prior(directory, task).map_err(|error| error.to_string())?;
-    Ok(prior.map(Arc::new))
 }
 
 /// The place of a run in the queue for a free core.
@@ -157,28 +68,23 @@ impl RunView {
     /// As [`RunView::open`].
     pub fn read(path: &Path) -> Result<Self, RunError> {
         let mut view = Self::open(path)?;
-        let (mut events, mut restarted) = (Vec::new(), false);
-        while view.read_on(&mut restarted, &mut events) {
-            events.clear();
-        }
+        view.read_to_end(&mut false, &mut Vec::new());
         Ok(view)
     }
 
     pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
         let config = Arc::new(RunConfig::of(&directory)?);
-        let reader = directory.events();
         Ok(Self {
             number: 0,
+            log: RunLog::new(&directory),
             directory,
             config,
-            reader,
-            history: RunHistory::bounded(MAX_KEPT),
-            latest: f64::NEG_INFINITY,
             saved_episode: 0,
             trainer: None,
             live: None,
             failure: None,
-            saved_prior: SavedPrior::default(),
+            saved_prior: Loader::new(1),
+            prior_changes: 0,
             leaving_pause: false,
             trained_here: false,
             greedy: None,
@@ -193,8 +99,8 @@ impl RunView {
         Self { number, ..self }
     }
 
-    /// The same run, whose log is read by a job until [`RunView::take_past`].
-    pub(super) fn with_past_unread(self) -> Self {
+    /// The same run, whose log is read by a job until [`RunView::take_recorded`].
+    pub(super) fn with_log_unread(self) -> Self {
         Self { unread: true, ..self }
     }
 
@@ -203,13 +109,13 @@ impl RunView {
     ///
     /// # Errors
     /// When the log could not be read; the run then leaves the queue.
-    pub(super) fn take_past(&mut self, past: Result<Past, String>) -> Result<(), String> {
+    pub(super) fn take_recorded(&mut self, recorded: Result<Recorded, String>) -> Result<(), String> {
         self.unread = false;
-        match past {
-            Ok(Past { reader, history, latest, problem, prior }) => {
-                (self.reader, self.history, self.latest) = (reader, history, latest);
+        match recorded {
+            Ok(Recorded { log, problem, prior }) => {
+                self.log = log;
                 self.failure = problem.or(self.failure.take());
-                self.saved_prior = SavedPrior { known: Some(prior), ..SavedPrior::default() };
+                self.saved_prior.set(self.prior_changes, prior);
                 if self.is_queued() {
                     self.failure = None;
                 }
@@ -268,7 +174,7 @@ impl RunView {
         }
         self.trainer = Some(trainer?);
         // How an earlier training ended says nothing about this one, which may fail before its first event.
-        self.history.last = None;
+        self.log.history.last = None;
         Ok(())
     }
 
@@ -277,58 +183,90 @@ impl RunView {
         self.is_active() && self.state() != RunState::Paused
     }
 
-    /// Reads the new events. Returns them, and whether anything changed.
+    /// Reads the new events, also if that takes long. Returns them, and whether anything changed.
     pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
-        if self.unread {
-            return (Vec::new(), false);
-        }
         let (mut events, mut changed) = (Vec::new(), false);
-        while self.read_on(&mut changed, &mut events) {}
+        if self.unread {
+            return (events, changed);
+        }
+        let has_ended = self.has_ended();
+        self.read_to_end(&mut changed, &mut events);
+        self.take_outcome(has_ended, changed, events)
+    }
+
+    /// Like [`RunView::poll`], but never waits for the disk: returns the events that were read in the background.
+    pub(super) fn poll_in_background(&mut self) -> (Vec<Event>, bool) {
+        let (mut events, mut changed, mut is_over) = (Vec::new(), false, false);
+        if self.unread {
+            return (events, changed);
+        }
+        let (is_active, has_ended) = (self.is_active(), self.has_ended());
+        if let Some((news, has_ended)) = self.log.poll(is_active, has_ended) {
+            let more = self.follow(news, &mut changed, &mut events);
+            is_over = has_ended && !more;
+        }
+        self.take_outcome(is_over, changed, events)
+    }
+
+    /// Whether the thread that trains it has ended, but its outcome was not taken over yet.
+    fn has_ended(&self) -> bool {
+        self.trainer.as_ref().is_some_and(|trainer| !trainer.is_active())
+    }
+
+    /// Takes over what a training shows and, once `has_ended` and all its events were read, how it ended.
+    fn take_outcome(&mut self, has_ended: bool, mut changed: bool, mut events: Vec<Event>) -> (Vec<Event>, bool) {
         if let Some(trainer) = &mut self.trainer {
             if let Some(view) = trainer.watch().take() {
                 self.live = Some(view);
                 changed = true;
             }
-            if let Some(outcome) = trainer.outcome() {
+            if has_ended && let Some(outcome) = trainer.outcome() {
                 let failed = outcome.err();
-                self.failure = failed.clone();
-                self.saved_prior.known = Some(Ok(trainer.watch().prior()));
+                self.saved_prior.set(self.prior_changes, Ok(trainer.watch().prior()));
                 self.trainer = None;
                 self.leaving_pause = false;
                 changed = true;
-                // Its latest events. They lack a failure that could not be written, as on a full disk.
-                let mut restarted = false;
-                while self.read_on(&mut restarted, &mut events) {}
-                if let Some(reason) = failed
-                    && !matches!(self.history.last, Some(Event::Failed { .. }))
+                // Its events lack a failure that could not be written, as on a full disk.
+                if let Some(reason) = failed.clone()
+                    && !matches!(self.log.history.last, Some(Event::Failed { .. }))
                 {
                     events.push(Event::Failed { episode: self.episodes(), reason });
                 }
+                self.failure = failed;
             }
         }
-        changed |= self.saved_prior.poll(&self.directory, &self.config.task) | !events.is_empty();
+        if self.trainer.is_none() && !self.trained_here {
+            let (directory, task) = (self.directory.clone(), self.config.task.clone());
+            self.saved_prior.request(self.prior_changes, Duration::MAX, move |_| read_prior(&directory, &task));
+        }
+        changed |= self.saved_prior.poll() | !events.is_empty();
         (events, changed)
     }
 
-    /// Reads a chunk of the log and appends the new events; true if there is more. Sets `restarted` when
-    /// the log is read from the start again because the run was rolled back to a checkpoint; events that
-    /// were read before are then not appended again.
-    fn read_on(&mut self, restarted: &mut bool, events: &mut Vec<Event>) -> bool {
-        let news = match self.reader.poll() {
+    /// Reads the log to its end and appends the new events. Sets `restarted` when the log is read from the start again
+    /// because the run was rolled back to a checkpoint; events that were read before are then not appended again.
+    fn read_to_end(&mut self, restarted: &mut bool, events: &mut Vec<Event>) {
+        loop {
+            let news = self.log.read();
+            if !self.follow(news, restarted, events) {
+                return;
+            }
+        }
+    }
+
+    /// Takes over a part of the log, as [`RunView::read_to_end`]; true if there is more.
+    fn follow(&mut self, news: Result<Poll, String>, restarted: &mut bool, events: &mut Vec<Event>) -> bool {
+        let news = match news {
             Ok(news) => news,
             Err(error) => {
                 // An earlier failure, such as that of the training, explains more than a missing log.
-                self.failure.get_or_insert_with(|| error.to_string());
+                self.failure.get_or_insert(error);
                 return false;
             }
         };
-        if news.restarted {
-            self.history = RunHistory::bounded(MAX_KEPT);
-            *restarted = true;
-        }
+        *restarted |= news.restarted;
         self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
         for LoggedEvent { time, event } in news.events {
-            self.history.add(&event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
             if let Event::Started { episode, .. } | Event::Checkpointed { episode, .. } | Event::Paused { episode } =
                 event
@@ -336,12 +274,12 @@ impl RunView {
                 self.saved_episode = episode;
             }
             if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
-                self.saved_prior.wanted.set(self.saved_prior.known.is_some());
+                self.prior_changes += 1;
             }
-            if !*restarted || time > self.latest {
+            if !*restarted || time > self.log.latest {
                 events.push(event);
             }
-            self.latest = self.latest.max(time);
+            self.log.latest = self.log.latest.max(time);
         }
         news.more
     }
@@ -351,7 +289,7 @@ impl RunView {
         match &self.trainer {
             Some(trainer) if trainer.is_active() => {
                 let leaves = matches!(control, Control::Resume | Control::PauseAt(_) | Control::Stop { .. });
-                self.leaving_pause |= leaves && matches!(self.history.last, Some(Event::Paused { .. }));
+                self.leaving_pause |= leaves && matches!(self.log.history.last, Some(Event::Paused { .. }));
                 trainer.send(control);
                 Ok(())
             }
@@ -411,27 +349,17 @@ impl RunView {
 
     /// The finished episodes, in order; a long history is thinned evenly, but includes the latest.
     pub fn records(&self) -> &[EpisodeRecord] {
-        &self.history.records
+        &self.log.history.records
     }
 
     /// The greedy evaluations, in order; a long history is thinned evenly, but includes the latest.
     pub fn evaluations(&self) -> &[EvaluationRecord] {
-        &self.history.evaluations
+        &self.log.history.evaluations
     }
 
-    /// Results of the practice before its first episode, if there was any.
-    pub fn practised(&self) -> Option<&Practised> {
-        self.history.practised.as_ref()
-    }
-
-    /// The present need for exploration of each stage, the goal last; empty if epsilon does not depend on need.
-    pub fn needs(&self) -> &[f32] {
-        &self.history.needs
-    }
-
-    /// Interventions of users and processes, in order.
-    pub fn interventions(&self) -> &[Event] {
-        &self.history.interventions
+    /// What its log says.
+    pub fn history(&self) -> &RunHistory {
+        &self.log.history
     }
 
     /// The latest requested episode, with its networks.
@@ -455,7 +383,7 @@ impl RunView {
     pub fn prior(&self) -> Option<Arc<ActionPrior>> {
         match &self.trainer {
             Some(trainer) => trainer.watch().prior(),
-            None => self.saved_prior.get(),
+            None => self.saved_prior.latest(|_| true)?.1.clone().ok().flatten(),
         }
     }
 
@@ -471,23 +399,26 @@ impl RunView {
 
     /// Its failure in this process, if any.
     pub fn failure(&self) -> Option<&str> {
-        let of_prior = || self.saved_prior.known.as_ref().and_then(|prior| prior.as_ref().err());
+        let of_prior = || self.saved_prior.latest(|_| true).and_then(|(_, prior)| prior.as_ref().err());
         self.failure.as_ref().or_else(of_prior).map(String::as_str)
     }
 
     /// Whether it is being trained, or how it ended.
     pub fn state(&self) -> RunState {
+        let on_disk = || self.directory.status().map_or(RunState::Interrupted, |status| status.state);
+        self.last_state().unwrap_or_else(on_disk)
+    }
+
+    /// Its state as far as it is known without reading its files: None if another process may have changed it.
+    pub fn last_state(&self) -> Option<RunState> {
         let working = self.is_active();
-        match &self.history.last {
-            Some(Event::Finished { .. }) if working || self.trained_here => RunState::Finished,
-            Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
-            Some(Event::Failed { reason, .. }) if !working => RunState::Failed(reason.clone()),
-            Some(Event::Paused { .. }) if working && !self.leaving_pause => RunState::Paused,
-            _ if working => RunState::Running,
-            _ => match &self.failure {
-                Some(failure) => RunState::Failed(failure.clone()),
-                None => self.directory.status().map_or(RunState::Interrupted, |status| status.state),
-            },
+        match &self.log.history.last {
+            Some(Event::Finished { .. }) if working || self.trained_here => Some(RunState::Finished),
+            Some(Event::Stopped { reason, .. }) if !working => Some(RunState::Stopped(reason.clone())),
+            Some(Event::Failed { reason, .. }) if !working => Some(RunState::Failed(reason.clone())),
+            Some(Event::Paused { .. }) if working && !self.leaving_pause => Some(RunState::Paused),
+            _ if working => Some(RunState::Running),
+            _ => self.failure.clone().map(RunState::Failed),
         }
     }
 

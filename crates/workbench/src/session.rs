@@ -197,12 +197,22 @@ impl Session {
         std::mem::take(&mut self.notices)
     }
 
+    /// Like [`Session::poll`], but never waits for the disk: the logs of runs are read in the background.
+    pub fn poll_in_background(&mut self) -> Vec<Notice> {
+        self.advance_by(RunView::poll_in_background);
+        std::mem::take(&mut self.notices)
+    }
+
     /// Applies the results of background work; the next poll returns the notices.
     pub(super) fn advance(&mut self) {
+        self.advance_by(RunView::poll);
+    }
+
+    fn advance_by(&mut self, read: fn(&mut RunView) -> (Vec<Event>, bool)) {
         self.advance_jobs();
         let mut effects = Vec::new();
         for run in &mut self.runs.all {
-            let (events, changed) = run.poll();
+            let (events, changed) = read(run);
             if changed && events.is_empty() {
                 self.notices.push(Notice::Changed);
             }

@@ -25,8 +25,6 @@ pub enum Context {
     Models,
     /// The Figures screen.
     Figures,
-    /// The composer of the learning figure, on the Figures screen.
-    Compose,
     /// The Runs, Models, Figures and Log screens.
     List,
     /// Typed into the palette or a script; no default key.
@@ -35,7 +33,7 @@ pub enum Context {
 
 impl Context {
     /// All of them, in the order of the help.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 12] = [
         Self::Everywhere,
         Self::Scene,
         Self::Playback,
@@ -46,7 +44,6 @@ impl Context {
         Self::Runs,
         Self::Models,
         Self::Figures,
-        Self::Compose,
         Self::List,
         Self::Typed,
     ];
@@ -59,7 +56,7 @@ impl Context {
             Self::Curves => Some(Tab::Training),
             Self::Runs => Some(Tab::Runs),
             Self::Models => Some(Tab::Models),
-            Self::Figures | Self::Compose => Some(Tab::Figures),
+            Self::Figures => Some(Tab::Figures),
             Self::Everywhere | Self::Move | Self::Hand | Self::List | Self::Typed => None,
         }
     }

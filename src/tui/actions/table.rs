@@ -1,8 +1,6 @@
 //! The table of actions with keys.
 
-use super::Context::{
-    self, Compose, Curves, Everywhere, Figures, Hand, List, Models, Move, Playback, Runs, Scene, Schedule,
-};
+use super::Context::{self, Curves, Everywhere, Figures, Hand, List, Models, Move, Playback, Runs, Scene, Schedule};
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
 use crate::tui::app::App;
@@ -52,8 +50,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("screen-log", "8", "", "", "show what happened", Do(|app| app.show(Tab::Log))),
         ("next-screen", "]", "", "", "show the next screen", Do(|app| app.show_neighbour(1))),
         ("previous-screen", "[", "", "", "show the previous screen", Do(|app| app.show_neighbour(-1))),
-        ("colours", "f2", "", "", "next colours: dark, light, colour-blind", Do(App::next_colours)),
-        ("markers", "f3", "", "", "next markers: braille, half blocks, plain text", Do(App::next_markers)),
         ("mouse", "f4", "", "", "switch mouse capture, to select text with the mouse", Do(App::switch_mouse)),
         ("tour", "f5", "", "", "show the short tour again", Do(App::show_tour)),
         ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(App::suspend)),
@@ -160,15 +156,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG, the episode as GIF", Do(|app| app.export_selected("png"))),
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
         ("export-pdf", "D", "as PDF", "figure", "export the selected figure as PDF", Do(|app| app.export_selected("pdf"))),
-        ("compose", "tab", "compose", "figure", "compose the learning figure from the marked runs, or stop doing so", Change(figures::compose)),
-    ]),
-    (Compose, &[
-        ("option-before", "left h", "", "figure", "the previous value of the selected option", Change(|s, _| s.lists.composer.change(false))),
-        ("option-next", "right l", "change", "figure", "the next value of the selected option", Change(|s, _| s.lists.composer.change(true))),
-        ("show-curve", "space", "show", "figure", "show the selected curve, or leave it out", Effects(|s, _| s.lists.composer.show_or_hide())),
-        ("name-curve", "i", "name", "figure", "give the selected curve another name in the legend", Effects(|s, _| s.lists.composer.ask_for_name())),
-        ("curve-earlier", "{", "", "figure", "the selected curve comes one earlier in the legend", Effects(|s, _| s.lists.composer.reorder(false))),
-        ("curve-later", "}", "later", "figure", "the selected curve comes one later in the legend", Effects(|s, _| s.lists.composer.reorder(true))),
+        ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
     ]),
     (List, &[
         ("above", "up k", "", "", "select the line above", Do(|app| app.select_line(|now, _| now.saturating_sub(1)))),

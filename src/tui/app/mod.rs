@@ -19,13 +19,12 @@ use std::time::Duration;
 
 use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, MouseEventKind};
 use ratatui::Frame;
-use ratatui::buffer::Buffer;
 
 use super::actions::{Context, Entry, Tab};
 use super::effect::{Effect, Layer, Response};
 use super::input::{Key, Keymap};
 use super::layers::Tour;
-use super::screens::{Chrome, HitRegion, HitRegions, Message, Screens, Ui, draw_frame, draw_scene};
+use super::screens::{Chrome, HitRegions, Message, Screens, Ui, draw_frame};
 use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
@@ -62,6 +61,8 @@ pub struct App {
     background: Vec<PathBuf>,
     /// The greedy episode that was shown last.
     greedy: Option<Arc<Episode>>,
+    /// The past episode to show once it has been read.
+    awaited: Option<Awaited>,
     /// Commands typed in the palette, the oldest first.
     typed: Vec<String>,
     /// Time since the visible curves were last requested.
@@ -70,12 +71,8 @@ pub struct App {
     news: bool,
     /// Time since changes of the session were last due to be drawn.
     since_news: Duration,
-    /// Whether the whole picture must be redrawn.
+    /// Whether the screen must be redrawn.
     changed: bool,
-    /// Whether the scene must be redrawn.
-    moved: bool,
-    /// The latest picture of a screen with a scene, without layers.
-    picture: Buffer,
 }
 
 /// Whether and when the workbench is to be left.
@@ -95,6 +92,16 @@ enum Drag {
     SchedulePoint,
     /// The crosshair of the curves.
     Crosshair,
+}
+
+/// A past episode of the watched run that is being read.
+struct Awaited {
+    /// Folder of the run.
+    run: PathBuf,
+    /// Number of the episode, counted from 1.
+    number: u64,
+    /// Show it at the step of the episode before it, so that one moment can be followed through the training.
+    keeps_step: bool,
 }
 
 /// A request that only the owner of the terminal can fulfil.
@@ -132,13 +139,12 @@ impl App {
             was_busy: false,
             background: Vec::new(),
             greedy: None,
+            awaited: None,
             typed: Vec::new(),
             since_request: Duration::ZERO,
             news: false,
             since_news: Duration::ZERO,
             changed: true,
-            moved: false,
-            picture: Buffer::default(),
         }
     }
 
@@ -169,11 +175,6 @@ impl App {
         self.background.clone()
     }
 
-    /// Scans the folder of runs in the background.
-    pub fn look_for_runs(&mut self) {
-        self.workspace.look_for_runs();
-    }
-
     /// Takes the pending request to the owner of the terminal, if there is one.
     pub fn take_request(&mut self) -> Option<TerminalRequest> {
         self.request.take()
@@ -181,7 +182,7 @@ impl App {
 
     /// Whether there is something new to draw.
     pub fn is_changed(&self) -> bool {
-        self.changed || self.moved
+        self.changed
     }
 
     /// Requests a full redraw, for a terminal that has lost its contents.
@@ -250,9 +251,6 @@ impl App {
             Tab::Training => vec![Context::Move, Context::Playback, Context::Curves],
             Tab::Runs => vec![Context::Runs, Context::List],
             Tab::Models => vec![Context::Models, Context::List],
-            Tab::Figures if self.screens.lists.composer.is_open() => {
-                vec![Context::Compose, Context::Figures, Context::List]
-            }
             Tab::Figures => vec![Context::Figures, Context::List],
             Tab::Log => vec![Context::List],
         };
@@ -273,6 +271,7 @@ impl App {
             Event::Resize(..) => self.changed = true,
             _ => {}
         }
+        self.show_beside();
     }
 
     fn key(&mut self, key: KeyEvent) {
@@ -355,18 +354,9 @@ impl App {
         self.show_message(level, text);
     }
 
-    /// Draws the screen and its layers. While only the scene has changed, as during playback, everything else is
-    /// copied from the previous picture.
+    /// Draws the screen and its layers.
     pub fn draw(&mut self, frame: &mut Frame) {
-        let only_moved = std::mem::take(&mut self.moved) & !std::mem::take(&mut self.changed);
-        // A small terminal shows no scene.
-        let has_scene = self.regions.all().iter().any(|(_, region)| matches!(region, HitRegion::Scene(_)));
-        let known = self.picture.area == frame.area() && has_scene;
-        if only_moved && known && self.tab.has_scene() && self.layers.is_empty() {
-            let message = self.message.as_ref().map(|(message, _)| message);
-            draw_scene(&self.ui(), &self.screens.scene, message, &self.picture, frame.buffer_mut());
-            return self.theme.make_safe(frame.buffer_mut());
-        }
+        self.changed = false;
         let contexts = self.contexts();
         let chrome = Chrome {
             tab: self.tab,
@@ -376,11 +366,6 @@ impl App {
         };
         let area = frame.area();
         self.regions = draw_frame(&self.ui(), &self.screens, &chrome, area, frame.buffer_mut());
-        self.screens.curves.cache.end_frame();
-        if self.tab.has_scene() {
-            self.picture.resize(area);
-            self.picture.content.clone_from_slice(&frame.buffer_mut().content);
-        }
         let mut cursor = None;
         // A terminal too small for a screen is too small for layers.
         if !self.regions.all().is_empty() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rand::Rng;
 
-use super::{App, TerminalRequest};
+use super::{App, Awaited, TerminalRequest};
 use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette, Help};
@@ -32,13 +32,11 @@ impl App {
             Run::Change(change) => {
                 let (screens, ui) = self.screens_and_ui();
                 change(screens, &ui);
-                self.show_beside();
             }
             Run::Effects(act) => {
                 let (screens, ui) = self.screens_and_ui();
                 let effects = act(screens, &ui);
                 self.carry_out(effects);
-                self.show_beside();
             }
         }
     }
@@ -222,9 +220,6 @@ impl App {
 
     /// Shows another screen.
     pub fn show(&mut self, tab: Tab) {
-        if tab == Tab::Runs {
-            self.workspace.look_for_runs();
-        }
         self.tab = tab;
         self.screens.scene.player.hold(tab == Tab::Edit);
     }
@@ -233,19 +228,6 @@ impl App {
     pub fn show_neighbour(&mut self, by: isize) {
         let count = Tab::ALL.len();
         self.show(Tab::ALL[(self.tab as usize + count).wrapping_add_signed(by) % count]);
-    }
-
-    /// Changes to the next palette of colours.
-    pub fn next_colours(&mut self) {
-        self.follows_background = false;
-        self.theme = self.theme.next_palette();
-        self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
-    }
-
-    /// Changes to the next markers.
-    pub fn next_markers(&mut self) {
-        self.theme = self.theme.next_marker();
-        self.show_message(Level::Info, format!("markers: {}", self.theme.marker.name()));
     }
 
     /// Requests that the program is suspended.
@@ -275,7 +257,6 @@ impl App {
             _ => Vec::new(),
         };
         self.carry_out(effects);
-        self.show_beside();
     }
 
     /// Selects a line of the list on the screen, given the present and the last one.
@@ -304,47 +285,62 @@ impl App {
         }
     }
 
-    /// Replays a past episode of the watched run.
+    /// Shows a past episode of the watched run as soon as it has been read; with `keeps_step` at the step of the one
+    /// shown now, so that one moment can be followed through the training.
     ///
     /// # Errors
     /// When there is no such episode.
-    pub fn replay(&mut self, episode: u64) -> Result<(), String> {
-        let run = self.subject.run().ok_or("no run is being watched")?;
-        let last = run.done;
-        let episode = self.workspace.past_episode(&run.path, episode)?;
-        let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-        let leave = self.keymap.fill("{source} returns to the latest episode");
-        self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
-        self.choose_subject(Some(Choice::Past(episode)), false);
-        Ok(())
-    }
-
-    /// Shows a past episode of the watched run at the same step as before, so that one moment can be followed
-    /// through the training.
-    ///
-    /// # Errors
-    /// When there is no such episode.
-    pub fn scrub(&mut self, episode: u64) -> Result<(), String> {
-        if self.subject.past_episode() == Some(episode) {
+    pub fn await_episode(&mut self, number: u64, keeps_step: bool) -> Result<(), String> {
+        if keeps_step && self.subject.past_episode() == Some(number) {
             return Ok(());
         }
-        let run = self.subject.run().ok_or("no run is being watched")?;
-        let time = self.subject.past_episode().map_or(0, |_| self.screens.scene.player.step());
-        let episode = self.workspace.past_episode(&run.path, episode)?;
+        let run = self.subject.run().ok_or("no run is being watched")?.path.clone();
+        self.awaited = Some(Awaited { run, number, keeps_step });
+        self.show_awaited()
+    }
+
+    /// Shows the awaited episode if it has been read.
+    pub(super) fn show_awaited(&mut self) -> Result<(), String> {
+        let Some(Awaited { run, number, keeps_step }) = &self.awaited else { return Ok(()) };
+        let Some(episode) = self.workspace.past_episode(run, *number) else { return Ok(()) };
+        let keeps_step = *keeps_step;
+        self.awaited = None;
+        let episode = episode?;
+        let step = self.subject.past_episode().map_or(0, |_| self.screens.scene.player.step());
+        if !keeps_step {
+            let last = self.subject.run().map_or(0, |run| run.done);
+            let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
+            let leave = self.keymap.fill("{source} returns to the latest episode");
+            self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
+        }
         self.choose_subject(Some(Choice::Past(episode)), false);
-        self.screens.scene.player.seek(time.min(self.subject.episode().steps()));
+        if keeps_step {
+            self.screens.scene.player.seek(step.min(self.subject.episode().steps()));
+        }
         Ok(())
     }
 
-    /// Shows the same episode of the compared run beside a past episode of the watched run.
+    /// Shows the same episode of the compared run beside a past episode of the watched run, as soon as it has been
+    /// read.
     pub(super) fn show_beside(&mut self) {
-        let ui = self.ui();
-        let other = training::pair(&self.screens.curves, &self.screens.runs, &ui).map(|[_, other]| other.path.clone());
-        let beside = other.zip(self.subject.past_episode()).map(|(run, number)| match self.subject.beside() {
-            // The subject drops one with another number.
-            Some(known) if known.run == run => known.clone(),
-            _ => ComparedEpisode { episode: self.workspace.past_episode(&run, number), run, number },
+        let other = training::pair(&self.screens.curves, &self.screens.runs, &self.ui()).map(|[_, other]| &other.path);
+        let wanted = other.cloned().zip(self.subject.past_episode());
+        let shown = self.subject.beside();
+        let is_shown = match (&wanted, shown) {
+            (Some((run, number)), Some(shown)) => {
+                shown.run == *run && shown.number == *number && shown.episode.is_some()
+            }
+            (wanted, shown) => wanted.is_none() && shown.is_none(),
+        };
+        if is_shown {
+            return;
+        }
+        let beside = wanted.map(|(run, number)| ComparedEpisode {
+            episode: self.workspace.past_episode(&run, number),
+            run,
+            number,
         });
+        self.changed |= beside.as_ref().is_none_or(|beside| beside.episode.is_some());
         self.subject.set_beside(beside);
     }
 
@@ -393,7 +389,6 @@ impl App {
             Tab::Training if self.screens.curves.leave() => None,
             Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
-            Tab::Figures if self.screens.lists.composer.leave() => None,
             _ => return self.show(Tab::Scene),
         };
         if let Some(choice) = choice {

@@ -40,14 +40,15 @@ impl App {
             self.choose_subject(None, false);
             self.show_greedy();
         }
+        if let Err(reason) = self.show_awaited() {
+            self.show_message(Level::Error, reason);
+        }
+        self.show_beside();
         if self.shows_scene() {
             self.tick_scene(elapsed);
         }
         if self.are_curves_due(elapsed) {
             self.request_curves();
-        }
-        if self.tab == Tab::Runs && self.screens.runs.is_scan_due(elapsed, self.workspace.view()) {
-            self.workspace.look_for_runs();
         }
         if self.tab == Tab::Figures {
             self.update_preview();
@@ -84,18 +85,15 @@ impl App {
         is_due
     }
 
-    /// Requests the curves of the visible runs, and the files of the previewed run.
+    /// Requests the curves of the visible runs.
     fn request_curves(&mut self) {
         let ui = self.ui();
-        let (wanted, previewed) = match self.tab {
-            Tab::Scene | Tab::Training => (training::wanted(&self.screens.curves, &self.screens.runs, &ui), None),
+        let wanted = match self.tab {
+            Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
         self.workspace.request_curves(wanted);
-        if let Some(run) = previewed {
-            self.workspace.request_details(&run);
-        }
     }
 
     /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
@@ -120,11 +118,16 @@ impl App {
             self.workspace.request_agent(episode);
         }
         if self.screens.scene.needs_model(&self.subject) {
-            let model = self.workspace.model_for(&self.subject.task().clone());
-            self.subject.set_model(model);
+            let had_model = self.subject.model().is_some();
+            if let Some(model) = self.workspace.model_for(&self.subject.task().clone()) {
+                self.subject.set_model(model);
+            }
+            if self.subject.model().is_some() != had_model {
+                self.screens.scene.renew_ghost();
+            }
         }
         let (moved, effects) = self.screens.scene.update(&self.subject, elapsed);
-        self.moved |= moved;
+        self.changed |= moved;
         self.carry_out(effects);
         // Request a training episode until there is one to show.
         let watched = self.workspace.view().watched.as_ref();
@@ -145,7 +148,6 @@ impl App {
         }
         self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
         self.subject = subject;
-        self.show_beside();
         if is_other || next {
             self.screens.scene.begin(&self.subject, is_other);
             self.changed = true;

@@ -6,7 +6,6 @@ use ratatui::text::Line;
 use ratatui::widgets::Widget;
 
 use super::range::Window;
-use crate::tui::widgets::raster::Dot;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::round_ticks;
 
@@ -107,22 +106,15 @@ impl Axes {
         }
     }
 
+    /// The coordinates of the edges of the plot: episodes and scaled values.
+    pub fn bounds(&self) -> [[f32; 2]; 2] {
+        [[self.x.from, self.x.to], self.y]
+    }
+
     /// The row of a y value, if it is visible.
     pub fn row(&self, value: f32) -> Option<u16> {
-        let height = f32::from(self.plot.height);
-        let [_, y] = self.dot([1.0, height], self.x.from, value);
-        (0.0..height).contains(&y).then(|| self.plot.y + y as u16)
-    }
-
-    /// The dot of a point in a raster of `size` dots over the plot.
-    pub fn dot(&self, size: [f32; 2], x: f32, y: f32) -> Dot {
-        let across = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
-        [across * (size[0] - 1.0) + 0.5, self.height(size, self.scale.apply(y))]
-    }
-
-    /// The distance of a scaled value from the top, in a raster of `size` dots over the plot.
-    pub fn height(&self, size: [f32; 2], scaled: f32) -> f32 {
-        (1.0 - (scaled - self.y[0]) / (self.y[1] - self.y[0])) * (size[1] - 1.0) + 0.5
+        let share = 1.0 - (self.scale.apply(value) - self.y[0]) / (self.y[1] - self.y[0]);
+        place(share, self.plot.height).map(|row| self.plot.y + row)
     }
 
     /// The x value in the middle of a column.
@@ -142,9 +134,14 @@ impl Axes {
     /// The column of an x value, if it is visible.
     pub fn column(&self, x: f32) -> Option<u16> {
         let share = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
-        let column = (share * f32::from(self.plot.width - 1)).round();
-        (0.0..f32::from(self.plot.width)).contains(&column).then(|| self.plot.x + column as u16)
+        place(share, self.plot.width).map(|column| self.plot.x + column)
     }
+}
+
+/// The cell at a share of a length, if it is inside.
+fn place(share: f32, length: u16) -> Option<u16> {
+    let cell = (share * f32::from(length.saturating_sub(1))).round();
+    (0.0..f32::from(length)).contains(&cell).then_some(cell as u16)
 }
 
 /// At most `most` round values in a range, with their labels.
@@ -283,9 +280,7 @@ mod tests {
         assert_eq!(axes.column(200.0), None);
         let powers = Axes { y: [-2.0, 2.0], scale: Scale::Log, ..axes };
         assert!(powers.y_at(5) > 50.0 && powers.y_at(24) < 0.02);
-        let dot = axes.dot([100.0, 80.0], 1.0, 1.0);
-        assert_eq!(dot, [0.5, 0.5]);
-        assert_eq!(axes.dot([100.0, 80.0], 100.0, 0.0), [99.5, 79.5]);
+        assert_eq!([axes.row(1.0), axes.row(0.0), axes.row(1.1)], [Some(5), Some(24), None]);
     }
 
     #[test]

@@ -1,26 +1,23 @@
 //! Draws charts of curves, with any number of episodes in the columns available.
 
-use std::rc::Rc;
-
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Style};
+use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
+use ratatui::widgets::canvas::Context;
 
 use super::axes::{Axes, Scale};
-use super::cache::{ChartCache, Drawn, DrawnKey, PictureKey};
-use super::decimated::{Column, Decimated, Look, union};
+use super::decimated::{Look, union};
 use super::legend::legend;
 use super::plot::{Curve, Plot};
+use crate::tui::widgets::canvas::{self, Point};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::wrap;
-use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::Theme;
 
-/// Draws title, legend, axes and curves, reusing what the cache holds. Returns the axes unless the area is
-/// too small.
-pub fn draw(plot: &Plot, cache: &ChartCache, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
+/// Draws title, legend, axes and curves. Returns the axes unless the area is too small.
+pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
     if area.height < 2 || area.width == 0 {
         return None;
     }
@@ -28,90 +25,45 @@ pub fn draw(plot: &Plot, cache: &ChartCache, area: Rect, theme: &Theme, buffer: 
     let height = Constraint::Length(legend.len() as u16);
     let [above, area] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
     Text::from(legend).render(above, buffer);
-    let look = Look {
-        x: plot.x,
-        scale: plot.scale,
-        smoothing: plot.smoothing,
-        columns: Axes::width_of_plot(area) * theme.marker.dots()[0],
-    };
-    let drawn = cache.drawn(drawn_key(plot, &look), || lines(plot, cache, &look));
-    let found = range(&drawn, plot);
+    // Braille has two columns of dots in each cell.
+    let columns = (2 * Axes::width_of_plot(area)).max(2);
+    let look = Look { x: plot.x, scale: plot.scale, smoothing: plot.smoothing, columns };
+    let lines: Vec<Vec<Point>> = plot.curves.iter().map(|curve| look.decimate(curve.episodes, curve.values)).collect();
+    let found = range(&lines, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
-        let text = match (plot.curves.iter().any(|curve| !curve.values.is_empty()), plot.scale) {
-            (false, _) => plot.empty,
-            (true, Scale::Linear) => "no values here",
-            (true, Scale::Log) => "no values above zero here",
-        };
-        let lines = wrap(text, usize::from(axes.plot.width));
-        let height = (lines.len() as u16).min(axes.plot.height);
-        let middle = Rect { y: axes.plot.y + (axes.plot.height - height) / 2, height, ..axes.plot };
-        Text::from_iter(lines).style(theme.faint()).centered().render(middle, buffer);
+        nothing(plot, &axes, theme, buffer);
         return Some(axes);
     }
-    let paint = |area: Rect, buffer: &mut Buffer| {
-        raster::draw(area, theme.marker, buffer, |raster| {
-            for curve in &plot.curves {
-                shade(curve, &look, &axes, raster);
-            }
-            for (line, curve) in drawn.lines.iter().zip(&plot.curves) {
-                trace(line, curve, &axes, raster);
-            }
-        });
-    };
-    match drawn.number {
-        Some(number) => {
-            let range = found.unwrap_or_default().map(f32::to_bits);
-            let key =
-                PictureKey { number, range, size: [axes.plot.width, axes.plot.height], dots: theme.marker.dots() };
-            let place = Rect { x: 0, y: 0, ..axes.plot };
-            let draw = || {
-                let mut picture = Buffer::empty(place);
-                paint(place, &mut picture);
-                picture
-            };
-            overlay(&cache.picture(key, draw), axes.plot, buffer);
-        }
-        None => paint(axes.plot, buffer),
-    }
+    canvas::draw(axes.plot, theme.marker, axes.bounds(), buffer, |context| {
+        plot.curves.iter().for_each(|curve| shade(curve, &look, &axes, context));
+        plot.curves.iter().zip(&lines).for_each(|(curve, line)| trace(curve, line, context));
+    });
     points(plot, &axes, theme, buffer);
     marks(plot, &axes, theme, buffer);
     crosshair(plot, &axes, theme, buffer);
     Some(axes)
 }
 
-/// The cache key of the curves of a chart. None if one of them has no version.
-fn drawn_key(plot: &Plot, look: &Look) -> Option<DrawnKey> {
-    let curve = |curve: &Curve| Some((curve.version?, curve.colour, curve.partial, curve.band.is_some()));
-    let curves = plot.curves.iter().map(curve).collect::<Option<Vec<_>>>()?;
-    Some(DrawnKey { curves, look: look.key() })
-}
-
-/// The decimated curves.
-fn lines(plot: &Plot, cache: &ChartCache, look: &Look) -> Vec<Rc<Decimated>> {
-    plot.curves.iter().map(|curve| cache.decimated(curve.version, curve.episodes, curve.values, look)).collect()
-}
-
-/// Copies a picture onto an area; cells without a dot stay as they are.
-fn overlay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
-    for (from, position) in picture.content.iter().zip(area.positions()) {
-        if from.symbol() != " " {
-            let cell = &mut buffer[position];
-            cell.set_symbol(from.symbol()).set_fg(from.fg);
-            if from.bg != Color::Reset {
-                cell.set_bg(from.bg);
-            }
-        }
-    }
+/// Says why there is no curve.
+fn nothing(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
+    let text = match (plot.curves.iter().any(|curve| !curve.values.is_empty()), plot.scale) {
+        (false, _) => plot.empty,
+        (true, Scale::Linear) => "no values here",
+        (true, Scale::Log) => "no values above zero here",
+    };
+    let lines = wrap(text, usize::from(axes.plot.width));
+    let height = Constraint::Length(lines.len() as u16);
+    let middle = axes.plot.centered_vertically(height);
+    Text::from_iter(lines).style(theme.faint()).centered().render(middle, buffer);
 }
 
 /// The range of the y axis: lowest and highest scaled value with a margin, or at least `plot.y`. None if no value
 /// is finite.
-fn range(drawn: &Drawn, plot: &Plot) -> Option<[f32; 2]> {
+fn range(lines: &[Vec<Point>], plot: &Plot) -> Option<[f32; 2]> {
     let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| plot.scale.apply(*value)));
-    let points = points.filter(|value| value.is_finite()).map(|value| [value; 2]);
-    let ranges = drawn.range.into_iter().chain(points);
-    let found = ranges.reduce(union)?;
+    let values = lines.iter().flatten().map(|point| point[1]).chain(points);
+    let found = values.filter(|value| value.is_finite()).map(|value| [value; 2]).reduce(union)?;
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
         Some(least) => Some(union(found, least)),
         None => {
@@ -124,36 +76,26 @@ fn range(drawn: &Drawn, plot: &Plot) -> Option<[f32; 2]> {
 }
 
 /// Shades the band around a curve with sparse dots, so that the lines over it remain visible.
-fn shade(curve: &Curve, look: &Look, axes: &Axes, raster: &mut Raster) {
-    let Some(ends) = curve.band else { return };
-    let size = raster.size();
-    let mut dots = Vec::new();
-    for (column, [low, high]) in look.samples(curve.episodes, ends) {
-        let [bottom, top] = [low, high].map(|value| axes.height(size, value));
-        let rows = top.floor().max(0.0) as usize..=bottom.floor().clamp(0.0, size[1]) as usize;
-        let shift = usize::from(column) / 2 % 2;
-        dots.extend(rows.filter(|row| row % 2 == shift).map(|row| [f32::from(column) + 0.5, row as f32]));
-    }
-    raster.points(dots, curve.colour);
+fn shade(curve: &Curve, look: &Look, axes: &Axes, context: &mut Context) {
+    let Some(band) = curve.band else { return };
+    let every_other = Look { columns: (look.columns / 2).max(2), ..*look };
+    let [low, high] = band.map(|end| every_other.decimate(curve.episodes, end));
+    // Braille has four rows of dots in each cell.
+    let row = (axes.y[1] - axes.y[0]) / f32::from(4 * axes.plot.height);
+    let ends = low.iter().zip(&high).enumerate().filter(|(_, (low, high))| low[1].is_finite() && high[1].is_finite());
+    let dots = ends.flat_map(|(index, (low, high))| {
+        let [first, last] = [low[1].max(axes.y[0]), high[1].min(axes.y[1])].map(|value| (value / row) as i64);
+        let rows = (first..=last).filter(move |row| (row + index as i64) % 2 == 0);
+        rows.map(move |place| [low[0], place as f32 * row])
+    });
+    canvas::dots(context, dots, curve.colour);
 }
 
-/// Draws a line: neighbouring columns are connected, and a column with several values covers
-/// their whole range.
-fn trace(line: &Decimated, curve: &Curve, axes: &Axes, raster: &mut Raster) {
-    let size = raster.size();
-    let dot = |column: &Column, value: f32| -> Dot { [f32::from(column.x) + 0.5, axes.height(size, value)] };
-    for (place, column) in line.columns.iter().enumerate() {
-        if column.last <= curve.partial {
-            let last = [dot(column, column.ends[1])];
-            raster.points(last.into_iter().filter(|_| column.x % 3 == 0), curve.colour);
-            continue;
-        }
-        let [bottom, top] = column.range.map(|value| dot(column, value));
-        raster.line(top, bottom, curve.colour);
-        if let Some(next) = line.columns.get(place + 1).filter(|next| !next.after_gap) {
-            raster.line(dot(column, column.ends[1]), dot(next, next.ends[0]), curve.colour);
-        }
-    }
+/// Draws a curve; its first part, of means over an unfilled window, as dots.
+fn trace(curve: &Curve, line: &[Point], context: &mut Context) {
+    let (partial, whole) = line.split_at(line.partition_point(|point| point[0] <= curve.partial as f32));
+    canvas::dots(context, partial.iter().copied().step_by(3), curve.colour);
+    canvas::path(context, whole, curve.colour);
 }
 
 /// Draws the marks along the lower edge, and beside the crosshair the descriptions of the marks there.
@@ -200,6 +142,8 @@ fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 mod tests {
     use std::borrow::Cow;
 
+    use ratatui::style::Color;
+
     use super::*;
     use crate::tui::chart::Window;
     use crate::tui::widgets::theme::{Depth, Marker, Palette};
@@ -208,7 +152,7 @@ mod tests {
 
     fn curve<'a>(name: &str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
         let (name, episodes) = (Cow::Owned(name.to_owned()), &EPISODES[..values.len()]);
-        Curve { name, colour: Color::Red, episodes, values, version: None, band: None, partial: 0, points }
+        Curve { name, colour: Color::Red, episodes, values, band: None, partial: 0, points }
     }
 
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
@@ -221,7 +165,6 @@ mod tests {
             smoothing: 1,
             crosshair: None,
             marks: Vec::new(),
-            shortenings: &[],
             empty: "press t",
         }
     }
@@ -229,7 +172,7 @@ mod tests {
     fn lines(plot: &Plot, marker: Marker) -> Vec<String> {
         let area = Rect::new(0, 0, 26, 6);
         let mut buffer = Buffer::empty(area);
-        draw(plot, &ChartCache::default(), area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
+        draw(plot, area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
         let row = |y: u16| (0..area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>();
         (0..area.height).map(|y| row(y).trim_end().to_owned()).collect()
     }
@@ -260,15 +203,6 @@ mod tests {
         values[54_321] = 1.0;
         let lines = lines(&plot(&values, &[]), Marker::Ascii);
         assert!(lines[1].contains('*'), "{lines:#?}");
-    }
-
-    #[test]
-    fn smoothing_is_a_trailing_mean_over_finite_values() {
-        let values = [0.0, 4.0, 2.0, f32::NAN, 6.0];
-        let look = Look { x: Window { from: 1.0, to: 5.0 }, scale: Scale::Linear, smoothing: 2, columns: 50 };
-        let smooth: Vec<f32> =
-            look.decimate(&EPISODES[..5], &values).columns.iter().map(|column| column.ends[0]).collect();
-        assert_eq!(smooth, [0.0, 2.0, 3.0, 4.0]);
     }
 
     #[test]
@@ -306,17 +240,6 @@ mod tests {
     }
 
     #[test]
-    fn names_are_shortened_before_curves_are_left_out() {
-        let values = [1.0; 20];
-        let mut plot = plot(&values, &[]);
-        plot.curves = ["first of all the names"].map(|name| curve(name, &values, &[])).into();
-        plot.shortenings = &[16, 12, 8];
-        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  first of all t.. 1");
-        plot.crosshair = Some(3.0);
-        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  at 3  first .. 1");
-    }
-
-    #[test]
     fn an_empty_chart_says_what_to_do() {
         let mut long = plot(&[], &[]);
         long.empty = "no episodes yet: t trains";
@@ -348,7 +271,7 @@ mod tests {
         let area = Rect::new(0, 0, 26, height);
         let mut buffer = Buffer::empty(area);
         let theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
-        draw(plot, &ChartCache::default(), area, &theme, &mut buffer);
+        draw(plot, area, &theme, &mut buffer);
         buffer.content.iter().map(|cell| cell.symbol()).collect()
     }
 
@@ -363,36 +286,6 @@ mod tests {
         let title = of_height(&plot, 2);
         assert!(title.contains("loss") && !title.contains('*'), "{title}");
         assert_eq!(of_height(&plot, 1).trim(), "");
-    }
-
-    #[test]
-    fn a_cached_picture_is_the_same_as_one_that_is_not_cached() {
-        let ramp: Vec<f32> = (0..20).map(|i| i as f32 / 20.0).collect();
-        let drawn = |marker: Marker, is_cached: bool| {
-            let mut plot = plot(&[0.0; 20], &[]);
-            plot.curves.push(Curve { colour: Color::Blue, ..curve("b", &ramp, &[]) });
-            for (index, curve) in plot.curves.iter_mut().enumerate() {
-                curve.version = Some((7, index)).filter(|_| is_cached);
-            }
-            let area = Rect::new(0, 0, 26, 6);
-            let mut buffer = Buffer::empty(area);
-            draw(&plot, &ChartCache::default(), area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
-            buffer
-        };
-        for marker in [Marker::Braille, Marker::HalfBlock, Marker::Ascii] {
-            assert_eq!(drawn(marker, true), drawn(marker, false), "{marker:?}");
-        }
-        let halves = drawn(Marker::HalfBlock, true);
-        assert!(halves.content.iter().any(|cell| cell.bg == Color::Red), "a cell with dots of both curves");
-    }
-
-    #[test]
-    fn the_title_is_shortened_only_if_more_curves_fit() {
-        let values = [1.0; 20];
-        let mut plot = plot(&values, &[]);
-        plot.curves = vec![curve("a curve with a long name", &values, &[])];
-        plot.crosshair = Some(3.0);
-        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  episode 3");
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Charts of curves over episodes: axes, legend, curves and the visible range.
 
 mod axes;
-mod cache;
 mod curve;
 mod decimated;
 mod legend;
@@ -9,8 +8,6 @@ mod plot;
 mod range;
 
 pub use axes::{Axes, Scale, number};
-pub use cache::ChartCache;
 pub use curve::draw;
-pub use legend::shortenings;
 pub use plot::{Curve, Plot};
 pub use range::{Range, Window};

@@ -17,9 +17,6 @@ pub struct Curve<'a> {
     pub episodes: &'a [u64],
     /// One value per episode; values that are not finite are gaps.
     pub values: &'a [f32],
-    /// A number that changes whenever the values change, and the index of the curve among those that share the
-    /// number; None if unknown.
-    pub version: Option<(u64, usize)>,
     /// Lower and upper bounds of the band around it, one per value.
     pub band: Option<[&'a [f32]; 2]>,
     /// Values up to this episode are means over an unfilled window and drawn dotted.
@@ -46,8 +43,6 @@ pub struct Plot<'a> {
     pub crosshair: Option<f32>,
     /// Interventions: episode, colour and description.
     pub marks: Vec<(u64, Color, &'a str)>,
-    /// Widths to which names can be shortened in the legend: see [`shortenings`](super::shortenings).
-    pub shortenings: &'a [usize],
     /// The text shown without data.
     pub empty: &'a str,
 }

@@ -4,29 +4,30 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Text};
+use ratatui::widgets::canvas::Context;
 use ratatui::widgets::{Clear, Widget};
 
 use super::content::{Content, Heat};
 use super::legend;
 use super::picture::draw_tool;
-use super::view::View;
-use crate::tui::widgets::raster::{self, Dot, Raster};
+use super::view::{BOUNDS, View};
+use crate::tui::widgets::canvas::{self, ellipse};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
-use mge_physics::{Tool, ToolKind, to_units};
+use mge_physics::{SCREEN, Tool, ToolKind, to_units};
 use mge_trainer::Source;
 
 /// Draws the scene into the largest square of `area` and returns that square.
 pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -> View {
     let view = View::fit(area);
-    raster::draw(view.area, theme.marker, buffer, |raster| {
-        let mut painter = Painter { size: raster.size(), raster, theme };
+    canvas::draw(view.area, theme.marker, BOUNDS, buffer, |context| {
+        let mut painter = Painter { context, theme };
         painter.trail(content);
         painter.clusters(content);
         painter.tools(content);
         painter.regions(content);
         painter.ghost(content);
         // The ball has its cells to itself, so that nothing behind it changes its shape or colour.
-        painter.raster.layer();
+        painter.context.layer();
         painter.ball(content);
     });
     if let Some(heat) = content.heat.filter(|_| content.overlays.critic) {
@@ -43,35 +44,27 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
 }
 
 struct Painter<'a, 'b> {
-    raster: &'a mut Raster<'b>,
-    size: [f32; 2],
+    context: &'a mut Context<'b>,
     theme: &'a Theme,
 }
 
 impl Painter<'_, '_> {
-    fn dot(&self, position: [f32; 2]) -> Dot {
-        View::dot(self.size, position)
-    }
-
-    fn path(&mut self, path: &[[f32; 2]], colour: Color, every: usize) {
-        let size = self.size;
-        self.raster.points(path.iter().step_by(every).map(|position| View::dot(size, *position)), colour);
+    fn dots(&mut self, path: &[[f32; 2]], colour: Color, every: usize) {
+        canvas::dots(self.context, path.iter().step_by(every).copied(), colour);
     }
 
     /// A predicted path of the ball: a line with the ball at its end.
     fn predicted(&mut self, path: &[[f32; 2]], radius: f32) {
-        for pair in path.windows(2) {
-            self.raster.line(self.dot(pair[0]), self.dot(pair[1]), self.theme.accent);
-        }
+        canvas::path(self.context, path, self.theme.accent);
         if let Some(end) = path.last() {
             self.circle(*end, radius, self.theme.accent);
         }
     }
 
     fn trail(&mut self, content: &Content) {
-        self.path(&content.frame.trail, self.theme.trail, 2);
+        self.dots(&content.frame.trail, self.theme.trail, 2);
         if content.overlays.model {
-            self.path(content.truth, self.theme.good, 4);
+            self.dots(content.truth, self.theme.good, 4);
             self.predicted(content.predicted, content.objects.task.ball.radius);
         }
     }
@@ -79,20 +72,19 @@ impl Painter<'_, '_> {
     fn clusters(&mut self, content: &Content) {
         for (colour, stage) in content.stages(self.theme) {
             if content.overlays.samples {
-                self.path(&stage.actions, colour, 1);
+                self.dots(&stage.actions, colour, 1);
             }
             for cluster in stage.clusters.iter().filter(|_| content.overlays.clusters) {
-                let centre = self.dot(cluster.mean);
                 for sigmas in [1.0, 2.0] {
-                    let radii = [0, 1].map(|axis| sigmas * cluster.std[axis] / 2.0 * self.size[axis]);
-                    self.raster.ellipse(centre, radii, colour);
+                    let corners = ellipse(cluster.mean, cluster.std.map(|std| sigmas * std));
+                    canvas::outline(self.context, &corners, colour);
                 }
             }
         }
     }
 
     fn tool(&mut self, tool: &Tool, colour: Color, filled: bool) {
-        draw_tool(self.raster, tool, 1.0, colour, filled);
+        draw_tool(self.context, tool, 1.0, colour, filled);
     }
 
     fn tools(&mut self, content: &Content) {
@@ -109,8 +101,7 @@ impl Painter<'_, '_> {
     }
 
     fn circle(&mut self, position: [f32; 2], radius: f32, colour: Color) {
-        let (centre, radii) = (self.dot(position), View::radii(self.size, radius));
-        self.raster.ellipse(centre, radii, colour);
+        canvas::outline(self.context, &circle(position, radius), colour);
     }
 
     fn regions(&mut self, content: &Content) {
@@ -123,8 +114,8 @@ impl Painter<'_, '_> {
             self.circle(subgoal.position, subgoal.radius, colour);
         }
         for proposal in content.objects.proposed {
-            let (centre, radii) = (self.dot(proposal.position), View::radii(self.size, proposal.radius));
-            self.raster.dotted_ellipse(centre, radii, self.theme.warn);
+            let corners = circle(proposal.position, proposal.radius);
+            canvas::dots(self.context, corners.into_iter().step_by(2), self.theme.warn);
         }
         let goal = content.objects.task.goal;
         self.circle(goal.position, goal.radius, self.theme.goal);
@@ -141,8 +132,7 @@ impl Painter<'_, '_> {
             let shape = Tool::new(ToolKind::Box, to_units(moving.position.map(f64::from)));
             self.tool(&shape.with_size(moving.size.into()), self.theme.ball, false);
         }
-        let (centre, radii) = (self.dot(content.frame.ball), View::radii(self.size, content.objects.task.ball.radius));
-        self.raster.disc(centre, radii, self.theme.ball);
+        canvas::fill(self.context, &circle(content.frame.ball, task.ball.radius), self.theme.ball);
     }
 
     fn ghost(&mut self, content: &Content) {
@@ -154,6 +144,11 @@ impl Painter<'_, '_> {
         let colour = if ghost.refusal.is_none() { self.theme.good } else { self.theme.bad };
         self.tool(&ghost.tool, colour, false);
     }
+}
+
+/// The corners of a circle with a radius in units.
+fn circle(position: [f32; 2], radius: f32) -> Vec<[f32; 2]> {
+    ellipse(position, [2.0 * radius / SCREEN; 2])
 }
 
 /// Colours the background of every cell by the value of placing the tool there.

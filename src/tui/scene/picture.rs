@@ -3,9 +3,10 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
+use ratatui::widgets::canvas::Context;
 
-use super::view::View;
-use crate::tui::widgets::raster::{self, Raster};
+use super::view::{BOUNDS, View};
+use crate::tui::widgets::canvas;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::tool_outline;
 use mge_physics::{SCREEN, Tool, to_normalised};
@@ -15,21 +16,20 @@ const DRIVE: f64 = 5.0;
 /// Width and height, in units, of a picture of a small tool.
 const WINDOW: f32 = 24.0;
 
-/// Draws a tool on a raster of the whole scene, magnified `zoom` times about the middle. If it drives bodies,
-/// a line from its centre shows the direction.
-pub(super) fn draw_tool(raster: &mut Raster, tool: &Tool, zoom: f32, colour: Color, filled: bool) {
-    let size = raster.size();
-    let dot = |position: [f32; 2]| View::dot(size, position.map(|value| zoom * value));
-    let corners: Vec<_> = tool_outline(tool, 0.0).into_iter().map(dot).collect();
+/// Draws a tool on a canvas of the whole scene, magnified `zoom` times about the middle. If it drives bodies, a line
+/// from its centre shows the direction.
+pub(super) fn draw_tool(context: &mut Context, tool: &Tool, zoom: f32, colour: Color, filled: bool) {
+    let zoomed = |position: [f32; 2]| position.map(|value| zoom * value);
+    let corners: Vec<_> = tool_outline(tool, 0.0).into_iter().map(zoomed).collect();
     if filled {
-        raster.fill(&corners, colour)
+        canvas::fill(context, &corners, colour);
     } else {
-        raster.outline(&corners, colour)
+        canvas::outline(context, &corners, colour);
     }
     if let Some(drive) = tool.drive() {
         let length = tool.size / 2.0 + DRIVE;
         let tip = [0, 1].map(|axis| (tool.position[axis] + length * drive[axis]) as f32);
-        raster.line(dot(to_normalised(tool.centre())), dot(to_normalised(tip)), colour);
+        canvas::path(context, &[zoomed(to_normalised(tool.centre())), zoomed(to_normalised(tip))], colour);
     }
 }
 
@@ -38,7 +38,7 @@ pub fn picture(tool: &Tool, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let tool = tool.at([f64::from(SCREEN) / 2.0; 2]);
     let widest = tool.half_extents().into_iter().fold(0.0, f32::max);
     let zoom = SCREEN / WINDOW.max(2.7 * widest);
-    raster::draw(View::fit(area).area, theme.marker, buffer, |raster| {
-        draw_tool(raster, &tool, zoom, theme.tool, true);
+    canvas::draw(View::fit(area).area, theme.marker, BOUNDS, buffer, |context| {
+        draw_tool(context, &tool, zoom, theme.tool, true);
     });
 }

@@ -1,9 +1,9 @@
-//! Conversion between normalised positions, dots and cells.
+//! Conversion between normalised positions and cells.
 
 use ratatui::layout::Rect;
 
-use crate::tui::widgets::raster::Dot;
-use mge_physics::SCREEN;
+/// The normalised positions at the edges of the scene: left and right, bottom and top.
+pub const BOUNDS: [[f32; 2]; 2] = [[-1.0, 1.0]; 2];
 
 /// The square part of an area in which the scene is drawn: a cell is about twice as
 /// high as wide, so it has twice as many columns as rows.
@@ -27,19 +27,10 @@ impl View {
         Self { area }
     }
 
-    /// The dot of a normalised position in a raster of `size` dots over the area.
-    pub fn dot(size: [f32; 2], position: [f32; 2]) -> Dot {
-        [(position[0] + 1.0) / 2.0 * size[0], (1.0 - position[1]) / 2.0 * size[1]]
-    }
-
-    /// Horizontal and vertical radius, in dots, of a circle with a radius in units.
-    pub fn radii(size: [f32; 2], radius: f32) -> [f32; 2] {
-        size.map(|dots| radius / SCREEN * dots)
-    }
-
     /// The cell of a normalised position, if it is inside.
     pub fn cell(&self, position: [f32; 2]) -> Option<(u16, u16)> {
-        let [x, y] = Self::dot([f32::from(self.area.width), f32::from(self.area.height)], position);
+        let x = (position[0] + 1.0) / 2.0 * f32::from(self.area.width);
+        let y = (1.0 - position[1]) / 2.0 * f32::from(self.area.height);
         let inside = x >= 0.0 && y >= 0.0 && x < f32::from(self.area.width) && y < f32::from(self.area.height);
         inside.then(|| (self.area.x + x as u16, self.area.y + y as u16))
     }

@@ -8,7 +8,7 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart, shortenings};
+use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
 use mge_base::text::counted;
 use mge_run::{Metric, RunState};
@@ -74,8 +74,6 @@ pub struct Charts<'a> {
     shown: Vec<Shown<'a>>,
     /// Names that set the curves apart; empty if there is only one curve.
     names: Vec<String>,
-    /// To how many columns the names can be shortened.
-    shortenings: Vec<usize>,
     colours: Vec<Color>,
     ui: &'a Ui<'a>,
 }
@@ -86,34 +84,17 @@ impl<'a> Charts<'a> {
         let labels: Vec<String> = shown.iter().map(Shown::label).collect();
         let names = names(&shown, &labels);
         let colours = ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
-        let shortenings = shortenings(&names.iter().map(String::as_str).collect::<Vec<_>>());
-        Self { state, shown, names, shortenings, colours, ui }
+        Self { state, shown, names, colours, ui }
     }
 
     /// Draws the chart of a metric.
     pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
         let many = self.shown.len() > 1;
-        let by_subgoal = match self.shown.as_slice() {
-            [Shown::Run(run, _)] if metric == Metric::SubgoalShare => run.subgoal_hits(),
-            _ => Vec::new(),
-        };
-        let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
-            name: (index + 1).to_string().into(),
-            colour: self.ui.theme.stage(index),
-            episodes: self.shown.first().map_or(&[], |shown| shown.curves().episodes()),
-            values,
-            version: None,
-            band: None,
-            partial: 0,
-            points: &[],
-        });
-        let whole = self.shown.iter().filter(|_| by_subgoal.is_empty());
-        let curves = whole.zip(&self.names).zip(&self.colours).map(|((shown, name), colour)| Curve {
+        let curves = self.shown.iter().zip(&self.names).zip(&self.colours).map(|((shown, name), colour)| Curve {
             name: name.into(),
             colour: *colour,
             episodes: shown.curves().episodes(),
             values: shown.curves().get(metric),
-            version: Some((shown.curves().version(), metric as usize)),
             band: shown.band(metric),
             // The first values of the success rate are means of fewer episodes.
             partial: if metric == Metric::Success { WINDOW.get() as u64 - 1 } else { 0 },
@@ -136,16 +117,15 @@ impl<'a> Charts<'a> {
         let plot = Plot {
             marks: marks.collect(),
             title: &title,
-            curves: single.chain(curves).collect(),
+            curves: curves.collect(),
             x: self.state.range.window(episodes(&self.shown)),
             y: metric.info().range,
             scale: self.state.scale(metric),
             smoothing,
             crosshair: self.state.hovered.or(self.state.crosshair),
-            shortenings: &self.shortenings,
             empty: &empty,
         };
-        if let Some(axes) = draw_chart(&plot, &self.state.cache, area, self.ui.theme, buffer) {
+        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
             regions.add(axes.plot, HitRegion::Chart(axes, metric));
         }
     }

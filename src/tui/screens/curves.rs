@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::tui::chart::{ChartCache, Range, Scale};
+use crate::tui::chart::{Range, Scale};
 use mge_run::Metric;
 
 /// State of the curves.
@@ -25,8 +25,6 @@ pub struct CurvesState {
     /// Number of episodes over which values are averaged.
     pub(super) smoothing: usize,
     logarithmic: HashSet<Metric>,
-    /// What the last charts were drawn from.
-    pub cache: ChartCache,
 }
 
 /// Numbers of episodes over which values can be averaged.
@@ -44,7 +42,6 @@ impl Default for CurvesState {
             folded: true,
             smoothing: 10,
             logarithmic: HashSet::from([Metric::CriticLoss]),
-            cache: ChartCache::default(),
         }
     }
 }

@@ -1,23 +1,17 @@
 //! The whole picture: tabs, screen, message and footer.
 
-use ratatui::buffer::{Buffer, Cell};
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 use ratatui::widgets::{Clear, Widget};
 
 use super::pane::{level_style, lines};
-use super::scene::Scene;
-use super::scene_pane::scene_pane;
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
-use crate::tui::view::{Level, span};
+use crate::tui::view::Level;
 use crate::tui::widgets::columns;
-use crate::tui::widgets::layout::{MIN_SIZE, body, split};
-use mge_run::Metric;
-
-/// The smallest terminal that shows a curve and the status.
-const SMALL: (u16, u16) = (30, 8);
+use crate::tui::widgets::layout::{MIN_SIZE, body};
 
 /// Width from which the names of all tabs fit.
 const TABS: u16 = 80;
@@ -46,9 +40,6 @@ pub struct Chrome<'a> {
 /// Draws everything but the layers; returns the regions for the mouse.
 pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
     if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
-        if area.width >= SMALL.0 && area.height >= SMALL.1 {
-            return draw_small(ui, screens, chrome, area, buffer);
-        }
         let text = format!("terminal too small: {}x{}, at least 60x20 is needed", area.width, area.height);
         Text::from_iter(lines(&text, area.width, Style::new())).render(area, buffer);
         return HitRegions::default();
@@ -69,43 +60,6 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
     footer(ui, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
     message(ui, chrome.message, area, buffer);
     regions
-}
-
-/// Draws a curve and the status of a training, on a terminal too small for a screen.
-fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
-    let mut regions = HitRegions::default();
-    let text = match ui.subject.run() {
-        Some(run) => {
-            let success = run.success_text();
-            let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
-            let state = run.state_word();
-            format!("{}\n{state}, {}/{}, success {success}{left}", run.name, run.done, run.episodes())
-        }
-        None => ui.text("no run; {train} trains one"),
-    };
-    let status = Text::from_iter(lines(&text, area.width, Style::new()));
-    let height = Constraint::Length((status.height() as u16).min(area.height / 2));
-    let [curve, below] = Layout::vertical([Constraint::Fill(1), height]).areas(area);
-    training::stack(&screens.curves, &screens.runs, ui, &[Metric::Success], curve, buffer, &mut regions);
-    status.render(below, buffer);
-    message(ui, chrome.message, area, buffer);
-    regions
-}
-
-/// Draws the scene into an empty buffer, and copies everything else from the picture `before`.
-pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Message>, before: &Buffer, buffer: &mut Buffer) {
-    let area = buffer.area;
-    let [moving, _] = split(body(area));
-    let width = usize::from(area.width);
-    let rows = buffer.content.chunks_mut(width).zip(before.content.chunks(width));
-    for (y, (row, old)) in (area.y..).zip(rows) {
-        let from = if (moving.top()..moving.bottom()).contains(&y) { usize::from(moving.width) } else { 0 };
-        // The buffer is empty and so are most old cells; comparing a cell is cheaper than copying it.
-        let cells = row[from..].iter_mut().zip(&old[from..]);
-        cells.filter(|(_, old)| **old != Cell::EMPTY).for_each(|(cell, old)| cell.clone_from(old));
-    }
-    scene_pane(ui, scene, moving, buffer, &mut HitRegions::default());
-    message(ui, shown, area, buffer);
 }
 
 /// Draws a message near the bottom, on as many rows as it needs, above the footer and the captions of panes.

@@ -1,8 +1,8 @@
 //! The selected lines of the Models, Figures and Log screens.
 
-use super::figures::composer::Composer;
 use super::{Screens, Ui};
 use crate::tui::actions::Tab;
+use mge_results::Composition;
 use mge_workbench::FigureKind;
 
 /// The selected line of each screen; the Log counts from its end.
@@ -12,8 +12,8 @@ pub struct Lists {
     pub model: usize,
     /// Of the Figures screen.
     pub figure: usize,
-    /// The composer of the learning-curve figure.
-    pub composer: Composer,
+    /// What the figure of learning curves shows, and how, apart from its runs.
+    pub composition: Composition,
     /// Of the Log screen, 0 for the latest line.
     pub log: usize,
 }
@@ -22,7 +22,6 @@ pub struct Lists {
 pub fn select_row(lists: &mut Lists, tab: Tab, row: usize) {
     match tab {
         Tab::Models => lists.model = row,
-        Tab::Figures if lists.composer.is_open() => lists.composer.select(row),
         Tab::Figures => lists.figure = row,
         _ => {}
     }
@@ -35,7 +34,6 @@ pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize
     match tab {
         Tab::Runs => screens.runs.select_line(ui, line),
         Tab::Models => lists.model = line(lists.model, ui.view.models.len().saturating_sub(1)),
-        Tab::Figures if lists.composer.is_open() => lists.composer.select_line(line),
         Tab::Figures => lists.figure = line(lists.figure, FigureKind::ALL.len() - 1),
         Tab::Log => {
             let last = ui.view.log.len().saturating_sub(1);

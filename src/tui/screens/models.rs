@@ -12,7 +12,7 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
-use crate::tui::chart::{ChartCache, Curve, Plot, Range, Scale, draw as draw_chart};
+use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::ModelSummary;
@@ -28,7 +28,7 @@ use mge_workbench::command;
 pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let view = ui.view;
     let theme = ui.theme;
-    let inside = pane("what predicts the rollouts behind the clusters", area, theme, buffer);
+    let inside = pane("dynamics models, which predict the rollouts behind the clusters", area, theme, buffer);
     let longest = view.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
     let column = longest.clamp(16, usize::from(inside.width / 3));
     let room = usize::from(inside.width).saturating_sub(column + 3);
@@ -90,7 +90,6 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         colour: ui.theme.accent,
         episodes: &epochs,
         values: losses,
-        version: None,
         band: None,
         partial: 0,
         points: &[],
@@ -104,10 +103,9 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         smoothing: 1,
         crosshair: None,
         marks: Vec::new(),
-        shortenings: &[],
         empty: "",
     };
-    draw_chart(&plot, &ChartCache::default(), area, ui.theme, buffer);
+    draw_chart(&plot, area, ui.theme, buffer);
 }
 
 /// The evaluation of a model: its errors by tool type, beside those of predictors that do not learn.

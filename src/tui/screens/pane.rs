@@ -32,14 +32,12 @@ pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect
     inside
 }
 
-/// Draws what is being trained here, and the use of processor and memory, in the lower border of a pane. Draws
-/// nothing while nothing is being trained.
-pub fn system_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buffer) {
-    let mut parts = view.queue();
+/// Draws what is being trained here in the lower border of a pane; nothing while nothing is being trained.
+pub fn queue_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    let parts = view.queue();
     if parts.is_empty() {
         return;
     }
-    parts.extend(view.system.words());
     let text = format!(" {} ", fitting(&parts, usize::from(area.width).saturating_sub(6)));
     buffer.set_string(area.x + 2, area.bottom() - 1, text, theme.faint());
 }

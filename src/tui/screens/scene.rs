@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::tui::by_address::ByAddress;
 use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
 use crate::tui::view::playback::Player;
@@ -67,12 +66,20 @@ struct Derived<T, P: ?Sized> {
 }
 
 /// The episode, the index of an action in it, and the networks or the model.
-type DerivedKey<P> = (ByAddress<Trace>, usize, Option<ByAddress<P>>);
+type DerivedKey<P> = (Arc<Trace>, usize, Option<Arc<P>>);
+
+/// Whether two keys are of the same values.
+fn is_same<P: ?Sized>(a: &DerivedKey<P>, b: &DerivedKey<P>) -> bool {
+    let is_same_part = match (&a.2, &b.2) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    };
+    Arc::ptr_eq(&a.0, &b.0) && a.1 == b.1 && is_same_part
+}
 
 /// The key for an action of the episode; None unless an agent acts in it.
 fn key<P: ?Sized>(subject: &Subject, action: usize, part: Option<&Arc<P>>) -> Option<DerivedKey<P>> {
-    let trace = ByAddress(subject.episode().trace.clone());
-    subject.is_of_run().then(|| (trace, action, part.cloned().map(ByAddress)))
+    subject.is_of_run().then(|| (subject.episode().trace.clone(), action, part.cloned()))
 }
 
 impl<T, P: ?Sized> Default for Derived<T, P> {
@@ -85,12 +92,16 @@ impl<T, P: ?Sized> Derived<T, P> {
     /// Derives the value again if its key has changed, or drops it without a key; true if it changed. Without networks
     /// or a model the value is the reason why there is none, which can change with the same key.
     fn renew(&mut self, key: Option<DerivedKey<P>>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
-        if self.key == key && !matches!(key, Some((.., None))) {
+        let is_known = match (&self.key, &key) {
+            (Some(known), Some(key)) => is_same(known, key),
+            (known, key) => known.is_none() && key.is_none(),
+        };
+        if is_known && !matches!(key, Some((.., None))) {
             return false;
         }
         let value = key.as_ref().map(|(_, action, _)| derive(*action));
         let before = std::mem::replace(self, Self { key, value });
-        before.key != self.key || before.problem() != self.problem()
+        !is_known || before.problem() != self.problem()
     }
 
     fn get(&self) -> Option<&T> {
@@ -192,6 +203,13 @@ impl Scene {
         self.hand.is_some() || (self.overlays().model && subject.is_of_run())
     }
 
+    /// Predicts the path of the ball with the held tool anew.
+    pub fn renew_ghost(&mut self) {
+        if let Some(hand) = &mut self.hand {
+            hand.ghost = None;
+        }
+    }
+
     /// Starts to play another episode, or the same one again.
     pub fn begin(&mut self, subject: &Subject, is_other: bool) {
         if matches!(subject.choice(), Choice::Hand) {
@@ -203,9 +221,7 @@ impl Scene {
             self.hand = None;
             if is_other { self.player.restart() } else { self.player.repeat() }
         }
-        if let Some(hand) = &mut self.hand {
-            hand.ghost = None;
-        }
+        self.renew_ghost();
     }
 
     /// Advances playback; returns whether the picture changed, and effects.

@@ -52,7 +52,7 @@ pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -
         _ => None,
     };
     let episode = choose(now, run.done).clamp(1, run.done);
-    vec![Effect::new(move |app| app.replay(episode))]
+    vec![Effect::new(move |app| app.await_episode(episode, false))]
 }
 
 /// Why no training episode is shown.

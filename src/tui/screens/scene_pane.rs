@@ -55,15 +55,17 @@ pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regio
 
 /// Draws the same episode of another run, at the same step.
 pub fn beside_pane(ui: &Ui, scene: &Scene, beside: &ComparedEpisode, area: Rect, buffer: &mut Buffer) {
+    let name = beside.run.file_name().unwrap_or_default().to_string_lossy();
+    let title = format!("episode {} of {name}", beside.number);
     let episode = match &beside.episode {
-        Ok(episode) => episode,
-        Err(reason) => {
-            let name = beside.run.file_name().unwrap_or_default().to_string_lossy();
-            let inside = pane(&name, area, ui.theme, buffer);
+        Some(Ok(episode)) => episode,
+        missing => {
+            let inside = pane(&title, area, ui.theme, buffer);
+            let reason = missing.as_ref().map_or("reading", |outcome| outcome.as_ref().err().map_or("", |why| why));
             return hint(reason, inside, ui.theme, buffer);
         }
     };
-    let inside = pane(&format!("{} · {}", episode.task.name, episode.title), area, ui.theme, buffer);
+    let inside = pane(&format!("{} · {title}", episode.task.name), area, ui.theme, buffer);
     let frame = episode.at(scene.player.step());
     let content = Content {
         objects: Objects { task: &episode.task, proposed: &[] },

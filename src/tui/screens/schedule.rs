@@ -12,12 +12,12 @@ use super::{HitRegion, HitRegions, Ui};
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, ViewModel};
-use crate::tui::widgets::raster::{self, Raster};
+use crate::tui::widgets::canvas;
 use mge_guidance::EpsilonSchedule;
 use mge_workbench::command;
 
-/// Greatest distance, in columns, at which the mouse hits a point.
-const NEAR: f32 = 4.0;
+/// Greatest distance, in columns, at which the mouse selects a point.
+const NEAR: u16 = 4;
 
 /// State of the editor.
 #[derive(Debug, Default)]
@@ -98,11 +98,11 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
             .areas(inside.inner(Margin::new(1, 0)));
     let window = Window { from: 0.0, to: span(state, ui.view) as f32 };
     if let Some(axes) = Axes::draw(plot, window, [0.0, 1.0], Scale::Linear, theme, buffer) {
-        raster::draw(axes.plot, theme.marker, buffer, |raster| {
+        canvas::draw(axes.plot, theme.marker, axes.bounds(), buffer, |context| {
             if state.draft.is_some() {
-                trace(&view.settings.epsilon, &axes, theme.dim, raster);
+                canvas::path(context, &trace(&view.settings.epsilon, &axes), theme.dim);
             }
-            trace(&shown, &axes, theme.accent, raster);
+            canvas::path(context, &trace(&shown, &axes), theme.accent);
         });
         progress(ui, &axes, buffer);
         points(state, ui, &shown, &axes, buffer);
@@ -111,16 +111,11 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
     text.render(below, buffer);
 }
 
-fn trace(schedule: &EpsilonSchedule, axes: &Axes, colour: ratatui::style::Color, raster: &mut Raster) {
-    let size = raster.size();
-    let columns = size[0] as usize;
-    let at = |column: usize| {
-        let x = axes.x.from + (axes.x.to - axes.x.from) * column as f32 / (columns.max(2) - 1) as f32;
-        axes.dot(size, x, schedule.threshold(x as u32))
-    };
-    for column in 1..columns {
-        raster.line(at(column - 1), at(column), colour);
-    }
+/// A schedule as a line over all columns of dots.
+fn trace(schedule: &EpsilonSchedule, axes: &Axes) -> Vec<[f32; 2]> {
+    let columns = 2 * axes.plot.width;
+    let episode = |column: u16| axes.x.to * f32::from(column) / f32::from(columns);
+    (0..=columns).map(episode).map(|episode| [episode, schedule.threshold(episode as u32)]).collect()
 }
 
 /// A line at the episode of the running training.
@@ -187,19 +182,18 @@ pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, ro
     state.remember();
     let in_use = &view.settings.epsilon;
     let shown = state.shown(in_use);
-    let height = f32::from(axes.plot.height);
     let distance = |(episode, value): &(u32, f32)| {
         let x = axes.column(*episode as f32).unwrap_or(axes.plot.right());
-        let y = f32::from(axes.plot.y) + axes.dot([1.0, height], *episode as f32, *value)[1];
-        f32::from(x.abs_diff(column)) + 2.0 * (y - f32::from(row)).abs()
+        let y = axes.row(*value).unwrap_or(axes.plot.bottom());
+        x.abs_diff(column) + 2 * y.abs_diff(row)
     };
     let points = schedule_points::points(&shown);
-    let nearest = (0..points.len()).min_by(|a, b| distance(&points[*a]).total_cmp(&distance(&points[*b])));
+    let nearest = (0..points.len()).min_by_key(|index| distance(&points[*index]));
     state.point = nearest.unwrap_or(0);
     let far = nearest.is_none_or(|nearest| distance(&points[nearest]) > NEAR);
     if far && matches!(shown, EpsilonSchedule::Points(_)) {
         let episode = axes.x_at(column).round().max(0.0) as u32;
-        let (schedule, added) = schedule_points::insert_point(&shown, episode, axes.y_at(row));
+        let (schedule, added) = schedule_points::insert_point(points, episode, axes.y_at(row));
         state.change(schedule, in_use);
         state.point = added;
     }

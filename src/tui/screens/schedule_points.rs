@@ -54,23 +54,18 @@ pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value:
 
 /// The schedule as a hand-drawn one with another point after the point `after`, and the index of the new point.
 pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (EpsilonSchedule, usize) {
-    let mut points = drawn(schedule, episodes);
+    let points = drawn(schedule, episodes);
     let after = after.min(points.len() - 1);
-    let (from, next) = (points[after].0, points.get(after + 1).map(|point| point.0));
-    let episode = match next {
-        Some(next) => from + next.saturating_sub(from) / 2,
+    let from = points[after].0;
+    let episode = match points.get(after + 1) {
+        Some((next, _)) => from + next.saturating_sub(from) / 2,
         None => from.saturating_add((episodes / 4).max(1)),
     };
-    if episode == from {
-        return (EpsilonSchedule::Points(points), after);
-    }
-    points.insert(after + 1, (episode, rounded(schedule.threshold(episode))));
-    (EpsilonSchedule::Points(points), after + 1)
+    insert_point(points, episode, schedule.threshold(episode))
 }
 
-/// The schedule as a hand-drawn one with another point, and its index. A point at the same episode is replaced.
-pub fn insert_point(schedule: &EpsilonSchedule, episode: u32, value: f32) -> (EpsilonSchedule, usize) {
-    let mut points = points(schedule);
+/// A hand-drawn schedule with another point, and its index. A point at the same episode is replaced.
+pub fn insert_point(mut points: Vec<(u32, f32)>, episode: u32, value: f32) -> (EpsilonSchedule, usize) {
     let at = points.partition_point(|point| point.0 < episode);
     match points.get_mut(at) {
         Some(point) if point.0 == episode => point.1 = rounded(value),
@@ -212,7 +207,7 @@ mod tests {
     fn points_are_inserted_or_replaced_at_an_episode() {
         let drawn = schedule("points:0=0.8,1000=0");
         let check = |episode, value, spec: &str, index| {
-            let (schedule, at) = insert_point(&drawn, episode, value);
+            let (schedule, at) = insert_point(points(&drawn), episode, value);
             assert_eq!((schedule.to_string().as_str(), at), (spec, index));
         };
         check(400, 0.3333, "points:0=0.8,400=0.333,1000=0", 1);

@@ -11,7 +11,7 @@ use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
 use super::curves::CurvesState;
-use super::pane::{hint, pane, system_line};
+use super::pane::{hint, pane, queue_line};
 use super::runs::Runs;
 use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
@@ -141,7 +141,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
     let shown = shown(curves, marked, ui);
     let inside = pane(&title(&shown, ui, area.width), area, ui.theme, buffer);
-    system_line(ui.view, area, ui.theme, buffer);
+    queue_line(ui.view, area, ui.theme, buffer);
     if shown.is_empty() {
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
@@ -179,7 +179,7 @@ fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
         [Shown::Group(group, _), Shown::Run(run, Some(own))] if std::ptr::eq(*group, *own) => {
             title_of_run(run, ui, room)
         }
-        [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),
+        [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(&ui.view.runs)),
         shown => {
             let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
             let count = |count: usize, word| if count > 0 { counted(count, word) } else { String::new() };
@@ -198,7 +198,7 @@ fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
     let (name, state) = (run.name.clone(), run.state_word().to_owned());
     let done = format!("{}/{}", run.done, run.episodes());
     let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
-    let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
+    let seeds = group.map_or_else(String::new, |group| group.progress(&ui.view.runs));
     let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
     fitting(&["training".to_owned(), name, state, done, seeds, left, speed, before], room)
 }
@@ -310,5 +310,5 @@ pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -
     }
     let to = to.round().clamp(1.0, last as f32);
     (curves.crosshair, curves.hovered) = (Some(to), None);
-    if done > 0 { vec![Effect::new(move |app| app.scrub(to as u64))] } else { Vec::new() }
+    if done > 0 { vec![Effect::new(move |app| app.await_episode(to as u64, true))] } else { Vec::new() }
 }

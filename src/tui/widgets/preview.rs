@@ -1,12 +1,12 @@
 //! The preview on the Figures screen: a figure drawn at display size and encoded for the terminal, in
 //! the background.
 
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use image::{DynamicImage, RgbImage};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Rect, Size};
-use ratatui::style::Color;
 use ratatui::widgets::Widget;
 use ratatui_image::Image;
 use ratatui_image::protocol::Protocol as Encoded;
@@ -14,13 +14,12 @@ use ratatui_image::protocol::halfblocks::Halfblocks;
 use ratatui_image::protocol::kitty::Kitty;
 use ratatui_image::protocol::sixel::Sixel;
 
-use crate::tui::by_address::ByAddress;
 use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 use mge_figures::Figure;
 use mge_guidance::ActionPrior;
 use mge_task::Task;
-use mge_workbench::Job;
+use mge_workbench::Loader;
 
 /// A closure that computes a figure on another thread.
 pub type PreviewJob = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
@@ -33,34 +32,33 @@ pub struct PreviewRequest {
     /// Options of the figure.
     pub options: Vec<(&'static str, String)>,
     /// The task.
-    pub task: ByAddress<Task>,
+    pub task: Arc<Task>,
     /// The action clusters.
-    pub prior: Option<ByAddress<ActionPrior>>,
+    pub prior: Option<Arc<ActionPrior>>,
     /// A hash of the runs and of their finished episodes.
     pub progress: u64,
     /// Available columns and rows.
     pub room: [u16; 2],
-    /// Without colours.
-    pub grey: bool,
 }
 
 impl PreviewRequest {
     /// Whether it is for the same figure, of which only the contents may have changed.
     fn is_like(&self, other: &Self) -> bool {
-        (self.kind, &self.options, self.room, self.grey) == (other.kind, &other.options, other.room, other.grey)
+        (self.kind, &self.options, self.room) == (other.kind, &other.options, other.room)
     }
 }
 
-/// The picture of a figure, and the next one being drawn.
-#[derive(Default)]
+/// The picture of a figure, drawn in the background.
 pub struct Preview {
     /// How the terminal shows pictures.
     graphics: Graphics,
-    shown: Option<(PreviewRequest, Result<Encoded, String>)>,
-    job: Option<(PreviewRequest, Job<Encoded>)>,
-    begun: Option<Instant>,
-    /// How long the latest picture took to draw.
-    took: Duration,
+    picture: Loader<PreviewRequest, Encoded>,
+}
+
+impl Default for Preview {
+    fn default() -> Self {
+        Self { graphics: Graphics::default(), picture: Loader::new(1) }
+    }
 }
 
 /// Minimum time between two pictures of a figure whose contents change.
@@ -84,42 +82,30 @@ impl Preview {
     /// Takes over a finished picture, and starts drawing the wanted one if it is a different one. True if
     /// there is something new to show.
     pub fn update(&mut self, wanted: &PreviewRequest, figure: impl FnOnce() -> Result<PreviewJob, String>) -> bool {
-        let news = self.collect();
-        let known = [self.shown.as_ref().map(|(known, _)| known), self.job.as_ref().map(|(known, _)| known)];
-        let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE.max(self.took * PAUSE_FACTOR));
-        let is_current = |known: &PreviewRequest| known == wanted || (recently && known.is_like(wanted));
-        if known.into_iter().flatten().any(is_current) {
-            return news;
+        let is_new = self.picture.poll();
+        let is_rested = self.picture.is_rested(PAUSE, PAUSE_FACTOR);
+        let is_current = |known: &PreviewRequest| known == wanted || (!is_rested && known.is_like(wanted));
+        if self.picture.is_loading() || self.picture.latest(is_current).is_some() {
+            return is_new;
         }
-        self.begun = Some(Instant::now());
         match figure() {
             Ok(figure) => {
-                let (graphics, room, grey) = (self.graphics, wanted.room, wanted.grey);
-                match Job::spawn(move |_| picture(&*figure()?, graphics, room, grey)) {
-                    Ok(job) => self.job = Some((wanted.clone(), job)),
-                    Err(error) => self.shown = Some((wanted.clone(), Err(error.to_string()))),
-                }
-                news
+                let (graphics, room) = (self.graphics, wanted.room);
+                let draw = move |_: &_| picture(&*figure()?, graphics, room);
+                self.picture.request(wanted.clone(), Duration::ZERO, draw);
+                is_new
             }
             Err(reason) => {
-                self.job = None;
-                self.shown = Some((wanted.clone(), Err(reason)));
+                self.picture.set(wanted.clone(), Err(reason));
                 true
             }
         }
     }
 
-    fn collect(&mut self) -> bool {
-        let Some((wanted, job)) = self.job.take_if(|(_, job)| job.is_finished()) else { return false };
-        self.shown = Some((wanted, job.result()));
-        self.took = self.begun.map_or(Duration::ZERO, |begun| begun.elapsed());
-        true
-    }
-
     /// Whether a picture is being drawn.
     #[cfg(test)]
     pub fn is_drawing(&self) -> bool {
-        self.job.is_some()
+        self.picture.is_loading()
     }
 
     /// Drops the picture, because a terminal that was left no longer has it.
@@ -140,12 +126,15 @@ impl Preview {
         theme: &Theme,
         buffer: &mut Buffer,
     ) -> Result<(), String> {
-        let shown = self.shown.as_ref().filter(|(wanted, _)| wanted.kind == kind);
-        let picture = match shown {
+        let picture = match self.picture.latest(|wanted| wanted.kind == kind) {
             Some((_, Ok(picture))) => picture,
             Some((_, Err(reason))) => return Err(reason.clone()),
             None => return Err("drawing ...".to_owned()),
         };
+        let is_plain = theme.depth == Depth::None || theme.marker == Marker::Ascii;
+        if is_plain && matches!(picture, Encoded::Halfblocks(_)) {
+            return Err("a terminal without colours or blocks shows no pictures; they can be exported".to_owned());
+        }
         let Size { width, height } = picture.size();
         if width > area.width || height > area.height {
             return Err("drawing ...".to_owned());
@@ -164,7 +153,7 @@ impl Preview {
 }
 
 /// Draws the figure as large as fits, keeping its proportions.
-fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) -> Result<Encoded, String> {
+fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2]) -> Result<Encoded, String> {
     let cell = if graphics.protocol == Protocol::HalfBlock { FINE } else { graphics.cell };
     let pixels: [f64; 2] = std::array::from_fn(|axis| f64::from(room[axis]) * f64::from(cell[axis]));
     let size = figure.size();
@@ -176,7 +165,6 @@ fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) 
     let bytes = figure.to_rgb(width, height).map_err(|error| error.to_string())?;
     let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has the wrong size")?;
     let (image, size) = (DynamicImage::from(image), Size::new(cells[0], cells[1]));
-    let image = if grey { DynamicImage::from(image.grayscale().to_rgb8()) } else { image };
     let failed = |error: ratatui_image::errors::Errors| error.to_string();
     Ok(match graphics.protocol {
         Protocol::HalfBlock => Encoded::Halfblocks(Halfblocks::new(image, size).map_err(failed)?),
@@ -189,35 +177,18 @@ fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) 
     })
 }
 
-/// Converts half blocks to colours or characters that the terminal can show.
+/// Converts half blocks to colours that the terminal can show.
 fn fit_colours(area: Rect, theme: &Theme, buffer: &mut Buffer) {
-    let plain = theme.depth == Depth::None || theme.marker == Marker::Ascii;
     for position in area.positions() {
         let cell = &mut buffer[position];
-        let (above, below) = (cell.fg, cell.bg);
-        if plain {
-            let ink = if cell.symbol() == " " { darkness(below) } else { darkness(above).max(darkness(below)) };
-            cell.reset();
-            cell.set_char([' ', '.', ':', '+', '#'][(ink.sqrt() * 4.99) as usize]);
-        } else {
-            cell.set_fg(theme.fit(above)).set_bg(theme.fit(below));
-        }
-    }
-}
-
-/// 0 for white, 1 for black.
-fn darkness(colour: Color) -> f32 {
-    match colour {
-        Color::Rgb(r, g, b) => 1.0 - (f32::from(r) * 0.2126 + f32::from(g) * 0.7152 + f32::from(b) * 0.0722) / 255.0,
-        _ => 0.0,
+        let (above, below) = (theme.fit(cell.fg), theme.fit(cell.bg));
+        cell.set_fg(above).set_bg(below);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use ratatui::style::Style;
+    use ratatui::style::Color;
 
     use super::*;
     use crate::tui::widgets::theme::Palette;
@@ -228,8 +199,8 @@ mod tests {
     }
 
     fn wanted(kind: &'static str) -> PreviewRequest {
-        let task = ByAddress(Arc::new(mge_task::load("task1").unwrap()));
-        PreviewRequest { kind, options: Vec::new(), task, prior: None, progress: 0, room: [40, 20], grey: false }
+        let task = Arc::new(mge_task::load("task1").unwrap());
+        PreviewRequest { kind, options: Vec::new(), task, prior: None, progress: 0, room: [40, 20] }
     }
 
     fn shown(protocol: Protocol) -> Preview {
@@ -269,15 +240,15 @@ mod tests {
         let preview = shown(Protocol::HalfBlock);
         let buffer = drawn(&preview, false, &theme(Depth::Ansi256));
         assert!(buffer.content.iter().all(|cell| !matches!(cell.bg, Color::Rgb(..))));
-        let buffer = drawn(&preview, false, &theme(Depth::None));
-        assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii() && cell.bg == Color::Reset));
-        assert!(buffer.content.iter().any(|cell| cell.symbol() != " "));
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
+        let drawn = preview.draw("scene", false, buffer.area, &theme(Depth::None), &mut buffer);
+        assert!(drawn.unwrap_err().contains("without colours"));
     }
 
     #[test]
     fn changed_contents_are_drawn_after_a_pause_and_another_figure_at_once() {
         let mut preview = shown(Protocol::HalfBlock);
-        let same = preview.shown.as_ref().unwrap().0.clone();
+        let same = wanted("scene");
         let changed = PreviewRequest { progress: 1, ..same.clone() };
         let is_drawn = |preview: &mut Preview, wanted: &PreviewRequest| {
             let mut is_asked = false;
@@ -287,12 +258,8 @@ mod tests {
             });
             is_asked
         };
-        // A picture that takes a minute is not drawn again after ten seconds.
-        (preview.begun, preview.took) = (Some(Instant::now() - Duration::from_secs(10)), Duration::from_secs(60));
-        assert!(!is_drawn(&mut preview, &changed));
-        preview.begun = None;
+        assert!(!is_drawn(&mut preview, &changed), "during the pause");
         assert!(!is_drawn(&mut preview, &same));
-        assert!(is_drawn(&mut preview, &changed));
         assert!(is_drawn(&mut preview, &PreviewRequest { kind: "clusters", ..changed }));
     }
 
@@ -312,19 +279,6 @@ mod tests {
         preview.forget();
         assert_eq!(preview.draw("scene", false, area, &theme, &mut buffer), drawing);
         assert_eq!(preview.graphics().protocol, Protocol::HalfBlock);
-    }
-
-    #[test]
-    fn characters_are_as_dense_as_colours_are_dark() {
-        let of = |r, g, b| darkness(Color::Rgb(r, g, b));
-        let near = |found: f32, expected: f32| (found - expected).abs() < 1e-4;
-        assert!(near(of(0, 0, 0), 1.0) && near(of(255, 255, 255), 0.0));
-        assert!(near(of(255, 0, 0), 0.7874) && near(of(0, 255, 0), 0.2848) && near(of(0, 0, 255), 0.9278));
-        let mut buffer = Buffer::empty(Rect::new(0, 0, 2, 1));
-        let style = Style::new().fg(Color::Rgb(0, 0, 0)).bg(Color::Rgb(255, 255, 255));
-        buffer.set_string(0, 0, "▀ ", style);
-        fit_colours(buffer.area, &theme(Depth::None), &mut buffer);
-        assert_eq!([0, 1].map(|x: u16| buffer[(x, 0)].symbol()), ["#", " "]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols;
 
 use mge_base::text::is_unsafe;
 use mge_figures as figures;
@@ -18,20 +19,13 @@ pub enum Marker {
 }
 
 impl Marker {
-    const ALL: [Self; 3] = [Self::Braille, Self::HalfBlock, Self::Ascii];
-
-    /// Dots per cell, across and down.
-    pub fn dots(self) -> [u16; 2] {
+    /// The same for the canvas of ratatui.
+    pub fn symbols(self) -> symbols::Marker {
         match self {
-            Self::Braille => [2, 4],
-            Self::HalfBlock => [1, 2],
-            Self::Ascii => [1, 1],
+            Self::Braille => symbols::Marker::Braille,
+            Self::HalfBlock => symbols::Marker::HalfBlock,
+            Self::Ascii => symbols::Marker::Custom('*'),
         }
-    }
-
-    /// Name on screen and in the environment variable.
-    pub fn name(self) -> &'static str {
-        ["braille", "half-block", "ascii"][self as usize]
     }
 }
 
@@ -60,17 +54,14 @@ pub enum Palette {
 }
 
 impl Palette {
-    const ALL: [Self; 3] = [Self::Dark, Self::Light, Self::ColourBlind];
-
-    /// Name on screen and in the environment variable.
-    pub fn name(self) -> &'static str {
-        ["dark", "light", "colour-blind"][self as usize]
-    }
-
     /// The palette that `MGE_THEME` names.
     pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Self> {
-        let words = variable("MGE_THEME")?.replace("color", "colour");
-        words.split([',', ' ']).rev().find_map(|word| Self::ALL.into_iter().find(|known| known.name() == word))
+        variable("MGE_THEME")?.split([',', ' ']).rev().find_map(|word| match word {
+            "dark" => Some(Self::Dark),
+            "light" => Some(Self::Light),
+            "colour-blind" | "color-blind" => Some(Self::ColourBlind),
+            _ => None,
+        })
     }
 
     /// The palette for a light or dark background.
@@ -178,8 +169,8 @@ impl Theme {
 
     /// The theme for the terminal, from the environment: `NO_COLOR`, `COLORTERM`, `TERM`,
     /// `COLORFGBG`, the character set of the locale, and `MGE_THEME`, a list of words such as
-    /// `light,16,ascii` (`dark`, `light`, `colour-blind`; `none`, `16`, `256`, `true`;
-    /// `braille`, `half-block`, `ascii`).
+    /// `light,16,ascii` (`dark`, `light`, `colour-blind`; `none`, `16`, `256`, `true`; `braille`, `half-block`,
+    /// `ascii`).
     pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Self {
         let value = |name: &str| variable(name).unwrap_or_default();
         let term = value("TERM");
@@ -200,14 +191,16 @@ impl Theme {
         let light = background.rsplit(';').next().is_some_and(|colour| matches!(colour, "7" | "15"));
         let palette = Palette::from_env(&variable).unwrap_or(Palette::on(light));
         for word in value("MGE_THEME").split([',', ' ']) {
-            marker = Marker::ALL.into_iter().find(|known| known.name() == word).unwrap_or(marker);
-            depth = match word {
-                "none" => Depth::None,
-                "16" => Depth::Ansi16,
-                "256" => Depth::Ansi256,
-                "true" => Depth::True,
-                _ => depth,
-            };
+            match word {
+                "none" => depth = Depth::None,
+                "16" => depth = Depth::Ansi16,
+                "256" => depth = Depth::Ansi256,
+                "true" => depth = Depth::True,
+                "braille" => marker = Marker::Braille,
+                "half-block" => marker = Marker::HalfBlock,
+                "ascii" => marker = Marker::Ascii,
+                _ => {}
+            }
         }
         if !value("NO_COLOR").is_empty() {
             depth = Depth::None;
@@ -218,16 +211,6 @@ impl Theme {
     /// This theme on a light or dark background.
     pub fn on(&self, light: bool) -> Self {
         Self::new(Palette::on(light), self.depth, self.marker)
-    }
-
-    /// This theme with the next palette.
-    pub fn next_palette(&self) -> Self {
-        Self::new(Palette::ALL[(self.palette as usize + 1) % 3], self.depth, self.marker)
-    }
-
-    /// This theme with the next marker.
-    pub fn next_marker(&self) -> Self {
-        Self::new(self.palette, self.depth, Marker::ALL[(self.marker as usize + 1) % 3])
     }
 
     /// The colour of a stage of guidance: subgoals in order, then the goal.
@@ -356,7 +339,7 @@ mod tests {
     #[test]
     fn the_environment_determines_depth_palette_and_marker() {
         type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
-        let cases: [Case; 20] = [
+        let cases: [Case; 21] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::HalfBlock),
@@ -373,6 +356,7 @@ mod tests {
             (&[("LANG", "de_DE@euro")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
             (&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
             (&[("LC_CTYPE", "ru_RU.KOI8-R"), ("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("MGE_THEME", "light,256,half-block")], Depth::Ansi256, Palette::Light, Marker::HalfBlock),
             (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, Marker::Ascii),
             (&[("MGE_THEME", "true")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("MGE_THEME", "16"), ("COLORTERM", "24bit")], Depth::Ansi16, Palette::Dark, Marker::Braille),
@@ -389,18 +373,10 @@ mod tests {
     }
 
     #[test]
-    fn palettes_markers_and_colours_of_stages_repeat() {
-        let mut theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+    fn colours_of_stages_repeat() {
+        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
         let stages = theme.stages;
         assert_eq!((0..7).map(|stage| theme.stage(stage)).collect::<Vec<_>>(), [&stages[..], &stages[..1]].concat());
-        for (palette, marker) in [
-            (Palette::Light, Marker::HalfBlock),
-            (Palette::ColourBlind, Marker::Ascii),
-            (Palette::Dark, Marker::Braille),
-        ] {
-            theme = theme.next_palette().next_marker();
-            assert_eq!((theme.palette, theme.marker, theme.depth), (palette, marker, Depth::True));
-        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::terminal::Terminal;
 fn open(variables: &[(&str, &str)]) -> (tempfile::TempDir, Terminal) {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("runs")).unwrap();
-    fs::write(folder.path().join("keys"), "colours = alt-P alt-] alt-_ alt-^ alt-X\n").unwrap();
+    fs::write(folder.path().join("keys"), "mouse = alt-P alt-] alt-_ alt-^ alt-X\n").unwrap();
     let mut command = CommandBuilder::new(MGE);
     command.cwd(folder.path());
     command.args(["--keys", "keys"]);
@@ -52,10 +52,9 @@ fn strings_of_the_terminal_are_not_typed() {
     terminal.type_text(":seed 7\r");
     terminal.wait_for("seed 7");
     // The same introducers are keys if nothing follows.
-    for (key, shown) in ["P", "]", "_", "^", "X"].iter().zip(["light", "colour-blind", "dark", "light", "colour-blind"])
-    {
+    for (key, owner) in ["P", "]", "_", "^", "X"].iter().zip(["terminal", "workbench"].iter().cycle()) {
         terminal.type_text(&format!("\x1b{key}"));
-        terminal.wait_for(&format!("colours: {shown}"));
+        terminal.wait_for(&format!("the {owner} handles the mouse"));
     }
     // A string without an end does not take the keyboard for ever.
     terminal.type_text("\x1b]q");
@@ -83,11 +82,6 @@ fn a_light_background_is_asked_for() {
     assert!(!terminal.written().contains(LIGHT));
     terminal.type_text("\x1b]11;rgb:ffff/ffff/f0f0\x1b\\");
     terminal.wait_until_written(LIGHT);
-    // A palette that the user chose stays.
-    terminal.type_text("\x1bP");
-    terminal.wait_for("colours: colour-blind");
-    terminal.type_text("\x1b]11;rgb:0/0/0\x07\x1bP");
-    terminal.wait_for("colours: dark");
 }
 
 #[test]

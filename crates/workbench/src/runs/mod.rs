@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::command::{Command, Continue, Delete, Evaluate, Open, Stop};
 use super::job::Reporter;
-use super::run::{Past, RunView};
+use super::run::RunView;
+use super::run_log::Recorded;
 use super::session::{Session, episode_number};
 use super::setup::Setup;
 use mge_base::text::counted;
@@ -90,13 +91,13 @@ impl Session {
         }
         let run = RunView::open(folder)?;
         let (directory, task) = (run.directory().clone(), run.config().task.clone());
-        let number = self.runs.add(run.with_past_unread());
+        let number = self.runs.add(run.with_log_unread());
         let report = format!("opened {}", folder.display());
-        let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
-        self.start_job(command, work, move |session, past| {
+        let work = move |reporter: &Reporter| Recorded::read(&directory, &task, reporter.stop());
+        self.start_job(command, work, move |session, recorded| {
             // The run may have been deleted meanwhile.
             let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
-            run.take_past(past).map(|()| report)
+            run.take_recorded(recorded).map(|()| report)
         });
         Ok(number)
     }

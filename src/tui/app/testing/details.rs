@@ -16,8 +16,9 @@ use crate::tui::effect::Effect;
 use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
 use crate::tui::terminal::Received;
-use crate::tui::view::{Curves, Level, RunSummary};
-use mge_run::{Metric, RunState};
+use crate::tui::view::{Level, RunSummary};
+use crate::tui::widgets::theme::Palette;
+use mge_run::RunState;
 use mge_workbench::Command;
 
 /// A cell of a row of the list, if the row is shown.
@@ -39,7 +40,7 @@ fn screen(app: &mut App) -> String {
 
 /// Whether there was something to draw; marks it as drawn.
 fn take_changed(app: &mut App) -> bool {
-    std::mem::take(&mut app.changed) | std::mem::take(&mut app.moved)
+    std::mem::take(&mut app.changed)
 }
 
 #[test]
@@ -324,12 +325,10 @@ fn guarded_work_without_a_panic_runs_normally() {
 }
 
 #[test]
-fn a_run_knows_its_time_left_and_the_subgoals_its_episodes_reached() {
+fn a_run_knows_its_time_left() {
     let mut run = RunSummary { state: RunState::Running, rate: Some(2.0), done: 40, ..run_summary("a") };
     let config = Arc::make_mut(&mut run.config);
     config.episodes = 100;
-    let subgoals = &mut Arc::make_mut(&mut config.task).subgoals;
-    *subgoals = vec![subgoals[0]; 3];
     assert_eq!(run.seconds_left(), Some(30.0));
     run.done = 120;
     assert_eq!(run.seconds_left(), Some(0.0));
@@ -337,14 +336,6 @@ fn a_run_knows_its_time_left_and_the_subgoals_its_episodes_reached() {
     assert_eq!(run.seconds_left(), None);
     (run.rate, run.state) = (Some(2.0), RunState::Paused);
     assert_eq!(run.seconds_left(), None);
-
-    let mut curves = Curves::default();
-    for (episode, share) in (1..).zip([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]) {
-        curves.push(episode, Metric::CURVES.map(|metric| if metric == Metric::SubgoalShare { share } else { 0.0 }));
-    }
-    let run = RunSummary { curves: Arc::new(curves), ..run };
-    assert_eq!(run.subgoal_hits(), [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]);
-    assert_eq!(Arc::new(run).latest(Metric::SubgoalShare), Some(1.0));
 }
 
 #[test]
@@ -398,4 +389,14 @@ fn a_command_typed_again_is_kept_once_as_the_latest() {
     let (mut app, asked) = app(empty());
     press(&mut app, ": s e e d space 7 enter : s e e d space 8 enter : s e e d space 7 enter : up up up enter");
     assert_eq!(asked.borrow().last().unwrap(), "seed 8");
+}
+
+#[test]
+fn the_palette_follows_the_background_unless_the_user_has_chosen_one() {
+    let (mut app, _) = app(empty());
+    app.receive(Received::Background { light: true });
+    assert_eq!(app.theme.palette, Palette::Dark);
+    let mut app = app.following_background();
+    app.receive(Received::Background { light: true });
+    assert_eq!(app.theme.palette, Palette::Light);
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ratatui::style::Modifier;
 
-use super::{app, change_run, empty, press, shot, text, typical};
+use super::{app, empty, press, shot, text, typical};
 use crate::tui::actions::Tab;
 use crate::tui::screens::HitRegion;
 use crate::tui::view::Level;
@@ -13,33 +13,13 @@ use crate::tui::view::Level;
 const TOO_SMALL: [(u16, u16); 2] = [(59, 20), (60, 19)];
 
 #[test]
-fn a_terminal_too_small_in_one_direction_shows_a_curve_and_the_status() {
+fn a_terminal_too_small_in_one_direction_says_so() {
     let (mut app, _) = app(typical());
     assert!(text(&shot(&mut app, 60, 20)).contains("? help"));
     for (width, height) in TOO_SMALL {
         let screen = text(&shot(&mut app, width, height));
-        assert!(screen.contains("running, 700/2000") && !screen.contains("? help"), "{screen}");
+        assert!(screen.contains(&format!("terminal too small: {width}x{height}, at least 60x20")), "{screen}");
     }
-}
-
-#[test]
-fn the_tour_uses_the_whole_width_of_a_small_terminal() {
-    for (width, height) in TOO_SMALL {
-        let (mut app, _) = app(typical());
-        app.show_tour();
-        let screen = text(&shot(&mut app, width, height));
-        let title = screen.lines().find_map(|line| line.find("welcome, 1/4"));
-        assert!(title.is_some_and(|bytes| bytes < 10), "{screen}");
-    }
-}
-
-#[test]
-fn the_status_leaves_half_of_a_small_terminal_to_the_curve() {
-    let mut view = typical();
-    change_run(&mut view, 1, |run| run.name = "n".repeat(200));
-    let (mut app, _) = app(view);
-    let screen = text(&shot(&mut app, 30, 8));
-    assert!(screen.contains("success rate"), "{screen}");
 }
 
 #[test]

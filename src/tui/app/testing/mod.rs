@@ -15,7 +15,7 @@ mod real_sessions;
 mod sequences;
 mod ways_out;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -28,8 +28,7 @@ use super::App;
 use crate::tui::input::{Key, Keymap};
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
-    Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, System, TaskModel, ViewModel, Watched,
-    Workspace, marks,
+    Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
 };
 use crate::tui::widgets::preview::PreviewJob;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
@@ -42,6 +41,7 @@ use mge_results::Composition;
 use mge_run::{Event, Metric, RunState};
 use mge_task::{Region, Task};
 use mge_trainer::{Fork, PriorSource, RunConfig, Trace};
+use mge_workbench::listing::marks;
 use mge_workbench::{Command, FigureKind, HandPlay, PriorState};
 
 /// A workspace that records what it is asked to do.
@@ -53,6 +53,8 @@ pub struct RecordingWorkspace {
 thread_local! {
     /// Background requests to the workspace of this test, the latest last.
     static WANTED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+    /// Past episodes take for ever to read.
+    static SLOW: Cell<bool> = const { Cell::new(false) };
     /// The view that the next poll brings.
     static NEWS: RefCell<Option<ViewModel>> = const { RefCell::new(None) };
 }
@@ -78,6 +80,19 @@ fn bring(app: &mut App, view: ViewModel) {
     app.tick(std::time::Duration::ZERO);
 }
 
+impl RecordingWorkspace {
+    fn episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
+        let shown = Episode::untouched(&self.view.task);
+        let trace = Trace { episode, ..Trace::clone(&shown.trace) };
+        let run = self.view.run(run).ok_or("no such run")?;
+        if episode > run.done {
+            return Err(format!("{} has no episode {episode}", run.name));
+        }
+        let title = format!("episode {episode} of {}", run.name);
+        Ok(Arc::new(Episode { title, trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
+    }
+}
+
 impl Workspace for RecordingWorkspace {
     fn view(&self) -> &ViewModel {
         &self.view
@@ -98,27 +113,16 @@ impl Workspace for RecordingWorkspace {
         want("an episode".to_owned());
     }
 
-    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
-        TaskModel::new(&PriorSource::TruePhysics, task)
+    fn model_for(&mut self, task: &Arc<Task>) -> Option<Result<TaskModel, String>> {
+        Some(TaskModel::new(&PriorSource::TruePhysics, task))
     }
 
-    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
-        let shown = Episode::untouched(&self.view.task);
-        let trace = Trace { episode, ..Trace::clone(&shown.trace) };
-        let run = self.view.run(run).ok_or("no such run")?;
-        if episode > run.done {
-            return Err(format!("{} has no episode {episode}", run.name));
-        }
-        let title = format!("episode {episode} of {}", run.name);
-        Ok(Arc::new(Episode { title, trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
+    fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>> {
+        (!SLOW.get()).then(|| self.episode(run, episode))
     }
 
     fn request_curves(&mut self, runs: Vec<PathBuf>) {
         want(format!("curves of {}", names(&runs)));
-    }
-
-    fn request_details(&mut self, run: &Path) {
-        want(format!("files of {}", names(&[run.to_owned()])));
     }
 
     fn pin_baseline(&mut self, label: &str) -> String {
@@ -138,10 +142,6 @@ impl Workspace for RecordingWorkspace {
             }
             _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
         }
-    }
-
-    fn look_for_runs(&mut self) {
-        want("runs".to_owned());
     }
 
     fn log(&mut self, level: Level, text: String) {
@@ -175,7 +175,6 @@ pub fn empty() -> ViewModel {
         models: vec![model("learned", "the shipped model"), model("true", "the environment's own physics")],
         runs: Vec::new(),
         groups: Arc::default(),
-        details: None,
         runs_unread: 0,
         runs_damaged: 0,
         watched: None,
@@ -184,7 +183,6 @@ pub fn empty() -> ViewModel {
         model_losses: Arc::default(),
         model_outcome: None,
         figures: Vec::new(),
-        system: System::default(),
         log: Vec::new(),
         log_total: 0,
     }

@@ -44,9 +44,8 @@ fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
     press(&mut app, "enter");
     wait_until(&mut app, |app| app.subject.run().is_some_and(|run| run.done > 0));
     press(&mut app, "1 g home");
-    let screen = seen(&mut app);
-    assert!(screen.contains("task1 · episode 1 of task1-ddpg-seed0"), "{screen}");
-    assert!(!screen.contains("no prediction"), "{screen}");
+    wait_until(&mut app, |app| seen(app).contains("task1 · episode 1 of task1-ddpg-seed0"));
+    wait_until(&mut app, |app| !seen(app).contains("no prediction"));
     press(&mut app, "s");
     assert!(seen(&mut app).contains("task4 · no tool placed"));
 }
@@ -56,11 +55,11 @@ fn another_task_is_opened_while_a_past_episode_is_predicted() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task5", folder.path(), &SHORT);
     press(&mut app, "pageup g");
-    assert!(seen(&mut app).contains("task5 · episode 3"));
+    wait_until(&mut app, |app| seen(app).contains("task5 · episode 3") && app.subject.past_episode() == Some(3));
     app.carry_out(vec![Effect::apply(command::Task("task1".to_owned()))]);
     let screen = seen(&mut app);
     assert!(screen.contains("task5 · episode 3"), "the episode has its own task\n{screen}");
-    assert!(!screen.contains("no prediction"), "{screen}");
+    wait_until(&mut app, |app| !seen(app).contains("no prediction"));
     press(&mut app, "tab right");
     assert!(seen(&mut app).contains("task1 · no tool placed"), "the edited task is shown");
     app.carry_out(vec![Effect::apply(command::Undo)]);
@@ -81,7 +80,6 @@ fn a_run_keeps_its_place_in_the_list_when_it_is_opened() {
         RunDirectory::create(folder.path().join(name), &config).unwrap();
     }
     let mut workspace = SessionWorkspace::new(Session::on_task("task1", folder.path().to_owned()).unwrap());
-    workspace.look_for_runs();
     let names = |workspace: &SessionWorkspace| {
         workspace.view().runs.iter().map(|run| run.name.clone()).collect::<Vec<_>>().concat()
     };
@@ -105,7 +103,7 @@ fn past_episodes_have_the_nearest_agent_and_a_greedy_episode_is_shown_once() {
     // The last episode was played by the agent of the checkpoint before it.
     wait_for(&mut app, "agent of episode 2");
     press(&mut app, "4 left left");
-    assert_eq!(app.subject.past_episode(), Some(2));
+    wait_until(&mut app, |app| app.subject.past_episode() == Some(2));
     wait_for(&mut app, "agent of episode 1");
     assert!(seen(&mut app).contains("epsilon 0.00"));
     press(&mut app, "5 v");
@@ -114,6 +112,7 @@ fn past_episodes_have_the_nearest_agent_and_a_greedy_episode_is_shown_once() {
     wait_for(&mut app, "agent of episode 3");
     assert!(seen(&mut app).contains("the greedy policy of task1-ddpg-seed0"));
     press(&mut app, "home");
+    wait_until(&mut app, |app| app.subject.past_episode() == Some(1));
     app.carry_out(vec![Effect::apply(command::Seed(5))]);
     app.show_greedy();
     assert_eq!(app.subject.past_episode(), Some(1), "it was shown already");
@@ -176,7 +175,9 @@ fn figures_tags_and_models_are_up_to_date() {
     apply(&mut app, &format!("tag {run} paper"));
     wait_until(&mut app, |app| app.workspace.view().runs[0].tags == ["paper"]);
     let about = |app: &App| app.workspace.view().models.iter().map(|model| model.about.clone()).collect::<Vec<_>>();
+    wait_until(&mut app, |app| !about(app).is_empty());
     let before = about(&app);
     apply(&mut app, "task create/Push");
-    assert_ne!(about(&app), before, "models for another task");
+    // The descriptions for another task.
+    wait_until(&mut app, |app| about(app) != before);
 }

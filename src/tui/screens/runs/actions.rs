@@ -171,17 +171,17 @@ pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
     vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))]
 }
 
-/// Asks which columns are shown.
+/// Asks for the columns of the list.
 pub fn ask_for_columns(state: &Runs) -> Vec<Effect> {
     let read = |text: &str| {
         let text = text.to_owned();
         Ok(Effect::new(move |app| app.screens.runs.show_columns(&text)))
     };
-    let now = state.columns.clone().unwrap_or_else(columns::defaults);
-    let now: Vec<String> = now.into_iter().map(|column| column.heading).collect();
+    let now = if state.columns.is_empty() { columns::defaults(u16::MAX) } else { state.columns.clone() };
+    let now: Vec<&str> = now.iter().map(columns::Column::heading).collect();
     let hint = format!(
         "{}, or settings in which runs differ, such as ddpg.gamma; none for the default ones",
-        columns::names()
+        columns::names().join(" ")
     );
     vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))]
 }

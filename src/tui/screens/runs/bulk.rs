@@ -5,6 +5,7 @@ use super::super::figures::path_of;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Question;
 use crate::tui::view::{Level, RunSummary};
+use mge_base::text::counted;
 use mge_run::RunState;
 use mge_workbench::{Command, FigureKind, command};
 
@@ -59,34 +60,26 @@ pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     effects
 }
 
+/// The names of runs, or of some of them and the number of the others.
+fn names(runs: &[&RunSummary]) -> String {
+    let names = runs.iter().take(MAX_NAMED).map(|run| run.name.as_str()).collect::<Vec<_>>().join(", ");
+    let more = runs.len().saturating_sub(MAX_NAMED);
+    if more > 0 { format!("{names} and {more} more") } else { names }
+}
+
 /// Deletes runs after a question, except those that are queued, being trained or paused.
 pub fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let (going, ended): (Vec<&RunSummary>, Vec<&RunSummary>) = runs.iter().copied().partition(|run| is_going(run));
-    let what = match (ended.as_slice(), going.as_slice()) {
-        ([], [run]) if run.queued => {
-            let leave = ui.text("{stop} takes it out of the queue");
-            return vec![Effect::info(format!("{} waits for a free core: {leave}", run.name))];
-        }
-        ([], [run]) => {
-            let doing = if run.state == RunState::Paused { "paused" } else { "being trained" };
-            return vec![Effect::info(format!("{} is {doing}: {}", run.name, ui.text("{stop} stops it")))];
-        }
-        ([], _) => return vec![Effect::info(ui.text("none of them has ended: {stop} stops them"))],
-        (ended, _) => {
-            let names = ended.iter().take(MAX_NAMED).map(|run| run.name.as_str()).collect::<Vec<_>>().join(", ");
-            let more = ended.len().saturating_sub(MAX_NAMED);
-            if more > 0 { format!("{names} and {more} more") } else { names }
-        }
-    };
+    if ended.is_empty() {
+        return vec![Effect::info(format!("not ended yet: {}; {}", names(&going), ui.text("{stop} stops it")))];
+    }
     let undo = ui.text("{undo} here brings back the last one");
+    let what = names(&ended);
     let mut text = format!("With all files: {what}. To the trash, `.trash` beside them: {undo}, until you empty it.");
     if !going.is_empty() {
         text = format!("{text} Not deleted, because they have not ended: {}.", going.len());
     }
-    let title = match ended.len() {
-        1 => "delete the run?".to_owned(),
-        several => format!("delete {several} runs?"),
-    };
+    let title = format!("delete {}?", counted(ended.len(), "run"));
     let delete = ended.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
     vec![Effect::open(Question::warning(&title, text, vec![('y', "delete", Effect::all(delete))]))]
 }
@@ -94,29 +87,20 @@ pub fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 /// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.
 pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| runs.len() == 1 || is_going(run)).collect();
-    let text = match stopped.as_slice() {
-        [] => return vec![Effect::info("none of them is being trained")],
-        [run] if run.queued => format!("{} is taken out of the queue. It can be continued later.", run.name),
-        [run] => {
-            format!("{} ends after the current episode. Its checkpoint is kept: it can be continued later.", run.name)
-        }
-        runs => format!(
-            "{} runs are stopped: those in the queue at once, the others after the current episode. All can be \
-             continued later.",
-            runs.len()
-        ),
-    };
-    let (title, answer) = match stopped.as_slice() {
-        [run] if run.queued => ("leave the queue?", "leave it"),
-        [_] => ("stop the training?", "stop"),
-        _ => ("stop the runs?", "stop"),
-    };
+    if stopped.is_empty() {
+        return vec![Effect::info("none of them is being trained")];
+    }
+    let (title, what) = (format!("stop {}?", counted(stopped.len(), "run")), names(&stopped));
+    let text = format!(
+        "{what}: in training, after the current episode, with a checkpoint; in the queue, at once. It can be continued \
+         later."
+    );
     let asks = stopped.iter().any(|run| is_going(run));
     let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
     if !asks {
         return stop;
     }
-    vec![Effect::open(Question::warning(title, text, vec![('y', answer, Effect::all(stop))]))]
+    vec![Effect::open(Question::warning(&title, text, vec![('y', "stop", Effect::all(stop))]))]
 }
 
 /// Opens each run and applies its command. After several runs, the watched run is opened again.

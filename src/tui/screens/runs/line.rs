@@ -21,13 +21,11 @@ pub enum LineKey {
     Group(String, String),
 }
 
-/// Most levels by which a line is indented.
-const DEEPEST: usize = 6;
 /// A line of the list.
 #[derive(Clone)]
 pub enum Line<'a> {
-    /// A run, and its depth below another line, as one of an unfolded group or as a fork.
-    Run(&'a RunSummary, usize),
+    /// A run, and whether it is below the line of its unfolded group.
+    Run(&'a RunSummary, bool),
     /// A group, and those of its runs that are listed.
     Group(&'a RunGroup, Vec<&'a RunSummary>),
 }
@@ -46,14 +44,6 @@ impl<'a> Line<'a> {
         match self {
             Self::Run(run, _) => vec![run],
             Self::Group(_, runs) => runs.clone(),
-        }
-    }
-
-    /// The name of its task.
-    pub fn task(&self) -> &'a str {
-        match self {
-            Self::Run(run, _) => &run.config.task.name,
-            Self::Group(group, _) => &group.task,
         }
     }
 
@@ -77,13 +67,8 @@ impl<'a> Line<'a> {
     /// of its runs if there is less room.
     pub fn named(&self, columns: usize, several_tasks: bool) -> String {
         match self {
-            Self::Run(run, 0) => shortened(&run.name, columns, true),
-            Self::Run(run, depth) => {
-                let indent = 2 * (*depth).min(DEEPEST);
-                let sign = if run.config.fork.is_some() { "└ " } else { "  " };
-                let name = shortened(&run.name, columns.saturating_sub(indent), true);
-                format!("{}{sign}{name}", " ".repeat(indent - 2))
-            }
+            Self::Run(run, false) => shortened(&run.name, columns, true),
+            Self::Run(run, true) => format!("  {}", shortened(&run.name, columns.saturating_sub(2), true)),
             Self::Group(group, runs) => {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
                 // The runs of a line are ordered by seed.

@@ -12,7 +12,7 @@ use super::super::{HitRegions, Ui};
 use super::Runs;
 use super::columns::{self, Column};
 use super::line::{Line, urgency};
-use crate::tui::view::{RunGroup, RunSummary};
+use crate::tui::view::RunGroup;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
 use mge_base::text::natural_key;
@@ -66,7 +66,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
     for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
         let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.is_many()) else {
-            lines.push(Line::Run(run, 0));
+            lines.push(Line::Run(run, false));
             continue;
         };
         let place = *places.entry(std::ptr::from_ref(group)).or_insert(lines.len());
@@ -78,7 +78,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     for line in &mut lines {
         match line {
             // A group of which only one run is listed is not folded.
-            Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], 0),
+            Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], false),
             Line::Group(_, runs) => runs.sort_by_key(|run| run.config.seed),
             Line::Run(..) => {}
         }
@@ -94,49 +94,9 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
             Line::Group(_, runs) if state.unfolded.contains(&line.key()) => runs.clone(),
             _ => Vec::new(),
         };
-        std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, 1)))
+        std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, true)))
     };
-    tree(lines.into_iter().flat_map(unfolded).collect())
-}
-
-/// Puts forks below the line of their origin, if that is listed, each one level deeper.
-fn tree(lines: Vec<Line>) -> Vec<Line> {
-    let is_fork = |line: &Line| matches!(line, Line::Run(run, 0) if run.config.fork.is_some());
-    if !lines.iter().any(is_fork) {
-        return lines;
-    }
-    // A run of an unfolded group is at its own line, which overwrites that of the group.
-    let mut places: HashMap<&str, usize> = HashMap::new();
-    for (place, line) in lines.iter().enumerate() {
-        line.runs().iter().for_each(|run| _ = places.insert(&run.name, place));
-    }
-    let mut children: HashMap<usize, Vec<usize>> = HashMap::new();
-    let mut roots = Vec::new();
-    for (place, line) in lines.iter().enumerate() {
-        let origin = if let Line::Run(RunSummary { config, .. }, 0) = line { config.fork.as_ref() } else { None };
-        match origin.and_then(|fork| places.get(&*fork.run)).filter(|parent| **parent != place) {
-            Some(parent) => children.entry(*parent).or_default().push(place),
-            None => roots.push(place),
-        }
-    }
-    let depth = |line: &Line| if let Line::Run(_, depth) = line { *depth } else { 0 };
-    let mut ordered = Vec::with_capacity(lines.len());
-    let mut next: Vec<(usize, usize)> = roots.into_iter().rev().map(|place| (place, depth(&lines[place]))).collect();
-    let mut seen = vec![false; lines.len()];
-    // Runs that name each other as origin cannot be reached from a root: they come last.
-    let others: Vec<(usize, usize)> = (0..lines.len()).rev().map(|place| (place, 0)).collect();
-    next.splice(0..0, others);
-    while let Some((place, at)) = next.pop() {
-        if std::mem::replace(&mut seen[place], true) {
-            continue;
-        }
-        ordered.push(match &lines[place] {
-            Line::Run(run, _) => Line::Run(run, at),
-            group => group.clone(),
-        });
-        next.extend(children.remove(&place).into_iter().flatten().rev().map(|child| (child, at + 1)));
-    }
-    ordered
+    lines.into_iter().flat_map(unfolded).collect()
 }
 
 /// Widths of the mark and of the state.
@@ -146,17 +106,17 @@ const STATE: u16 = 11;
 const NAME: [u16; 2] = [16, 70];
 
 /// The columns that fit: the chosen ones, or the default ones.
-fn shown_columns(state: &Runs, width: u16) -> Vec<Column> {
-    let Some(chosen) = &state.columns else {
-        return columns::defaults().into_iter().filter(|column| width >= column.from).collect();
-    };
+fn columns(state: &Runs, width: u16) -> Vec<Column> {
+    if state.columns.is_empty() {
+        return columns::defaults(width);
+    }
     let mut room = width.saturating_sub(MARK + STATE + NAME[0] + 3);
     let fits = |column: &&Column| {
-        let left = room.checked_sub(column.width + 1);
+        let left = room.checked_sub(column.width() + 1);
         room = left.unwrap_or(0);
         left.is_some()
     };
-    chosen.iter().take_while(fits).cloned().collect()
+    state.columns.iter().take_while(fits).cloned().collect()
 }
 
 /// Draws headings and lines, with the selected one highlighted.
@@ -171,18 +131,17 @@ pub fn draw(
 ) {
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
-    let shown = shown_columns(state, area.width);
-    let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
+    let shown = columns(state, area.width);
+    let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width() + 1).sum::<u16>();
     let name = area.width.saturating_sub(taken).min(NAME[1]);
-    let widths: Vec<Constraint> = [MARK, name, STATE]
-        .into_iter()
-        .chain(shown.iter().map(|column| column.width))
-        .map(Constraint::Length)
-        .collect();
+    let widths: Vec<Constraint> =
+        [MARK, name, STATE].into_iter().chain(shown.iter().map(Column::width)).map(Constraint::Length).collect();
     let headings = ["", "run", "state"].map(Text::from).into_iter();
-    let headings = headings.chain(
-        shown.iter().map(|it| Text::from(shortened(&it.heading, usize::from(it.width), true)).alignment(it.alignment)),
-    );
+    let aligned = |text: String, is_number: bool| {
+        if is_number { Text::from(text).right_aligned() } else { Text::from(text) }
+    };
+    let headings = headings
+        .chain(shown.iter().map(|it| aligned(shortened(it.heading(), usize::from(it.width()), true), it.is_number())));
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let row = |index: usize| {
@@ -197,11 +156,10 @@ pub fn draw(
             Text::from(line.named(usize::from(name), several_tasks)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
-        let cell = |column: &Column| {
-            let text = shortened(&column.cell(line, ui), usize::from(column.width), false);
-            Text::from(text).alignment(column.alignment)
-        };
-        Row::new(first.into_iter().chain(shown.iter().map(cell)))
+        let others = shown.iter().map(|column| {
+            aligned(shortened(&column.cell(line, ui), usize::from(column.width()), false), column.is_number())
+        });
+        Row::new(first.into_iter().chain(others))
     };
     regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));
 }

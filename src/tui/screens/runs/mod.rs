@@ -12,7 +12,6 @@ mod preview;
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
-use std::time::Duration;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -21,7 +20,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::curves::CurvesState;
-use super::pane::{self, hint, pane, system_line};
+use super::pane::{self, hint, pane, queue_line};
 use super::{HitRegions, Ui};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunGroup, RunSummary, ViewModel};
@@ -48,16 +47,13 @@ pub struct Runs {
     sort: Sort,
     /// Whether the order is reversed.
     pub reversed: bool,
+    /// The chosen columns; empty for the default ones.
+    columns: Vec<Column>,
     /// Groups whose runs are shown one by one.
     unfolded: HashSet<LineKey>,
     marked: HashSet<PathBuf>,
-    /// The chosen columns; None for the default ones.
-    columns: Option<Vec<Column>>,
-    since_look: Duration,
 }
 
-/// Interval between scans of the folder of runs, which other processes may change, too.
-const SCAN_INTERVAL: Duration = Duration::from_secs(2);
 /// Width from which a preview fits beside the list.
 const BESIDE: u16 = 110;
 /// Lines above and below the selected one whose curves are read.
@@ -72,19 +68,6 @@ fn is_setting(name: &str) -> bool {
 }
 
 impl Runs {
-    /// Advances time; true when the folder should be scanned again. Then also removes the marks of runs that no longer
-    /// exist.
-    pub fn is_scan_due(&mut self, elapsed: Duration, view: &ViewModel) -> bool {
-        self.since_look += elapsed;
-        let due = self.since_look >= SCAN_INTERVAL;
-        if due {
-            self.since_look = Duration::ZERO;
-            let known: HashSet<&PathBuf> = view.runs.iter().map(|run| &run.path).collect();
-            self.marked.retain(|path| known.contains(path));
-        }
-        due
-    }
-
     /// Lists only the runs that a filter accepts.
     ///
     /// # Errors
@@ -167,20 +150,14 @@ impl Runs {
     }
 }
 
-/// Folders of the runs whose curves are needed, those of the selected line first; and the folder whose files are
-/// needed, if a single run is selected.
-pub fn wanted(state: &Runs, ui: &Ui) -> (Vec<PathBuf>, Option<PathBuf>) {
+/// Folders of the runs whose curves are needed, those of the selected line first.
+pub fn wanted(state: &Runs, ui: &Ui) -> Vec<PathBuf> {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     let around = selected.saturating_sub(AROUND)..lines.len().min(selected + AROUND);
     let shown = lines.get(selected).into_iter().chain(&lines[around]);
     let mut known = HashSet::new();
-    let wanted = shown.flat_map(Line::runs).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect();
-    let previewed = match lines.get(selected) {
-        Some(Line::Run(run, _)) => Some(run.path.clone()),
-        _ => None,
-    };
-    (wanted, previewed)
+    shown.flat_map(Line::runs).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect()
 }
 
 /// Draws the screen.
@@ -199,7 +176,7 @@ pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mu
     }
     let is_reading = ui.view.runs_unread > 0 && !ui.view.runs.is_empty();
     let inside = pane(&title(state, ui, is_reading), area, ui.theme, buffer);
-    system_line(ui.view, area, ui.theme, buffer);
+    queue_line(ui.view, area, ui.theme, buffer);
     if lines.is_empty() {
         return hint(&ui.text(nothing(state, ui.view)), inside, ui.theme, buffer);
     }
@@ -211,15 +188,12 @@ pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mu
     let room = inside.height - height;
     // The curve gets the rows that the list does not need, at most half of all.
     let curve = room.saturating_sub(lines.len() as u16 + 1).min(room / 2);
-    let curve = if curve >= preview::CHART { curve } else { 0 };
+    // The preview, if it is shown, already has the curve of the line.
+    let curve = if curve >= preview::CHART && height > 0 { curve } else { 0 };
     let heights = [Constraint::Fill(1), Constraint::Length(curve), Constraint::Length(height)];
     let [rows, middle, below] = Layout::vertical(heights).areas(inside);
     if let Some(line) = lines.get(selected).filter(|_| curve > 0) {
-        // The preview, if it is shown, already has the curve of the line.
-        match height > 0 {
-            true => preview::chart(ui, curves, line, middle, buffer),
-            false => preview::comparison(ui, curves, &lines, line, middle, buffer),
-        }
+        preview::chart(ui, curves, line, middle, buffer);
     }
     details.render(below, buffer);
     list::draw(state, &lines, selected, ui, rows, buffer, regions);
@@ -227,8 +201,9 @@ pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mu
 
 fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
     let mut title = format!("runs in {}", ui.view.folder.display());
-    if !state.marked.is_empty() {
-        title = format!("{title} · {} marked", state.marked.len());
+    let marked = state.marked(ui.view).len();
+    if marked > 0 {
+        title = format!("{title} · {marked} marked");
     }
     if !state.filter.is_empty() {
         title = format!("{title} · with `{}`, esc shows all", state.filter.text());
@@ -316,15 +291,6 @@ mod tests {
         view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
         let runs: Vec<&RunSummary> = view.runs[first..first + 3].iter().map(|run| &**run).collect();
         about_group(view.groups.of(&runs[0].path).unwrap(), &runs)
-    }
-
-    #[test]
-    fn marks_of_vanished_runs_are_removed() {
-        let mut view = grouped();
-        let mut state = Runs { marked: view.runs[..2].iter().map(|run| run.path.clone()).collect(), ..Runs::default() };
-        let vanished = view.runs.remove(0);
-        assert!(state.is_scan_due(SCAN_INTERVAL, &view));
-        assert!(!state.is_marked(&vanished) && state.is_marked(&view.runs[0]));
     }
 
     #[test]

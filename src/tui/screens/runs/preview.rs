@@ -1,4 +1,4 @@
-//! The preview of the selected run or group: curves, the settings in which it differs, notes, files, log.
+//! The preview of the selected run or group: curves, the settings in which it differs, notes.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -11,16 +11,13 @@ use super::super::curves::CurvesState;
 use super::super::pane::{lines, pane};
 use super::super::{HitRegions, Ui};
 use super::line::Line;
-use crate::tui::view::{RunGroup, RunSummary};
+use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::text::printable;
 use mge_run::{Metric, Practised};
 
 /// Least height of a chart.
 pub const CHART: u16 = 6;
-/// Width from which files and log are beside the settings.
-const WIDE: u16 = 70;
-
 /// Draws the preview.
 pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
     let name = match line {
@@ -37,29 +34,11 @@ pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect,
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
         charts(ui, curves, line).draw(metric, place, buffer, &mut HitRegions::default());
     }
-    let beside: [Rect; 2] =
-        Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).spacing(2).areas(rest);
-    let is_wide = rest.width >= WIDE;
-    let width = if is_wide { beside[0].width } else { rest.width };
-    let settings = match line {
-        Line::Run(run, _) => of_run(ui, run, width),
-        Line::Group(_, runs) => of_group(ui, runs, width),
+    let text = match line {
+        Line::Run(run, _) => of_run(ui, run, rest.width),
+        Line::Group(_, runs) => of_group(ui, runs, rest.width),
     };
-    let [left, right] = match is_wide {
-        true => beside,
-        false => {
-            // The settings get the rows that they need, but leave a third to the files and the log.
-            let most = rest.height - rest.height / 3;
-            let height = u16::try_from(settings.len()).map_or(most, |height| height.min(most));
-            Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(rest)
-        }
-    };
-    let others = match line {
-        Line::Run(run, _) => files(ui, run, right),
-        Line::Group(_, runs) => seeds(ui, runs, right.width),
-    };
-    Text::from(fitting(ui, settings, left.height)).render(left, buffer);
-    Text::from(fitting(ui, others, right.height)).render(right, buffer);
+    Text::from(fitting(ui, text, rest.height)).render(rest, buffer);
 }
 
 /// The lines that fit into the rows; if some do not, the last row says how many.
@@ -81,23 +60,6 @@ fn fitting(ui: &Ui, mut text: Vec<TextLine<'static>>, rows: u16) -> Vec<TextLine
 /// Draws only the success, where there is no room for the preview.
 pub fn chart(ui: &Ui, curves: &CurvesState, line: &Line, area: Rect, buffer: &mut Buffer) {
     charts(ui, curves, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
-}
-
-/// Draws the success of all listed groups and single runs on the selected line's task, if there are several.
-pub fn comparison(ui: &Ui, curves: &CurvesState, list: &[Line], selected: &Line, area: Rect, buffer: &mut Buffer) {
-    let task = selected.task();
-    let is_in_group = |run: &RunSummary| ui.view.groups.of(&run.path).is_some_and(RunGroup::is_many);
-    let compared = list.iter().filter(|line| match line {
-        Line::Run(run, _) => run.config.task.name == task && !is_in_group(run),
-        Line::Group(group, _) => group.task == task && group.curves.is_some(),
-    });
-    let shown: Vec<Shown> = compared.flat_map(|line| shown(ui, line)).collect();
-    if shown.len() < 2 {
-        return;
-    }
-    let [head, rest] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
-    TextLine::styled(format!("listed, on {task}"), ui.theme.strong()).render(head, buffer);
-    Charts::new(curves, shown, ui).draw(Metric::Success, rest, buffer, &mut HitRegions::default());
 }
 
 fn charts<'a>(ui: &'a Ui, curves: &'a CurvesState, line: &Line<'a>) -> Charts<'a> {
@@ -190,7 +152,9 @@ fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
 
 fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
     let shared = runs.first().map_or_else(Vec::new, |run| settings(ui, run, width));
-    section(ui, SETTINGS, shared, width)
+    let mut text = section(ui, SETTINGS, shared, width);
+    text.extend(seeds(ui, runs, width));
+    text
 }
 
 /// The runs of a group, one per line.
@@ -207,28 +171,4 @@ fn seeds(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
     };
     let fold = ui.text("seed, state, episodes, success · {fold-group} folds");
     section(ui, &fold, runs.iter().map(line).collect(), width)
-}
-
-/// The files of a run, and the end of its log.
-fn files(ui: &Ui, run: &RunSummary, area: Rect) -> Vec<TextLine<'static>> {
-    let Some(details) = ui.view.details.as_ref().filter(|details| details.path == run.path) else {
-        return vec![TextLine::styled("the files are being read", ui.theme.faint())];
-    };
-    let size = |bytes: u64| match bytes {
-        0..10_000 => format!("{bytes} B"),
-        10_000..10_000_000 => format!("{} kB", bytes / 1000),
-        _ => format!("{} MB", bytes / 1_000_000),
-    };
-    let file = |(name, bytes): &(String, Option<u64>)| {
-        let size = bytes.map_or_else(|| "folder".to_owned(), size);
-        TextLine::raw(format!("{:<18} {size:>8}", printable(name).to_string()))
-    };
-    let mut text = section(ui, "files", details.files.iter().map(file).collect(), area.width);
-    // At least one line, which counts among those that do not fit.
-    let room = usize::from(area.height).saturating_sub(text.len() + 1).max(1);
-    let log: Vec<TextLine> =
-        details.log.iter().flat_map(|line| lines(printable(line).as_ref(), area.width, Style::new())).collect();
-    let latest = log[log.len().saturating_sub(room)..].to_vec();
-    text.extend(section(ui, "log", latest, area.width));
-    text
 }

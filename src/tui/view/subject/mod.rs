@@ -74,8 +74,8 @@ pub struct ComparedEpisode {
     pub run: PathBuf,
     /// Number of the episode, counted from 1.
     pub number: u64,
-    /// The episode, or why there is none.
-    pub episode: Result<Arc<Episode>, String>,
+    /// The episode, or why there is none; None while it is being read.
+    pub episode: Option<Result<Arc<Episode>, String>>,
 }
 
 impl Subject {

@@ -52,7 +52,7 @@ impl Subject {
     /// # Errors
     /// Why there is no prediction.
     pub fn predict(&self, action: usize) -> Result<Vec<[f32; 2]>, String> {
-        let model = self.model.as_ref().ok_or("no model is loaded")?.as_ref().map_err(String::clone)?;
+        let model = self.model.as_ref().ok_or("the model is being loaded")?.as_ref().map_err(String::clone)?;
         if !self.episode.trace.start.tools.is_empty() {
             return Err("the model supports only the task's own tool".to_owned());
         }

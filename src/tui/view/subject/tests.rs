@@ -168,7 +168,7 @@ fn a_past_episode_has_the_clusters_of_the_run_and_keeps_the_one_beside_it() {
     let past = Choice::Past(episode("task1-ddpg-mge-seed0", &view.task));
     let mut first = choose(&view, past.clone(), None);
     assert!(first.clusters().unwrap().of_run);
-    let beside = ComparedEpisode { run: "runs/old".into(), number: 7, episode: Err("none".to_owned()) };
+    let beside = ComparedEpisode { run: "runs/old".into(), number: 7, episode: Some(Err("none".to_owned())) };
     first.set_beside(Some(beside));
     let again = choose(&view, past, Some(&first));
     assert!(again.beside().is_some());

@@ -4,27 +4,19 @@ mod refresh;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::details::Details;
-use super::groups::Grouper;
-use super::histories::Histories;
-use super::models::Models;
-use super::past::{AgentReader, LastEpisode, episode_of};
-use super::playback::Episode;
-use super::rate::Rate;
-use super::run_index::RunIndex;
-use super::system::{Meter, System};
-use super::{Level, LogLine, RunSummary, TaskModel, ViewModel};
+use super::playback::{Episode, Origin};
+use super::{Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel};
 use crate::tui::widgets::preview::PreviewJob;
 use mge_results::Composition;
 use mge_run::{Event, RunState};
 use mge_task::Task;
-use mge_trainer::{Phase, PriorSource};
-use mge_workbench::{Command, FigureKind, Notice, RunView, SavedRun, Session, command};
+use mge_trainer::{PriorSource, Trace};
+use mge_workbench::listing::Listing;
+use mge_workbench::{Command, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
 use refresh::hand_episode;
 
 /// What the screens need from a session.
@@ -40,20 +32,12 @@ pub trait Workspace {
     fn apply(&mut self, command: Command) -> Result<String, String>;
     /// Requests the next finished training episode.
     fn request_live(&self);
-    /// The model of the current settings for a task.
-    ///
-    /// # Errors
-    /// Why there is none, in one line.
-    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String>;
-    /// Replays a past episode of the run in a folder.
-    ///
-    /// # Errors
-    /// Why there is none, in one line.
-    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String>;
+    /// The model of the current settings for a task, or why there is none; None while it is being loaded.
+    fn model_for(&mut self, task: &Arc<Task>) -> Option<Result<TaskModel, String>>;
+    /// A past episode of the run in a folder, or why there is none; None while it is being read.
+    fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>>;
     /// Requests the curves of the runs in these folders, opened or not.
     fn request_curves(&mut self, runs: Vec<PathBuf>);
-    /// Requests the contents of a run's folder.
-    fn request_details(&mut self, run: &Path);
     /// Makes the groups with a label the baseline, or unpins them if they are it already; returns a message.
     fn pin_baseline(&mut self, label: &str) -> String;
     /// Requests the agent of the watched run from the checkpoint nearest to an episode, counted from 1. It
@@ -64,8 +48,6 @@ pub trait Workspace {
     /// # Errors
     /// Why there is none, in one line.
     fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<PreviewJob, String>;
-    /// Looks for new and changed runs in the folder of runs, in the background.
-    fn look_for_runs(&mut self);
     /// Adds a line to the log.
     fn log(&mut self, level: Level, text: String);
 }
@@ -77,25 +59,30 @@ const REFRESH: Duration = Duration::from_millis(200);
 /// Number of log lines kept.
 const LOG: usize = 2000;
 
+/// Number of further episodes of a running training after which its checkpoints are looked up again.
+const RECHECK_EPISODES: u64 = 50;
+/// Number of past episodes and of models kept.
+const KEPT: usize = 4;
+
+/// The folder of a run, an episode of it, and the run's progress in units of `RECHECK_EPISODES` episodes.
+type AgentKey = (PathBuf, u64, u64);
+
 /// A session and its view model.
 pub struct SessionWorkspace {
     session: Session,
     /// Which commands are carried out; the others are refused.
     allow: fn(&Command) -> bool,
     view: ViewModel,
-    rates: HashMap<PathBuf, Rate>,
-    models: Models,
-    /// The model last requested, with the source and task it depends on.
-    model: Option<(PriorSource, Arc<Task>, Result<TaskModel, String>)>,
-    index: RunIndex,
-    /// Runs that were in the session before they were found in the folder; they are listed last.
-    begun: HashSet<PathBuf>,
-    last: LastEpisode,
-    agents: AgentReader,
-    histories: Histories,
-    grouper: Grouper,
-    details: Details,
-    meter: Meter,
+    listing: Listing,
+    /// The available models, by the task that they are described for and the number of changes of their files.
+    models: Loader<(Arc<Task>, usize), Vec<ModelSummary>>,
+    /// How often a command has changed the files of models.
+    model_changes: usize,
+    /// Models by the source and task they depend on.
+    model: Loader<(PriorSource, Arc<Task>), TaskModel>,
+    /// Past episodes, by the folder of their run and their number.
+    episodes: Loader<(PathBuf, u64), Arc<Episode>>,
+    agents: Loader<AgentKey, Arc<SavedAgent>>,
     /// Runs trained by other processes have been reported.
     others_reported: bool,
     /// Why runs of the folder cannot be read, as far as it was logged.
@@ -112,7 +99,6 @@ impl SessionWorkspace {
     /// The workspace of a session.
     pub fn new(session: Session) -> Self {
         let task = Arc::new(session.task().clone());
-        let mut models = Models::default();
         let view = ViewModel {
             file: None,
             dirty: false,
@@ -124,10 +110,9 @@ impl SessionWorkspace {
             prior: None,
             prior_state: session.prior_state(),
             prior_failure: None,
-            models: models.summaries(session.task()),
+            models: Vec::new(),
             runs: Vec::new(),
             groups: Arc::default(),
-            details: None,
             runs_unread: 0,
             runs_damaged: 0,
             watched: None,
@@ -136,27 +121,20 @@ impl SessionWorkspace {
             model_losses: Arc::default(),
             model_outcome: None,
             figures: Vec::new(),
-            system: System::default(),
             log: Vec::new(),
             log_total: 0,
             task,
         };
-        let index = RunIndex::new();
         let mut workspace = Self {
             session,
             allow: |_| true,
             view,
-            rates: HashMap::new(),
-            models,
-            model: None,
-            index,
-            begun: HashSet::new(),
-            last: LastEpisode::default(),
-            agents: AgentReader::default(),
-            histories: Histories::new(),
-            grouper: Grouper::default(),
-            details: Details::default(),
-            meter: Meter::default(),
+            listing: Listing::default(),
+            models: Loader::new(1),
+            model_changes: 0,
+            model: Loader::new(KEPT),
+            episodes: Loader::new(KEPT),
+            agents: Loader::new(1),
             others_reported: false,
             damaged: Vec::new(),
             touched: Instant::now(),
@@ -183,7 +161,7 @@ impl SessionWorkspace {
 
     /// Reports, once, which runs other processes are training.
     fn report_others(&mut self) {
-        if self.others_reported || self.index.unread() > 0 {
+        if self.others_reported || self.view.runs_unread > 0 {
             return;
         }
         self.others_reported = true;
@@ -191,7 +169,7 @@ impl SessionWorkspace {
             let is_ours = self.session.runs().iter().any(|own| own.directory().path() == run.path && own.is_active());
             matches!(run.state, RunState::Running | RunState::Paused) && !is_ours
         };
-        let names: Vec<&str> = self.index.runs().iter().filter(is_elsewhere).map(|run| &*run.name).collect();
+        let names: Vec<&str> = self.listing.runs().iter().filter(is_elsewhere).map(|run| &*run.name).collect();
         if !names.is_empty() {
             let text = format!("trained by other processes: {}; the Runs screen controls them", names.join(", "));
             self.log(Level::Good, text);
@@ -200,15 +178,15 @@ impl SessionWorkspace {
 
     /// Logs why runs of the folder cannot be read, each reason once.
     fn report_damaged(&mut self) {
-        let known = std::mem::replace(&mut self.damaged, self.index.damaged().to_vec());
+        let known = std::mem::replace(&mut self.damaged, self.listing.damaged(&self.session));
         let news: Vec<String> = self.damaged.iter().filter(|reason| !known.contains(reason)).cloned().collect();
         news.into_iter().for_each(|reason| self.log(Level::Warning, reason));
     }
 
     /// Logs a notice of the session.
-    fn note(&mut self, notice: &Notice) {
+    fn take_notice(&mut self, notice: &Notice) {
         match notice {
-            Notice::Finished { command, outcome } => self.note_outcome(command, outcome),
+            Notice::Finished { command, outcome } => self.take_outcome(command, outcome),
             Notice::Warning(text) => self.log(Level::Warning, text.clone()),
             Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::Progress { .. } | Notice::Changed => {}
             Notice::Run { run, event } => {
@@ -225,11 +203,11 @@ impl SessionWorkspace {
     }
 
     /// Logs the outcome of a background command and updates the view for it.
-    fn note_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
+    fn take_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
         match command {
             Command::Clusters(_) => self.view.prior_failure = outcome.as_ref().err().cloned(),
             Command::ModelTrain(_) | Command::ModelEvaluate(_) => {
-                self.view.models = self.models.summaries(self.session.task());
+                self.model_changes += 1;
                 self.view.model_outcome = Some(outcome.clone());
             }
             Command::Figure(figure) if outcome.is_ok() => {
@@ -265,33 +243,31 @@ impl Workspace for SessionWorkspace {
     fn poll(&mut self) -> bool {
         let building = self.view.prior_state;
         self.renew_clusters();
-        let notices = self.session.poll();
+        let notices = self.session.poll_in_background();
         for notice in &notices {
-            self.note(notice);
+            self.take_notice(notice);
         }
-        let preparing = self.session.run().is_some_and(|run| preparing(run).is_some());
+        let preparing = self.session.run().and_then(RunView::phase).is_some_and(|phase| phase.preparation().is_some());
+        let (task, changes) = (self.view.task.clone(), self.model_changes);
+        self.models.request((task.clone(), changes), Duration::MAX, move |_| Ok(ModelSummary::all(&task)));
         let news = [
-            self.index.collect(),
-            self.last.collect(),
-            self.agents.collect(),
-            self.histories.collect(),
-            self.details.collect(),
+            self.listing.poll(&self.session),
+            self.episodes.poll(),
+            self.agents.poll(),
+            self.models.poll(),
+            self.model.poll(),
         ];
-        self.grouper.update(&self.view.runs);
-        let news = self.grouper.collect() || news.contains(&true);
-        if news {
-            self.report_others();
-            self.report_damaged();
-        }
-        // Measured only while training: redrawing would keep an idle screen busy.
-        let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());
-        let is_measured = is_training && self.meter.look();
+        let news = news.contains(&true);
         // Frequent notices wait for the next refresh.
-        let is_urgent = news || is_measured || notices.iter().any(|notice| !is_frequent(notice));
+        let is_urgent = news || notices.iter().any(|notice| !is_frequent(notice));
         self.is_stale |= preparing || !notices.is_empty() || building != self.session.prior_state();
         let changed = is_urgent || (self.is_stale && self.refreshed.elapsed() >= REFRESH);
         if changed {
             self.refresh();
+        }
+        if news {
+            self.report_others();
+            self.report_damaged();
         }
         changed
     }
@@ -307,7 +283,7 @@ impl Workspace for SessionWorkspace {
         );
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {
-            self.look_for_runs();
+            self.listing.rescan();
         }
         match &outcome {
             Ok(report) if report.is_empty() => {}
@@ -324,55 +300,57 @@ impl Workspace for SessionWorkspace {
         }
     }
 
-    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
-        let source = &self.session.config().prior;
-        let known = self.model.as_ref().filter(|(known, of, _)| known == source && Arc::ptr_eq(of, task));
-        if let Some((.., model)) = known {
-            return model.clone();
+    fn model_for(&mut self, task: &Arc<Task>) -> Option<Result<TaskModel, String>> {
+        let (source, of) = (self.session.config().prior.clone(), task.clone());
+        let key = (source.clone(), task.clone());
+        // An equal task is another value; a model belongs to one of them.
+        let known = self.model.latest(|(known, of)| *known == source && Arc::ptr_eq(of, task));
+        let known = known.map(|(_, model)| model.clone());
+        if known.is_none() {
+            self.model.request(key, Duration::ZERO, move |_| TaskModel::new(&source, &of));
         }
-        let model = TaskModel::new(source, task);
-        self.model = Some((source.clone(), task.clone(), model.clone()));
-        model
+        known
     }
 
-    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
-        let summary = self.view.run(run).ok_or("the run no longer exists")?;
-        let saved = SavedRun::open(run, summary.config.clone()).map_err(|error| error.to_string())?;
-        let trace = saved.past_episode(episode).map_err(|error| error.to_string())?;
-        Ok(Arc::new(episode_of(run, summary.config.task_of(episode), Arc::new(trace))))
+    fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>> {
+        let Some(summary) = self.view.run(run) else { return Some(Err("the run no longer exists".to_owned())) };
+        let config = summary.config.clone();
+        let key = (run.to_owned(), episode);
+        let known = self.episodes.get(&key).cloned();
+        if known.is_none() {
+            let path = run.to_owned();
+            self.episodes.request(key, Duration::MAX, move |_| {
+                let saved = SavedRun::open(&path, config.clone()).map_err(|error| error.to_string())?;
+                let trace = saved.past_episode(episode).map_err(|error| error.to_string())?;
+                Ok(Arc::new(episode_of(&path, config.task_of(episode), Arc::new(trace))))
+            });
+        }
+        known
     }
 
     fn request_curves(&mut self, runs: Vec<PathBuf>) {
-        let is_opened = |path: &PathBuf| self.session.runs().iter().any(|run| run.directory().path() == path);
-        let unopened = runs.into_iter().filter(|path| !is_opened(path)).collect();
-        self.histories.want(unopened);
-    }
-
-    fn request_details(&mut self, run: &Path) {
-        self.details.want(run);
+        self.listing.request_curves(runs, &self.session);
     }
 
     fn pin_baseline(&mut self, label: &str) -> String {
-        match self.grouper.pin(label) {
+        match self.listing.pin_baseline(label) {
             Some(label) => format!("groups are compared with {label}"),
             None => "groups are compared with plain DDPG, or the first method".to_owned(),
         }
     }
 
     fn request_agent(&mut self, episode: u64) {
-        if let Some(run) = self.session.run() {
-            self.agents.want(run, episode);
-        }
+        let Some(run) = self.session.run() else { return };
+        let path = run.directory().path().to_owned();
+        let known = self.agents.latest(|(of, ..)| *of == path).and_then(|(_, agent)| agent.clone().ok());
+        let saved = run.saved();
+        let load = move |_: &_| saved.agent_near(episode, known).map_err(|error| error.to_string());
+        self.agents.request((path, episode, run.episodes() / RECHECK_EPISODES), Duration::MAX, load);
     }
 
     fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<PreviewJob, String> {
         let figure = self.session.figure(kind, composition).map_err(|error| error.to_string())?;
         Ok(Box::new(move || figure(&mut |_, _| ()).map(|drawn| drawn.figure)))
-    }
-
-    fn look_for_runs(&mut self) {
-        self.index.look(self.session.folder());
-        self.view.runs_unread = self.index.unread();
     }
 
     fn log(&mut self, level: Level, text: String) {
@@ -388,7 +366,12 @@ fn is_frequent(notice: &Notice) -> bool {
     matches!(notice, Notice::Progress { .. } | Notice::Changed | Notice::Run { event: Event::EpisodeFinished(_), .. })
 }
 
-/// What the trainer of a run does before its first episode, in words.
-fn preparing(run: &RunView) -> Option<String> {
-    run.phase().as_ref().and_then(Phase::preparation)
+/// A recorded trace as an episode of the run in a folder.
+fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
+    let name = run.file_name().unwrap_or_default().to_string_lossy();
+    let title = match trace.episode {
+        0 => format!("the greedy policy of {name}"),
+        episode => format!("episode {episode} of {name}"),
+    };
+    Episode { title, task: task.clone(), trace, origin: Origin::Run(run.to_owned()) }
 }

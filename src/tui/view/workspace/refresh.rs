@@ -1,27 +1,23 @@
 //! Updates the view model from the session.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::super::past::episode_of;
 use super::super::playback::Episode;
-use super::super::{Curves, HandEpisode, Live, RunSummary, Watched, marks};
-use super::{SessionWorkspace, preparing};
-use mge_run::RunState;
+use super::super::{HandEpisode, Live, Watched};
+use super::{SessionWorkspace, Workspace, episode_of};
 use mge_task::Task;
-use mge_workbench::{RunView, Session};
+use mge_workbench::Session;
 
 impl SessionWorkspace {
-    /// Updates the view from the session.
+    /// Updates the view from the session and from what was read.
     pub(super) fn refresh(&mut self) {
         (self.refreshed, self.is_stale) = (Instant::now(), false);
         let session = &self.session;
         let view = &mut self.view;
         if *view.task != *session.task() {
             view.task = Arc::new(session.task().clone());
-            view.models = self.models.summaries(session.task());
         }
         view.file = session.file().map(Path::to_owned);
         view.dirty = session.is_dirty();
@@ -48,85 +44,51 @@ impl SessionWorkspace {
             Arc::make_mut(&mut view.model_losses).extend(losses);
         }
         view.model_work = work;
-        // Drop the watched run's summary first: while it shares the curves, extending them would copy them.
-        let greedy = self.view.watched.take().and_then(|watched| watched.greedy);
-        self.refresh_runs();
-        self.refresh_watched(greedy);
+        if let Some((_, Ok(models))) = self.models.latest(|_| true) {
+            view.models.clone_from(models);
+        }
+        // Drop the summaries first: while they share the curves, extending them would copy them.
+        let before = self.view.watched.take().map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
+        self.view.runs = Vec::new();
+        self.listing.refresh(&self.session);
+        self.view.runs = self.listing.runs().to_vec();
+        self.view.groups = self.listing.groups().clone();
+        self.view.runs_unread = self.listing.unread(&self.session);
+        self.view.runs_damaged = self.listing.damaged(&self.session).len();
+        let (path, live, greedy) = before.unwrap_or_default();
+        let is_same = self.session.run().is_some_and(|run| run.directory().path() == path);
+        self.refresh_watched(live.filter(|_| is_same), greedy.filter(|_| is_same));
     }
 
-    /// Updates the list of runs from the folder and the session.
-    fn refresh_runs(&mut self) {
-        let old = std::mem::take(&mut self.view.runs).into_iter().filter(|run| run.opened);
-        let mut old: HashMap<PathBuf, Arc<RunSummary>> = old.map(|run| (run.path.clone(), run)).collect();
-        let now = Instant::now();
-        let opened = self.session.runs().iter().map(|run| {
-            let path = run.directory().path();
-            let rate = self.rates.entry(path.to_owned()).or_default();
-            if run.state() == RunState::Running {
-                rate.note(now, run.episodes());
-            } else {
-                rate.forget();
-            }
-            let indexed = self.index.runs().iter().find(|known| known.path == path);
-            if let Some(known) = indexed.filter(|_| run.is_unread()) {
-                // Until its log is read, use the summary from the index.
-                return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
-            }
-            let known = old.remove(path).map(|run| run.curves.clone()).unwrap_or_default();
-            let summary = summary_of(run, known, rate.per_second());
-            let (tags, note) = indexed.map(|known| (known.tags.clone(), known.note.clone())).unwrap_or_default();
-            (path.to_owned(), Arc::new(RunSummary { tags, note, ..summary }))
+    /// Updates the watched run; the latest and the greedy episode shown before are kept if they have not changed.
+    fn refresh_watched(&mut self, shown: Option<Live>, greedy: Option<Arc<Episode>>) {
+        let Some(run) = self.session.run() else { return };
+        let path = run.directory().path().to_owned();
+        let Some(summary) = self.view.runs.iter().rev().find(|known| known.path == path).cloned() else { return };
+        let task = run.config().task.clone();
+        let live = run.live().map(|live| Live {
+            episode: Arc::new(episode_of(&path, run.config().task_of(live.trace.episode), live.trace.clone())),
+            networks: Some(live.ddpg.clone()),
         });
-        let opened: HashMap<PathBuf, Arc<RunSummary>> = opened.collect();
-        // A run keeps its place in the list.
-        let is_on_disk = |path: &Path| self.index.runs().iter().any(|run| run.path == path);
-        self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
-        let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
-        let with_history = |run: &Arc<RunSummary>| match self.histories.of(&run.path) {
-            Some(history) => Arc::new(RunSummary {
-                curves: history.curves.clone(),
-                evaluations: history.evaluations.clone(),
-                marks: marks(&run.config, &history.interventions),
-                practised: history.practised.clone(),
-                needs: history.needs.clone(),
-                ..RunSummary::clone(run)
-            }),
-            None => run.clone(),
-        };
-        let found = |run: &Arc<RunSummary>| opened.get(&run.path).cloned().unwrap_or_else(|| with_history(run));
-        self.view.runs = on_disk.map(found).collect();
-        let paths = self.session.runs().iter().map(|run| run.directory().path());
-        let begun = paths.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path));
-        self.view.runs.extend(begun.cloned());
-        self.view.details = self.details.known().cloned();
-        self.view.groups = self.grouper.known().clone();
-        self.grouper.note_change();
-        self.view.runs_unread = self.index.unread();
-        self.view.runs_damaged = self.index.damaged().len();
-        self.view.system = self.meter.known();
+        let greedy = run.greedy().map(|trace| match greedy.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
+            Some(known) => known,
+            None => Arc::new(episode_of(&path, &task, trace.clone())),
+        });
+        let agent = self.agents.latest(|(of, ..)| *of == path).map(|(_, agent)| agent.clone());
+        let (prior, is_active, last) = (run.prior(), run.is_active(), run.episodes());
+        let live = if is_active { live } else { self.last_episode(&path, last, shown).or(live) };
+        self.view.watched = Some(Watched { run: summary, task, prior, live, agent, greedy });
     }
 
-    /// Updates the watched run. The `known` greedy episode is reused if it is still the same.
-    fn refresh_watched(&mut self, known: Option<Arc<Episode>>) {
-        let watched = self.session.run().and_then(|run| {
-            let path = run.directory().path();
-            let summary = self.view.runs.iter().rev().find(|known| known.path == path)?.clone();
-            let task = run.config().task.clone();
-            let live = run.live().map(|live| Live {
-                episode: Arc::new(episode_of(path, run.config().task_of(live.trace.episode), live.trace.clone())),
-                networks: Some(live.ddpg.clone()),
-            });
-            // The live episode of a training that has ended need not be its last one.
-            let last = self.last.of(run).map(|episode| Live { episode, networks: None });
-            let live = if run.is_active() { live } else { last.or(live) };
-            let greedy = run.greedy().map(|trace| match known.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
-                Some(known) => known,
-                None => Arc::new(episode_of(path, &task, trace.clone())),
-            });
-            let agent = self.agents.of(path);
-            Some(Watched { run: summary, task, prior: run.prior(), live, agent, greedy })
-        });
-        self.view.watched = watched;
+    /// The last episode of a run that this program does not train, or an earlier one while it is being read.
+    fn last_episode(&mut self, run: &Path, last: u64, shown: Option<Live>) -> Option<Live> {
+        let shown = shown.filter(|live| live.networks.is_none());
+        if last == 0 || shown.as_ref().is_some_and(|live| live.episode.trace.episode == last) {
+            return shown;
+        }
+        // An episode that was not recorded cannot be shown.
+        let read = self.past_episode(run, last).and_then(Result::ok);
+        read.map(|episode| Live { episode, networks: None }).or(shown)
     }
 }
 
@@ -139,28 +101,5 @@ pub(super) fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&H
         task: if **hand.task() == **task { task.clone() } else { hand.task().clone() },
         trace: known.map_or_else(|| Arc::new(hand.trace().clone()), |known| known.trace.clone()),
         snapshot: Arc::new(hand.snapshot().clone()),
-    }
-}
-
-fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunSummary {
-    let records = run.records();
-    if !curves.is_of(records) {
-        Arc::make_mut(&mut curves).follow(records);
-    }
-    RunSummary {
-        name: run.name(),
-        opened: true,
-        active: run.is_active(),
-        queued: run.is_queued(),
-        preparing: preparing(run),
-        done: run.episodes(),
-        success: records.last().map(|record| record.rolling_success as f32),
-        curves,
-        evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
-        marks: marks(run.config(), run.interventions()),
-        practised: run.practised().cloned(),
-        needs: run.needs().to_vec(),
-        rate,
-        ..RunSummary::new(run.directory().path(), run.config().clone(), run.state())
     }
 }

@@ -164,39 +164,6 @@ fn a_reordered_subgoal_stays_selected() {
 }
 
 #[test]
-fn playback_redraws_only_the_scene() {
-    let (mut app, _) = app(typical());
-    app.screens.scene.player.playing = true;
-    let first = shot(&mut app, 120, 40);
-    assert!(!app.is_changed(), "nothing has moved");
-    app.tick(std::time::Duration::from_millis(40));
-    assert!(app.is_changed() && !app.changed);
-    let moved = shot(&mut app, 120, 40);
-    app.changed = true;
-    assert_eq!(moved, shot(&mut app, 120, 40), "the whole picture is the same");
-    assert_ne!(first, moved);
-    // Another size needs a whole picture.
-    app.tick(std::time::Duration::from_millis(40));
-    assert!(text(&shot(&mut app, 80, 24)).contains("? help"));
-    // So does another screen.
-    shot(&mut app, 120, 40);
-    app.tick(std::time::Duration::from_millis(40));
-    press(&mut app, "2");
-    assert!(app.moved && text(&shot(&mut app, 120, 40)).contains("objects"));
-}
-
-#[test]
-fn playback_does_not_draw_the_scene_over_a_small_screen() {
-    let (mut app, _) = app(typical());
-    app.screens.scene.player.playing = true;
-    shot(&mut app, 40, 12);
-    app.tick(std::time::Duration::from_millis(40));
-    let moved = shot(&mut app, 40, 12);
-    app.changed = true;
-    assert_eq!(moved, shot(&mut app, 40, 12));
-}
-
-#[test]
 fn the_scene_is_held_at_its_start_while_it_is_edited() {
     let (mut app, _) = app(typical());
     app.screens.scene.player.playing = true;

@@ -241,7 +241,7 @@ fn lists_and_questions_accept_letters_too() {
         press(&mut app, &format!("x {no}"));
         assert!(app.layers.is_empty() && asked.borrow().is_empty(), "{no}");
     }
-    check(typical(), "x w", &[], "stop the training?");
+    check(typical(), "x w", &[], "stop 1 run?");
 }
 
 #[test]

@@ -35,35 +35,12 @@ fn a_removed_model_is_no_longer_selected() {
 }
 
 #[test]
-fn an_option_of_the_composed_figure_is_selected_with_a_click() {
-    let (mut app, asked) = app(grouped());
-    press(&mut app, "7 tab");
-    shot(&mut app, 120, 40);
-    let axis = region(&app, |area, region| matches!(region, HitRegion::Row(2)).then_some((area.x, area.y)));
-    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), axis);
-    press(&mut app, "right enter");
-    assert_eq!(*asked.borrow(), ["figure learning figures/task1-learning.png axis=log"]);
-}
-
-#[test]
 fn a_log_that_has_become_shorter_is_shown_from_its_first_line() {
     let (mut app, _) = app(with_log(60));
     press(&mut app, "8 home");
     bring(&mut app, with_log(5));
     let screen = text(&shot(&mut app, 120, 40));
     assert!(screen.contains("line 1.") && !screen.contains("line 2."), "{screen}");
-}
-
-#[test]
-fn a_click_on_a_row_that_has_just_disappeared_selects_the_last_figure() {
-    let (mut app, _) = app(grouped());
-    press(&mut app, "7 tab");
-    shot(&mut app, 120, 40);
-    let curve = region(&app, |area, region| matches!(region, HitRegion::Row(7)).then_some((area.x, area.y)));
-    press(&mut app, "tab");
-    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), curve);
-    let screen = text(&shot(&mut app, 120, 40));
-    assert!(screen.contains("╭ episode ─"), "{screen}");
 }
 
 #[test]

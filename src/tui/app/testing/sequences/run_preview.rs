@@ -3,29 +3,13 @@
 use super::run_list::colour_of;
 use super::*;
 use crate::tui::testing::run_summary;
-use crate::tui::view::{Grouping, RunDetails};
+use crate::tui::view::Grouping;
 use mge_run::Practised;
 
 fn preview(view: ViewModel) -> String {
     let (mut app, _) = app(view);
     press(&mut app, "5");
     text(&shot(&mut app, 200, 60))
-}
-
-#[test]
-fn files_are_listed_with_their_sizes_and_the_log_ends_with_its_latest_line() {
-    let files = [("config.json", Some(5_000)), ("log.jsonl", Some(123_456)), ("a.bin", Some(23_000_000)), ("b", None)];
-    let mut view = typical();
-    view.details = Some(Arc::new(RunDetails {
-        path: view.runs[1].path.clone(),
-        files: files.map(|(name, bytes)| (name.to_owned(), bytes)).to_vec(),
-        log: (1..=60).map(|line| format!("line {line}.")).collect(),
-    }));
-    let screen = preview(view.clone());
-    for shown in ["config.json", " 5000 B", " 123 kB", " 23 MB", " folder", "line 59.", "line 60."] {
-        assert!(screen.contains(shown), "`{shown}` is not on\n{screen}");
-    }
-    check(view, "5 down", &[], "the files are being read");
 }
 
 #[test]
@@ -73,17 +57,4 @@ fn practice_that_ended_before_the_last_stage_says_so() {
     assert!(one.contains("subgoal 1 reached by 56 of 75") && one.contains("no later stage practised"), "{one}");
     let both = practised(&[56, 20]);
     assert!(both.contains("the goal reached by 20 of 75") && !both.contains("no later stage practised"), "{both}");
-}
-
-#[test]
-fn only_groups_on_the_task_of_the_selected_one_are_compared() {
-    let mut view = grouped();
-    for place in 3..6 {
-        change_run(&mut view, place, |run| {
-            Arc::make_mut(&mut Arc::make_mut(&mut run.config).task).name = "task4".to_owned();
-        });
-    }
-    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
-    let screen = preview(view);
-    assert!(screen.contains("task4: DDPG") && !screen.contains("listed, on"), "{screen}");
 }

@@ -35,10 +35,10 @@ fn a_run_is_deleted_after_a_question() {
     check(typical(), "5 down X esc", &[], "running");
     check(typical(), "5 down delete y", &["delete runs/old"], "");
     check(typical(), "5 u", &["restore"], "");
-    check(typical(), "5 X", &[], "task1-ddpg-mge-seed0 is being trained: x stops it");
+    check(typical(), "5 X", &[], "not ended yet: task1-ddpg-mge-seed0; x stops it");
     let mut view = typical();
     change_run(&mut view, 1, |run| run.state = RunState::Paused);
-    check(view, "5 X", &[], "task1-ddpg-mge-seed0 is paused: x stops it");
+    check(view, "5 X", &[], "not ended yet: task1-ddpg-mge-seed0; x stops it");
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     let longer = ViewModel { extends_to: Some(4000), ..typical() };
     check(longer, "5 space down space C", &go_on, "");
     check(typical(), "5 space down space p", &["pause"], "");
-    check(typical(), "5 space down space x", &[], "stop the training?");
+    check(typical(), "5 space down space x", &[], "stop 1 run?");
     check(typical(), "5 space down space x y", &["stop"], "");
     let mut view = typical();
     change_run(&mut view, 0, |run| run.state = RunState::Paused);
@@ -80,7 +80,6 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
 fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5", &[], "DDPG-MGE, epsilon 0.. (3)");
     check(grouped(), "5 down", &[], " DDPG-MGE, epsilon 0.8 to 0.05 (3 seeds) ");
-    check(grouped(), "5", &[], "listed, on task1");
     check(grouped(), "5", &[], "3 finished");
     check(grouped(), "5 down tab", &[], "guided-1");
     check(grouped(), "5 tab down down tab enter", &["open runs/plain-0"], "3 finished");
@@ -133,7 +132,7 @@ fn a_list_of_ten_thousand_runs_is_drawn_around_the_selection() {
 fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
     check(typical(), "5 down p", &["open runs/old", "pause"], "");
     check(typical(), "5 down x", &["open runs/old", "stop"], "");
-    check(typical(), "5 x", &[], "stop the training?");
+    check(typical(), "5 x", &[], "stop 1 run?");
     check(typical(), "5 p", &["pause"], "");
 }
 
@@ -235,12 +234,10 @@ fn the_question_on_stopping_runs_says_what_happens_to_each() {
         check(view, "5 space down space x", &[], shown);
     };
     asks(0, 0, "none of them is being trained");
-    asks(1, 0, "guided-0 ends after the current episode.");
-    asks(0, 1, "guided-0 is taken out of the queue.");
-    asks(1, 1, "2 runs are stopped: those in the queue at once");
-    asks(0, 1, "leave the queue?");
-    asks(1, 0, "stop the training?");
-    asks(2, 2, "stop the runs?");
+    asks(1, 1, "guided-0, guided-1: in training");
+    asks(0, 1, "stop 1 run?");
+    asks(1, 0, "stop 1 run?");
+    asks(2, 2, "stop 4 runs?");
 }
 
 #[test]

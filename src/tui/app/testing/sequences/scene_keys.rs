@@ -68,7 +68,7 @@ fn the_critic_of_a_running_training_colours_the_scene() {
 
     let (mut app, _) = app(typical());
     let mut view = typical();
-    let episode = app.workspace.past_episode(&view.runs[1].path, 1).unwrap();
+    let episode = app.workspace.past_episode(&view.runs[1].path, 1).unwrap().unwrap();
     let observation = Environment::new(view.task.clone()).observation().len();
     let config = DdpgConfig { hidden: 4, ..DdpgConfig::default() };
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);

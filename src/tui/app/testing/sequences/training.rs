@@ -13,7 +13,7 @@ fn training_is_started_paused_resumed_and_stopped() {
     };
     check(paused(), "p", &["resume"], "paused");
     check(paused(), "t", &["train"], "paused");
-    check(typical(), "x", &[], "stop the training?");
+    check(typical(), "x", &[], "stop 1 run?");
     check(typical(), "x y", &["stop"], "running");
     check(typical(), "x esc", &[], "running");
 }
@@ -151,15 +151,14 @@ fn the_end_of_the_last_training_is_announced() {
 fn a_paused_run_is_stopped_after_a_question() {
     let mut view = typical();
     change_run(&mut view, 1, |run| run.state = RunState::Paused);
-    check(view, "x", &[], "stop the training?");
+    check(view, "x", &[], "stop 1 run?");
 }
 
 #[test]
 fn a_queued_run_leaves_the_queue_after_a_question() {
     let mut view = typical();
     change_run(&mut view, 1, |run| (run.queued, run.active, run.state) = (true, false, RunState::NotStarted));
-    check(view.clone(), "x", &[], "is taken out of the queue");
-    check(view.clone(), "x", &[], "y   leave it");
+    check(view.clone(), "x", &[], "in the queue");
     check(view, "x y", &["stop"], "");
 }
 

@@ -1,0 +1,328 @@
+//! The runs in a folder: all of them are read once, then only those that may have changed, because a folder may hold
+//! thousands.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use super::RunSummary;
+use mge_results::is_listed_run;
+use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
+use mge_trainer::RunConfig;
+
+/// The coarsest resolution of modification times among file systems.
+const MTIME_RESOLUTION: Duration = Duration::from_secs(2);
+/// Number of runs at rest checked in one scan; the others are checked in later ones.
+const CHECKED_PER_SCAN: usize = 500;
+
+/// A folder as a scan has found it.
+#[derive(Debug, Clone, Default)]
+pub struct Folder {
+    path: PathBuf,
+    modified: Option<SystemTime>,
+    known: BTreeMap<PathBuf, Known>,
+    /// Where the next scan of runs at rest begins.
+    turn: usize,
+    /// Something that is shown has changed since the scan before.
+    pub is_new: bool,
+    /// Number of entries that have not been read yet.
+    pub unread: usize,
+}
+
+/// What is known of an entry since it was last read.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    /// None if it was never read.
+    stamp: Option<Stamp>,
+    /// None if it is not a run, or a damaged one.
+    run: Option<Arc<RunSummary>>,
+    /// Why it cannot be read, if it is a damaged run.
+    damage: Option<String>,
+}
+
+impl Known {
+    /// The order in which entries are read: those never read, those worked on or not started, then those at rest.
+    fn rank(&self) -> u8 {
+        match &self.run {
+            _ if self.stamp.is_none() => 0,
+            // An empty folder may become a run.
+            None if self.stamp == Some(Stamp::default()) => 1,
+            Some(run) if is_worked_on(run) || run.state == RunState::NotStarted => 1,
+            _ => 2,
+        }
+    }
+}
+
+fn is_worked_on(run: &RunSummary) -> bool {
+    matches!(run.state, RunState::Running | RunState::Paused)
+}
+
+impl Folder {
+    /// The folder `path` now, given how a scan `before` has found it or another one, and some runs `elsewhere`. Reads
+    /// what may have changed, for about `slice`; what is left is read by the next scan.
+    pub fn scan(before: Option<&Self>, path: &Path, elsewhere: &[PathBuf], slice: Duration) -> Self {
+        let known = before.filter(|before| before.path == path).cloned();
+        let mut folder = known.unwrap_or_else(|| Self { path: path.to_owned(), ..Self::default() });
+        let begun = Instant::now();
+        folder.is_new = before.is_none_or(|before| before.path != path) | folder.list(elsewhere);
+        for path in folder.due() {
+            folder.is_new |= folder.read(&path);
+            if begun.elapsed() >= slice {
+                break;
+            }
+        }
+        let unread = folder.known.values().filter(|known| known.rank() == 0).count();
+        // The last part is news: nothing is left to read.
+        folder.is_new |= unread != folder.unread;
+        folder.unread = unread;
+        folder
+    }
+
+    /// What is known of the entries of the folder itself.
+    fn entries(&self) -> impl Iterator<Item = &Known> {
+        self.known.iter().filter(|(path, _)| path.parent() == Some(&*self.path)).map(|(_, known)| known)
+    }
+
+    /// Its runs, by path.
+    pub fn runs(&self) -> impl Iterator<Item = &Arc<RunSummary>> {
+        self.entries().filter_map(|known| known.run.as_ref())
+    }
+
+    /// The run at a path, also one elsewhere.
+    pub fn run(&self, path: &Path) -> Option<&Arc<RunSummary>> {
+        self.known.get(path)?.run.as_ref()
+    }
+
+    /// Whether a path is one of its entries, or of those elsewhere.
+    pub fn has(&self, path: &Path) -> bool {
+        self.known.contains_key(path)
+    }
+
+    /// Why each damaged run cannot be read.
+    pub fn damaged(&self) -> impl Iterator<Item = &String> {
+        self.entries().filter_map(|known| known.damage.as_ref())
+    }
+
+    /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
+    fn list(&mut self, elsewhere: &[PathBuf]) -> bool {
+        let modified = std::fs::metadata(&self.path).and_then(|data| data.modified()).ok();
+        let is_same = modified.is_some() && modified == self.modified;
+        if is_same && elsewhere.iter().all(|path| self.known.contains_key(path)) {
+            return false;
+        }
+        // A folder changed just now may change again without a change of its modification time.
+        self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= MTIME_RESOLUTION));
+        let entries = std::fs::read_dir(&self.path).into_iter().flatten().flatten();
+        let mut listed: BTreeMap<PathBuf, Known> = BTreeMap::new();
+        let mut changed = false;
+        for path in entries.map(|entry| entry.path()).chain(elsewhere.iter().cloned()) {
+            let known = self.known.remove(&path);
+            changed |= known.is_none() && !listed.contains_key(&path);
+            listed.entry(path).or_insert_with(|| known.unwrap_or_default());
+        }
+        changed |= !self.known.is_empty();
+        self.known = listed;
+        changed
+    }
+
+    /// Entries to read now: all but most of the runs at rest, some of which are read in turn.
+    fn due(&mut self) -> Vec<PathBuf> {
+        let of = |rank| self.known.iter().filter(move |(_, known)| known.rank() == rank).map(|(path, _)| path);
+        let at_rest: Vec<&PathBuf> = of(2).collect();
+        let start = if self.turn < at_rest.len() { self.turn } else { 0 };
+        let others = at_rest.iter().cycle().skip(start).take(CHECKED_PER_SCAN.min(at_rest.len()));
+        let due = of(0).chain(of(1)).chain(others.copied()).cloned().collect();
+        self.turn = start + CHECKED_PER_SCAN;
+        due
+    }
+
+    /// Reads a run if it may have changed. True if it has.
+    fn read(&mut self, path: &Path) -> bool {
+        let Some(known) = self.known.get_mut(path) else { return false };
+        let stamp = Some(Stamp::of(path));
+        if known.stamp == stamp && !known.run.as_ref().is_some_and(|run| is_worked_on(run)) {
+            return false;
+        }
+        let (run, damage) = match summary(path) {
+            Ok(run) => (run.map(Arc::new), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
+        let changed = match (&run, &known.run) {
+            (Some(new), Some(old)) => {
+                (new.done, &new.state, &new.tags, &new.note) != (old.done, &old.state, &old.tags, &old.note)
+            }
+            (None, None) => damage != known.damage,
+            _ => true,
+        };
+        *known = Known { stamp, run, damage };
+        changed
+    }
+}
+
+/// A summary of a run without reading its whole log. None if the folder is not a run of an agent.
+///
+/// # Errors
+/// When the run is damaged.
+fn summary(path: &Path) -> Result<Option<RunSummary>, RunError> {
+    if !is_listed_run(path) {
+        return Ok(None);
+    }
+    let directory = RunDirectory::open(path)?;
+    if directory.is_of_model()? {
+        return Ok(None);
+    }
+    let config = RunConfig::of(&directory)?;
+    let status = directory.status()?;
+    // Unreadable notes count as none here; writing new ones reports the error.
+    let Notes { tags, note, .. } = directory.notes().unwrap_or_default();
+    Ok(Some(RunSummary {
+        tags,
+        note,
+        done: status.last_episode.as_ref().map_or(0, |record| record.episode),
+        success: status.last_episode.map(|record| record.rolling_success as f32),
+        ..RunSummary::new(path, Arc::new(config), status.state)
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_run::{EpisodeRecord, Event, RunWriter};
+
+    fn make(folder: &Path, name: &str) -> RunDirectory {
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        RunDirectory::create(folder.join(name), &config).unwrap()
+    }
+
+    fn finish(directory: &RunDirectory, episode: u64) {
+        let mut writer = RunWriter::open(directory, 0).unwrap();
+        writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..EpisodeRecord::default() })).unwrap();
+        writer.record(&Event::Finished { episode }).unwrap();
+    }
+
+    /// Scans a folder again; the names and episodes of its runs if something is new.
+    fn scan(folder: &mut Folder, path: &Path) -> Option<Vec<(String, u64)>> {
+        *folder = Folder::scan(Some(folder), path, &[], Duration::MAX);
+        assert_eq!(folder.unread, 0);
+        folder.is_new.then(|| folder.runs().map(|run| (run.name.clone(), run.done)).collect())
+    }
+
+    #[test]
+    fn new_deleted_and_changed_runs_are_noticed_and_others_are_not_read_again() {
+        let directory = tempfile::tempdir().unwrap();
+        let mut folder = Folder::default();
+        let first = make(directory.path(), "a");
+        std::fs::create_dir(directory.path().join("no run")).unwrap();
+        let broken = directory.path().join("broken");
+        std::fs::create_dir(&broken).unwrap();
+        std::fs::write(broken.join("config.json"), "{").unwrap();
+        // As while a fork is being copied.
+        let unfinished = directory.path().join(".writing-x");
+        std::fs::create_dir(&unfinished).unwrap();
+        std::fs::write(unfinished.join("events.jsonl"), "").unwrap();
+        let named = |name: &str, done| (name.to_owned(), done);
+        assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 0)]));
+        assert_eq!(folder.damaged().count(), 1, "only the broken one");
+        assert_eq!(scan(&mut folder, directory.path()), None, "nothing has changed");
+        for path in [first.path(), broken.as_path()] {
+            let file = std::fs::File::options().write(true).open(path.join("config.json")).unwrap();
+            file.set_modified(SystemTime::UNIX_EPOCH).unwrap();
+            assert_eq!(scan(&mut folder, directory.path()), None, "nothing that is shown has changed");
+        }
+        finish(&first, 7);
+        assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 7)]));
+        first.change_notes(|notes| notes.tags.push("paper".to_owned())).unwrap();
+        assert!(scan(&mut folder, directory.path()).is_some(), "a tag is news");
+        finish(&make(directory.path(), "b"), 3);
+        assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 7), named("b", 3)]));
+        std::fs::remove_dir_all(directory.path().join("a")).unwrap();
+        assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("b", 3)]));
+        let elsewhere = tempfile::tempdir().unwrap();
+        assert_eq!(scan(&mut folder, elsewhere.path()), Some(Vec::new()));
+    }
+
+    #[test]
+    fn the_death_of_the_process_that_trains_a_run_is_noticed() {
+        for (event, working) in
+            [(Event::Resumed { episode: 1 }, RunState::Running), (Event::Paused { episode: 1 }, RunState::Paused)]
+        {
+            let directory = tempfile::tempdir().unwrap();
+            let mut folder = Folder::default();
+            let run = make(directory.path(), "run");
+            let mut writer = RunWriter::open(&run, 0).unwrap();
+            let record = EpisodeRecord { episode: 1, ..EpisodeRecord::default() };
+            writer.record(&Event::EpisodeFinished(record)).unwrap();
+            writer.record(&event).unwrap();
+            assert!(scan(&mut folder, directory.path()).is_some());
+            assert_eq!(folder.run(run.path()).unwrap().state, working);
+            assert_eq!(scan(&mut folder, directory.path()), None, "it is still being trained");
+            // The log stays as it is.
+            drop(writer);
+            assert!(scan(&mut folder, directory.path()).is_some(), "{working:?}");
+            assert_eq!(folder.run(run.path()).unwrap().state, RunState::Interrupted);
+        }
+    }
+
+    #[test]
+    fn runs_at_rest_are_checked_in_turns() {
+        let config = Arc::new(RunConfig::new(Arc::new(mge_task::load("task1").unwrap())));
+        let at_rest = |name: usize| {
+            let path = PathBuf::from(format!("{name:05}"));
+            let run = RunSummary::new(&path, config.clone(), RunState::Finished);
+            (path, Known { stamp: Some(Stamp::default()), run: Some(Arc::new(run)), damage: None })
+        };
+        let mut folder = Folder { known: (0..1200).map(at_rest).collect(), ..Folder::default() };
+        let mut seen = std::collections::BTreeSet::new();
+        for _ in 0..3 {
+            let due = folder.due();
+            assert_eq!(due.len(), CHECKED_PER_SCAN);
+            seen.extend(due);
+        }
+        assert_eq!(seen.len(), 1200);
+        folder.known.extend((0..600).map(|name| (PathBuf::from(format!("new {name}")), Known::default())));
+        let due = folder.due();
+        assert_eq!(due.len(), CHECKED_PER_SCAN + 600);
+        assert!(due[..600].iter().all(|path| path.to_string_lossy().starts_with("new")), "they come first");
+    }
+
+    #[test]
+    fn a_run_created_without_a_change_of_the_folders_time_is_found() {
+        let directory = tempfile::tempdir().unwrap();
+        let mut folder = Folder::default();
+        let now = SystemTime::now();
+        for (name, count) in [("a", 1), ("b", 2)] {
+            make(directory.path(), name);
+            std::fs::File::open(directory.path()).unwrap().set_modified(now).unwrap();
+            assert_eq!(scan(&mut folder, directory.path()).map(|runs| runs.len()), Some(count));
+        }
+    }
+
+    #[test]
+    fn what_takes_long_is_read_in_parts_and_the_last_one_is_news() {
+        let directory = tempfile::tempdir().unwrap();
+        make(directory.path(), "a");
+        for name in ["b", "c"] {
+            std::fs::create_dir(directory.path().join(name)).unwrap();
+        }
+        let mut folder = Folder::default();
+        let mut parts = || {
+            folder = Folder::scan(Some(&folder), directory.path(), &[], Duration::ZERO);
+            (folder.runs().count(), folder.unread, folder.is_new)
+        };
+        assert_eq!([parts(), parts(), parts(), parts()], [(1, 2, true), (1, 1, true), (1, 0, true), (1, 0, false)]);
+    }
+
+    #[test]
+    fn runs_elsewhere_are_known_but_not_listed() {
+        let directory = tempfile::tempdir().unwrap();
+        let other = make(directory.path(), "other").path().to_owned();
+        let runs = directory.path().join("runs");
+        make(&runs, "a");
+        let folder = Folder::scan(None, &runs, &[other.clone(), runs.join("a")], Duration::MAX);
+        assert_eq!(folder.runs().map(|run| &*run.name).collect::<Vec<_>>(), ["a"]);
+        assert!(folder.run(&other).is_some());
+        let without = Folder::scan(Some(&folder), &runs, &[], Duration::MAX);
+        assert_eq!(Folder::scan(Some(&without), &runs, &[other], Duration::MAX).runs().count(), 1);
+    }
+}

@@ -1,0 +1,487 @@
+//! Groups of runs: runs that differ only in the seed are one line of the list and one curve with a
+//! band. They are grouped in the background, by the code that reports use.
+
+use std::collections::hash_map::DefaultHasher;
+use std::collections::{BTreeMap, HashMap};
+use std::hash::{Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::{Curves, RunSummary};
+use crate::Loader;
+use mge_base::text::counted;
+use mge_results::{FINAL, Groups, LearningRow, Settings, distinguish};
+use mge_run::{Metric, RunState};
+use mge_stats::aggregate::trimmed_mean;
+use mge_stats::bootstrap::quantile;
+use mge_stats::{Bootstrap, Estimate};
+
+/// Bootstrap resamples of an interval on screen.
+const RESAMPLES: u32 = 500;
+
+/// Runs on one task that differ only in the seed.
+#[derive(Debug, Clone)]
+pub struct RunGroup {
+    /// Name of the task.
+    pub task: String,
+    /// Method, threshold and other distinguishing settings, as in reports.
+    pub label: String,
+    /// Folders of its runs, ordered by seed.
+    pub runs: Vec<PathBuf>,
+    /// Those of which it has curves and statistics: one for each seed.
+    counted: Vec<PathBuf>,
+    /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
+    pub success: Option<Estimate>,
+    /// Probability that one of its runs scores higher than one of the baseline on the same task.
+    pub improvement: Option<Estimate>,
+    /// Whether other groups are compared with it.
+    pub is_baseline: bool,
+    /// The aggregated curves of its runs, as far as they have been read.
+    pub curves: Option<Arc<GroupCurves>>,
+}
+
+impl RunGroup {
+    /// Whether it has more than one run.
+    pub fn is_many(&self) -> bool {
+        self.runs.len() > 1
+    }
+
+    /// The number of seeds of its runs.
+    pub fn seeds(&self) -> usize {
+        self.counted.len()
+    }
+
+    /// How many of its seeds are finished, given all runs.
+    pub fn progress(&self, runs: &[Arc<RunSummary>]) -> String {
+        let is_finished = |run: &&Arc<RunSummary>| run.state == RunState::Finished && self.counted.contains(&run.path);
+        let finished = runs.iter().filter(is_finished).count();
+        format!("{finished} of {} finished", counted(self.seeds(), "seed"))
+    }
+
+    /// Its label and number of seeds, and that of its runs if several have the same seed.
+    pub fn title(&self) -> String {
+        let (seeds, runs) = (self.seeds(), self.runs.len());
+        let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
+        format!("{} ({}{of_runs})", self.label, counted(seeds, "seed"))
+    }
+}
+
+/// Aggregated curves of several runs, as far as at least half of them have got.
+#[derive(Debug, Clone, Default)]
+pub struct GroupCurves {
+    /// Interquartile means.
+    pub middle: Curves,
+    /// Lower quartiles.
+    pub low: Curves,
+    /// Upper quartiles.
+    pub high: Curves,
+}
+
+impl GroupCurves {
+    /// Aggregates the curves of runs.
+    pub fn new(runs: &[&Curves]) -> Self {
+        let mut group = Self::default();
+        let mut values = Vec::with_capacity(runs.len());
+        let longest = runs.iter().max_by_key(|run| run.last_episode());
+        for episode in longest.map_or(&[][..], |run| run.episodes()) {
+            let reached = runs.iter().filter(|run| run.last_episode() as u64 >= *episode).count();
+            if 2 * reached < runs.len() {
+                break;
+            }
+            // Long runs are thinned: skip episodes that one of them lacks.
+            let places: Vec<_> =
+                runs.iter().filter_map(|run| Some((run, run.episodes().binary_search(episode).ok()?))).collect();
+            if places.len() < reached {
+                continue;
+            }
+            let found = Metric::CURVES.map(|metric| {
+                values.clear();
+                let of_episode = places.iter().filter_map(|(run, place)| run.get(metric).get(*place));
+                values.extend(of_episode.filter(|value| value.is_finite()).map(|value| f64::from(*value)));
+                values.sort_unstable_by(f64::total_cmp);
+                match values.is_empty() {
+                    true => [f32::NAN; 3],
+                    false => {
+                        [trimmed_mean(&values), quantile(&values, 0.25), quantile(&values, 0.75)].map(|v| v as f32)
+                    }
+                }
+            });
+            group.middle.push(*episode, found.map(|[middle, ..]| middle));
+            group.low.push(*episode, found.map(|[_, low, _]| low));
+            group.high.push(*episode, found.map(|[.., high]| high));
+        }
+        group
+    }
+}
+
+/// A grouping of all runs.
+#[derive(Debug, Clone, Default)]
+pub struct Grouping {
+    groups: Vec<RunGroup>,
+    /// The group of each run.
+    of: HashMap<PathBuf, usize>,
+    known: Arc<Known>,
+}
+
+/// What the configurations of runs determine.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    /// For each run its configured episodes, the only setting that may change, and its row with the settings in which
+    /// it differs from others.
+    rows: HashMap<PathBuf, (u64, LearningRow)>,
+    /// The settings in which no two runs differ.
+    common: Settings,
+}
+
+impl Grouping {
+    /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs. Groups are
+    /// compared with those labelled `baseline`, or else with plain DDPG or the first method.
+    pub fn new(runs: &[Arc<RunSummary>], before: &Self, baseline: Option<&str>) -> Self {
+        let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
+        let row =
+            |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
+        let rows: Vec<LearningRow> = runs.iter().map(row).collect();
+        let all = Groups::new(&rows);
+        let mut found = Vec::new();
+        for task in all.tasks() {
+            for label in all.labels() {
+                let mut indices = all.indices(task, label).to_vec();
+                if !indices.is_empty() {
+                    let counted = one_per_seed(&indices, runs);
+                    indices.sort_by_key(|index| runs[*index].config.seed);
+                    found.push((task, label, indices, counted));
+                }
+            }
+        }
+        // A run that has not begun does not count as a failure.
+        let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
+        let begun = Groups::new(counted.filter(|row| row.episodes > 0));
+        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
+        let mut grouping = Self { known, ..Self::default() };
+        for (task, label, indices, counted) in found {
+            let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
+            let is_other = |other: &String| other != label && !all.indices(task, other).is_empty();
+            let group = RunGroup {
+                task: task.clone(),
+                label: label.clone(),
+                runs: paths(&indices),
+                counted: paths(&counted),
+                success: None,
+                improvement: None,
+                is_baseline: Some(&**label) == baseline && all.labels().iter().any(is_other),
+                curves: None,
+            };
+            grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
+            let group = group.with_statistics(&begun, baseline);
+            grouping.groups.push(group.with_curves(runs, &counted));
+        }
+        grouping
+    }
+
+    /// Whether it is a grouping of exactly these runs with their current settings.
+    fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
+        let rows = &self.known.rows;
+        rows.len() == runs.len()
+            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes()))
+    }
+
+    /// The group of a run, if it has been grouped.
+    pub fn of(&self, run: &Path) -> Option<&RunGroup> {
+        self.of.get(run).map(|index| &self.groups[*index])
+    }
+
+    /// The settings in which a run differs from others, unless its method implies them.
+    pub fn settings(&self, run: &Path) -> Option<&Settings> {
+        self.known.rows.get(run).map(|(_, row)| &row.settings)
+    }
+
+    /// The effective value of any setting that a run uses, by its JSON path.
+    pub fn setting(&self, run: &RunSummary, path: &str) -> Option<&Value> {
+        let (_, row) = self.known.rows.get(&run.path)?;
+        let common = || self.known.common.get(path).filter(|_| run.config.uses(path));
+        row.settings.get(path).or_else(|| row.implied.get(path)).or_else(common)
+    }
+}
+
+impl Known {
+    fn new(runs: &[Arc<RunSummary>]) -> Self {
+        let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::so_far(&run.config, 0, None)).collect();
+        let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
+        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (run.episodes(), row));
+        Self { rows: runs.iter().zip(rows).map(of_run).collect(), common }
+    }
+}
+
+/// One run of each seed, in their order: the one with the most episodes, the latest of equal ones. Runs with the same
+/// seed are not independent.
+fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
+    let mut furthest: BTreeMap<u64, usize> = BTreeMap::new();
+    for place in places {
+        let known = furthest.entry(runs[*place].config.seed).or_insert(*place);
+        if runs[*place].done >= runs[*known].done {
+            *known = *place;
+        }
+    }
+    furthest.into_values().collect()
+}
+
+impl RunGroup {
+    fn with_statistics(mut self, begun: &Groups<'_>, baseline: Option<&str>) -> Self {
+        let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
+        if let Some(baseline) = baseline.filter(|_| self.is_many()) {
+            // There are no statistics until a run has begun.
+            let summary = begun.summary(&self.task, &self.label, baseline, FINAL, &bootstrap).ok().flatten();
+            self.success = summary.as_ref().map(|summary| summary.iqm);
+            self.improvement = summary.and_then(|summary| summary.improvement);
+        }
+        self
+    }
+
+    /// Adds the aggregated curves of its `counted` runs, if it has several.
+    fn with_curves(self, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
+        if !self.is_many() {
+            return self;
+        }
+        let curves: Vec<&Curves> = counted.iter().map(|place| &*runs[*place].curves).collect();
+        // They have no episodes before half of its runs have been read.
+        let curves = Some(GroupCurves::new(&curves)).filter(|curves| !curves.middle.episodes().is_empty());
+        Self { curves: curves.map(Arc::new), ..self }
+    }
+}
+
+/// Minimum pause between two groupings, as a multiple of the time one takes, so that trainings are not slowed down.
+const PAUSE_FACTOR: u32 = 20;
+/// Minimum pause between two groupings.
+const PAUSE: Duration = Duration::from_millis(500);
+
+/// Keeps a grouping up to date in the background.
+#[derive(Debug)]
+pub struct Grouper {
+    known: Arc<Grouping>,
+    /// The label of the groups with which the others are compared, if it is chosen.
+    baseline: Option<String>,
+    /// The runs may have changed since they were grouped.
+    stale: bool,
+    loader: Loader<u64, Arc<Grouping>>,
+}
+
+impl Default for Grouper {
+    fn default() -> Self {
+        Self { known: Arc::default(), baseline: None, stale: false, loader: Loader::new(1) }
+    }
+}
+
+impl Grouper {
+    /// The latest grouping.
+    pub fn known(&self) -> &Arc<Grouping> {
+        &self.known
+    }
+
+    /// Makes the groups with a label the baseline, or unpins them if they are it already. Returns the pinned label.
+    pub fn pin(&mut self, label: &str) -> Option<&str> {
+        self.stale = true;
+        self.baseline = Some(label.to_owned()).filter(|_| self.baseline.as_deref() != Some(label));
+        self.baseline.as_deref()
+    }
+
+    /// Says that the runs may have changed.
+    pub fn set_stale(&mut self) {
+        self.stale = true;
+    }
+
+    /// Takes over a finished grouping, and groups the runs again if they have changed and the pause is over. True if
+    /// there is a new grouping.
+    pub fn poll(&mut self, runs: &[Arc<RunSummary>]) -> bool {
+        let is_new = self.loader.poll();
+        if is_new && let Some((_, Ok(grouping))) = self.loader.latest(|_| true) {
+            self.known = grouping.clone();
+        }
+        if self.stale && !self.loader.is_loading() && self.loader.is_rested(PAUSE, PAUSE_FACTOR) {
+            self.stale = false;
+            let (runs, before, baseline) = (runs.to_vec(), self.known.clone(), self.baseline.clone());
+            let key = key_of(&runs, baseline.as_deref());
+            let group = move |_: &_| Ok(Arc::new(Grouping::new(&runs, &before, baseline.as_deref())));
+            self.loader.request(key, Duration::MAX, group);
+        }
+        is_new
+    }
+}
+
+/// A hash of the runs, their progress and the baseline.
+fn key_of(runs: &[Arc<RunSummary>], baseline: Option<&str>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    baseline.hash(&mut hasher);
+    for run in runs {
+        (&run.path, run.done, run.episodes(), run.curves.last_episode()).hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_trainer::RunConfig;
+
+    fn run(name: &str, settings: &[(&str, &str)], successes: &[f32]) -> Arc<RunSummary> {
+        let path = Path::new("runs").join(name);
+        let mut config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        for (key, value) in settings {
+            config = config.with_setting(key, value).unwrap();
+        }
+        let mut curves = Curves::default();
+        (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, Metric::CURVES.map(|_| *success)));
+        let done = successes.len() as u64;
+        let success = successes.last().copied();
+        let of_config = RunSummary::new(&path, Arc::new(config), RunState::Finished);
+        Arc::new(RunSummary { done, success, curves: Arc::new(curves), ..of_config })
+    }
+
+    fn runs() -> Vec<Arc<RunSummary>> {
+        vec![
+            run("b", &[("method", "ddpg-uniform"), ("seed", "2")], &[0.0, 0.5, 1.0]),
+            run("a", &[("method", "ddpg-uniform"), ("seed", "1")], &[0.0, 0.25]),
+            run("c", &[("method", "ddpg"), ("seed", "1")], &[0.25]),
+            run("d", &[("method", "ddpg"), ("seed", "2")], &[0.0]),
+            run("e", &[("method", "ddpg"), ("seed", "3")], &[]),
+            run("f", &[("method", "ddpg"), ("seed", "1"), ("ddpg.gamma", "0.5")], &[]),
+        ]
+    }
+
+    fn names(group: &RunGroup) -> Vec<&str> {
+        group.runs.iter().filter_map(|path| path.file_name()?.to_str()).collect()
+    }
+
+    #[test]
+    fn a_run_extended_beyond_the_others_leaves_their_group() {
+        let mut runs = runs();
+        let before = Grouping::new(&runs, &Grouping::default(), None);
+        let longer = RunConfig { episodes: runs[0].config.episodes + 50, ..(*runs[0].config).clone() };
+        runs[0] = Arc::new(RunSummary { config: Arc::new(longer), ..(*runs[0]).clone() });
+        let after = Grouping::new(&runs, &before, None);
+        assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
+        assert!(after.of(&runs[0].path).unwrap().curves.is_none(), "its own curves are enough");
+    }
+
+    #[test]
+    fn a_group_has_no_curves_before_half_of_its_runs_are_read() {
+        let mut runs = runs();
+        let is_read = |run: &RunSummary| "cde".contains(&*run.name) && !run.curves.episodes().is_empty();
+        let read: Vec<usize> = (0..runs.len()).filter(|place| is_read(&runs[*place])).collect();
+        let has_curves = |runs: &[Arc<RunSummary>]| {
+            Grouping::new(runs, &Grouping::default(), None).of(Path::new("runs/c")).unwrap().curves.is_some()
+        };
+        assert!(read.len() == 2 && has_curves(&runs));
+        Arc::make_mut(&mut runs[read[0]]).curves = Arc::default();
+        assert!(!has_curves(&runs));
+    }
+
+    #[test]
+    fn runs_that_differ_in_the_seed_alone_are_one_group_with_live_statistics() {
+        let runs = runs();
+        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let of = |name: &str| grouping.of(Path::new("runs").join(name).as_path()).unwrap();
+        assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
+        assert!(of("f").label.contains("gamma 0.5") && !of("f").is_many(), "{}", of("f").label);
+        assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
+        // The run that has not begun does not count.
+        assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
+        let pinned = Grouping::new(&runs, &grouping, Some(&of("a").label.clone()));
+        assert!(of("c").is_baseline && pinned.of(Path::new("runs/a")).unwrap().is_baseline);
+        let a = of("a");
+        // 1.0 is above both; 0.25 is above one and equal to the other.
+        assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
+        let again = Grouping::new(&runs, &grouping, None);
+        assert!(Arc::ptr_eq(&again.known, &grouping.known), "the same runs differ in the same settings");
+        let fewer = Grouping::new(&runs[..5], &grouping, None);
+        assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
+        for (grouping, run, gamma) in [(&grouping, 2, "0.95"), (&grouping, 5, "0.5"), (&fewer, 2, "0.95")] {
+            assert_eq!(grouping.setting(&runs[run], "ddpg.gamma").unwrap().to_string(), gamma, "also a default");
+        }
+        assert!(of("c").label.contains("gamma 0.95") && of("c").is_baseline, "{}", of("c").label);
+    }
+
+    #[test]
+    fn of_runs_with_the_same_seed_the_furthest_counts() {
+        let mut runs = runs();
+        runs.push(run("g", &[("method", "ddpg-uniform"), ("seed", "1")], &[1.0, 1.0, 1.0]));
+        let before = Grouping::new(&runs[..6], &Grouping::default(), None);
+        let grouping = Grouping::new(&runs, &before, None);
+        let group = grouping.of(Path::new("runs/a")).unwrap();
+        assert_eq!((names(group), group.seeds()), (vec!["a", "g", "b"], 2));
+        assert_eq!(group.success.map(|estimate| estimate.value), Some(1.0));
+        assert_eq!(group.curves.as_ref().unwrap().middle.get(Metric::Success), [0.5, 0.75, 1.0]);
+        assert!(group.title().ends_with("(2 seeds, 3 runs)"), "{}", group.title());
+        let alone = Grouping::new(&[runs[1].clone(), runs[6].clone()], &Grouping::default(), None);
+        assert!(alone.of(Path::new("runs/g")).unwrap().title().ends_with("(1 seed, 2 runs)"));
+    }
+
+    #[test]
+    fn the_curve_of_a_group_goes_as_far_as_half_of_its_runs() {
+        let runs = runs();
+        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let curves = grouping.of(Path::new("runs/a")).unwrap().curves.clone().unwrap();
+        let of = |curves: &Curves| curves.get(Metric::Success).to_vec();
+        assert_eq!(of(&curves.middle), [0.0, 0.375, 1.0]);
+        assert_eq!((of(&curves.low), of(&curves.high)), (vec![0.0, 0.3125, 1.0], vec![0.0, 0.4375, 1.0]));
+        let three = grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
+        assert_eq!(of(&three.middle), [0.125]);
+    }
+
+    #[test]
+    fn thinned_runs_are_aggregated_at_their_common_episodes() {
+        let of = |episodes: &[u64]| {
+            let mut curves = Curves::default();
+            episodes.iter().for_each(|episode| curves.push(*episode, Metric::CURVES.map(|_| 1.0)));
+            curves
+        };
+        let [fine, coarse] = [of(&[1, 2, 3]), of(&[1, 3])];
+        for runs in [[&fine, &coarse], [&coarse, &fine]] {
+            assert_eq!(GroupCurves::new(&runs).middle.episodes(), [1, 3]);
+        }
+    }
+
+    #[test]
+    fn a_baseline_is_pinned_unpinned_and_ignored_if_it_does_not_exist() {
+        let mut grouper = Grouper::default();
+        assert_eq!(grouper.pin("DDPG"), Some("DDPG"));
+        assert!(grouper.stale);
+        assert_eq!(grouper.pin("DDPG"), None);
+        assert_ne!(key_of(&runs(), None), key_of(&runs(), Some("DDPG")));
+        let grouping = Grouping::new(&runs()[..5], &Grouping::default(), Some("nobody"));
+        assert!(grouping.of(Path::new("runs/c")).unwrap().is_baseline);
+    }
+
+    #[test]
+    fn runs_that_have_changed_are_grouped_again_after_a_pause() {
+        fn finish(grouper: &mut Grouper, runs: &[Arc<RunSummary>]) -> bool {
+            let since = std::time::Instant::now();
+            while grouper.loader.is_loading() && since.elapsed() < Duration::from_secs(20) {
+                if grouper.poll(runs) {
+                    return true;
+                }
+                std::thread::yield_now();
+            }
+            false
+        }
+        let mut grouper = Grouper::default();
+        let mut runs = runs();
+        assert!(!grouper.poll(&runs) && !grouper.loader.is_loading(), "nothing is known to have changed");
+        grouper.set_stale();
+        grouper.poll(&runs);
+        assert!(finish(&mut grouper, &runs) && grouper.known().of(Path::new("runs/a")).is_some());
+        Arc::make_mut(&mut runs[4]).done += 1;
+        grouper.set_stale();
+        grouper.poll(&runs);
+        assert!(!grouper.loader.is_loading(), "during the pause");
+        std::thread::sleep(PAUSE);
+        grouper.poll(&runs);
+        assert!(finish(&mut grouper, &runs));
+        std::thread::sleep(PAUSE);
+        grouper.set_stale();
+        grouper.poll(&runs);
+        assert!(!grouper.loader.is_loading() && !grouper.stale, "the runs are the same");
+    }
+}

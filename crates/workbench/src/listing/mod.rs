@@ -1,0 +1,197 @@
+//! What is known of the runs of a session and of its folder: their summaries, curves and groups, read in the background.
+
+mod curves;
+mod folder;
+mod groups;
+mod histories;
+mod marks;
+mod models;
+mod rate;
+mod summary;
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+pub use curves::Curves;
+pub use groups::{GroupCurves, Grouping, RunGroup};
+pub use marks::{Mark, marks};
+pub use models::ModelSummary;
+pub use rate::span;
+pub use summary::RunSummary;
+
+use crate::{Loader, RunView, Session};
+use folder::Folder;
+use groups::Grouper;
+use histories::Histories;
+use mge_run::RunState;
+use mge_trainer::Phase;
+use rate::Rate;
+
+/// Time between two scans of the folder, in which other processes may train runs.
+const SCAN: Duration = Duration::from_secs(2);
+/// Maximum time of one scan, so that the runs of a large folder appear while others are read.
+const SLICE: Duration = Duration::from_millis(200);
+
+/// The runs of a session and of its folder.
+#[derive(Debug)]
+pub struct Listing {
+    runs: Vec<Arc<RunSummary>>,
+    folder: Loader<PathBuf, Arc<Folder>>,
+    /// The folder has to be scanned at once.
+    is_due: bool,
+    histories: Histories,
+    grouper: Grouper,
+    rates: HashMap<PathBuf, Rate>,
+    /// Runs that were in the session before they were found in the folder; they are listed last.
+    begun: HashSet<PathBuf>,
+}
+
+impl Default for Listing {
+    fn default() -> Self {
+        Self {
+            runs: Vec::new(),
+            folder: Loader::new(1),
+            is_due: false,
+            histories: Histories::default(),
+            grouper: Grouper::default(),
+            rates: HashMap::new(),
+            begun: HashSet::new(),
+        }
+    }
+}
+
+impl Listing {
+    /// All runs: those of the folder by path, then new ones of the session.
+    pub fn runs(&self) -> &[Arc<RunSummary>] {
+        &self.runs
+    }
+
+    /// The latest grouping of the runs.
+    pub fn groups(&self) -> &Arc<Grouping> {
+        self.grouper.known()
+    }
+
+    /// Number of runs in the session's folder that have not been read yet; at least 1 before they have been counted.
+    pub fn unread(&self, session: &Session) -> usize {
+        self.folder_of(session).map_or(1, |folder| folder.unread)
+    }
+
+    /// Why each damaged run of the session's folder cannot be read.
+    pub fn damaged(&self, session: &Session) -> Vec<String> {
+        self.folder_of(session).into_iter().flat_map(|folder| folder.damaged()).cloned().collect()
+    }
+
+    fn folder_of(&self, session: &Session) -> Option<&Arc<Folder>> {
+        self.folder.latest(|path| path == session.folder())?.1.as_ref().ok()
+    }
+
+    /// Requests the curves of the runs in these folders.
+    pub fn request_curves(&mut self, runs: Vec<PathBuf>, session: &Session) {
+        let is_opened = |path: &PathBuf| session.runs().iter().any(|run| run.directory().path() == path);
+        self.histories.request(runs.into_iter().filter(|path| !is_opened(path)).collect());
+    }
+
+    /// Makes the groups with a label the baseline, or unpins them if they are it already. Returns the pinned label.
+    pub fn pin_baseline(&mut self, label: &str) -> Option<&str> {
+        self.grouper.pin(label)
+    }
+
+    /// Scans the folder at once.
+    pub fn rescan(&mut self) {
+        self.is_due = true;
+    }
+
+    /// Takes over what was read, and reads on. True if something is new.
+    pub fn poll(&mut self, session: &Session) -> bool {
+        let is_new = [
+            self.folder.poll() && self.folder_of(session).is_some_and(|folder| folder.is_new),
+            self.histories.poll(),
+            self.grouper.poll(&self.runs),
+        ];
+        self.scan(session);
+        is_new.contains(&true)
+    }
+
+    /// Scans the folder in the background if it is time to.
+    fn scan(&mut self, session: &Session) {
+        if self.folder.is_loading() {
+            return;
+        }
+        let opened: Vec<PathBuf> = session.runs().iter().map(|run| run.directory().path().to_owned()).collect();
+        let before = self.folder_of(session).cloned();
+        let is_complete =
+            before.as_ref().is_some_and(|before| before.unread == 0 && opened.iter().all(|run| before.has(run)));
+        let age = if self.is_due || !is_complete { Duration::ZERO } else { SCAN };
+        self.is_due = false;
+        let path = session.folder().to_owned();
+        let scan = move |_: &_| Ok(Arc::new(Folder::scan(before.as_deref(), &path, &opened, SLICE)));
+        self.folder.request(session.folder().to_owned(), age, scan);
+    }
+
+    /// Updates the runs from the session and from what was read.
+    pub fn refresh(&mut self, session: &Session) {
+        let before = std::mem::take(&mut self.runs).into_iter().filter(|run| run.opened);
+        let mut before: HashMap<PathBuf, Arc<RunSummary>> = before.map(|run| (run.path.clone(), run)).collect();
+        let opened: HashMap<&Path, Arc<RunSummary>> = session
+            .runs()
+            .iter()
+            .map(|run| {
+                let path = run.directory().path();
+                let curves = before.remove(path).map(|known| known.curves.clone()).unwrap_or_default();
+                (path, Arc::new(self.opened(run, curves, session)))
+            })
+            .collect();
+        let folder = self.folder.latest(|path| path == session.folder()).and_then(|(_, folder)| folder.as_ref().ok());
+        // A run keeps its place in the list.
+        let is_on_disk = |path: &Path| folder.is_some_and(|folder| folder.runs().any(|run| run.path == path));
+        self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).map(|path| path.to_path_buf()));
+        let on_disk = folder.into_iter().flat_map(|folder| folder.runs()).filter(|run| !self.begun.contains(&run.path));
+        let listed = on_disk.map(|run| opened.get(&*run.path).cloned().unwrap_or_else(|| self.with_history(run)));
+        let begun = session.runs().iter().map(|run| run.directory().path());
+        let begun = begun.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path).cloned());
+        self.runs = listed.chain(begun).collect();
+        self.grouper.set_stale();
+    }
+
+    /// The summary of a run with its curves, as far as they have been read.
+    fn with_history(&self, run: &Arc<RunSummary>) -> Arc<RunSummary> {
+        let Some(history) = self.histories.of(&run.path) else { return run.clone() };
+        Arc::new(RunSummary::clone(run).with_log(&history.log, history.curves.clone()))
+    }
+
+    /// The summary of a run of the session; it continues its `curves`.
+    fn opened(&mut self, run: &RunView, mut curves: Arc<Curves>, session: &Session) -> RunSummary {
+        let path = run.directory().path();
+        let rate = self.rates.entry(path.to_owned()).or_default();
+        if run.is_active() && run.state() == RunState::Running {
+            rate.record(Instant::now(), run.episodes());
+        } else {
+            rate.forget();
+        }
+        let rate = rate.per_second();
+        let on_disk = self.folder_of(session).and_then(|folder| folder.run(path));
+        if let Some(known) = on_disk.filter(|_| run.is_unread()) {
+            return RunSummary { opened: true, ..RunSummary::clone(known) };
+        }
+        let records = run.records();
+        if !curves.is_of(records) {
+            Arc::make_mut(&mut curves).follow(records);
+        }
+        let state = run.last_state().or(on_disk.map(|known| known.state.clone())).unwrap_or(RunState::Interrupted);
+        let summary = RunSummary {
+            opened: true,
+            active: run.is_active(),
+            queued: run.is_queued(),
+            preparing: run.phase().as_ref().and_then(Phase::preparation),
+            done: run.episodes(),
+            success: records.last().map(|record| record.rolling_success as f32),
+            rate,
+            tags: on_disk.map(|known| known.tags.clone()).unwrap_or_default(),
+            note: on_disk.map(|known| known.note.clone()).unwrap_or_default(),
+            ..RunSummary::new(path, run.config().clone(), state)
+        };
+        summary.with_log(run.history(), curves)
+    }
+}

@@ -1,0 +1,132 @@
+//! A run and its curves, as screens show it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::Curves;
+use super::marks::{Mark, marks};
+use crate::run_label;
+use mge_run::{Metric, Practised, RunHistory, RunState};
+use mge_trainer::RunConfig;
+
+/// A run and its curves.
+#[derive(Debug, Clone)]
+pub struct RunSummary {
+    /// Name of its folder.
+    pub name: String,
+    /// Its folder.
+    pub path: PathBuf,
+    /// Its settings.
+    pub config: Arc<RunConfig>,
+    /// Tags given by users.
+    pub tags: Vec<String>,
+    /// Note written by users.
+    pub note: String,
+    /// It is open in the session; otherwise only its last state is known.
+    pub opened: bool,
+    /// A thread of this program trains it.
+    pub active: bool,
+    /// It waits for a free core.
+    pub queued: bool,
+    /// Method, threshold and seed in words, as in legends.
+    pub label: String,
+    /// Its state.
+    pub state: RunState,
+    /// What the trainer does before the first episode, in words: see [`Phase::preparation`](mge_trainer::Phase).
+    pub preparing: Option<String>,
+    /// Results of the practice before the first episode, if they have been read.
+    pub practised: Option<Practised>,
+    /// The present need for exploration of each stage, the goal last, 0 to 1; empty if it is unknown or the epsilon
+    /// schedule does not depend on it.
+    pub needs: Vec<f32>,
+    /// Number of finished episodes.
+    pub done: u64,
+    /// Share of the latest episodes that reached the goal, if known.
+    pub success: Option<f32>,
+    /// One value per episode for every metric, as far as they have been read.
+    pub curves: Arc<Curves>,
+    /// Greedy evaluations: episodes finished by then, share of successes.
+    pub evaluations: Vec<(u64, f32)>,
+    /// Interventions, as far as they have been read.
+    pub marks: Vec<Mark>,
+    /// Episodes per second; None until there is enough data.
+    pub rate: Option<f64>,
+}
+
+impl RunSummary {
+    /// A summary from the settings of a run, before its log is read.
+    pub fn new(path: &Path, config: Arc<RunConfig>, state: RunState) -> Self {
+        Self {
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            path: path.to_owned(),
+            opened: false,
+            active: false,
+            queued: false,
+            label: run_label(&config),
+            state,
+            preparing: None,
+            practised: None,
+            needs: Vec::new(),
+            done: 0,
+            success: None,
+            curves: Arc::default(),
+            evaluations: Vec::new(),
+            marks: marks(&config, &[]),
+            rate: None,
+            tags: Vec::new(),
+            note: String::new(),
+            config,
+        }
+    }
+
+    /// The same run with what its log says, and the curves of that.
+    pub(super) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
+        Self {
+            curves,
+            evaluations: log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect(),
+            marks: marks(&self.config, &log.interventions),
+            practised: log.practised.clone(),
+            needs: log.needs.clone(),
+            ..self
+        }
+    }
+
+    /// Configured number of episodes.
+    pub fn episodes(&self) -> u64 {
+        u64::from(self.config.episodes)
+    }
+
+    /// The rolling success in percent, or a dash before the first episode.
+    pub fn success_text(&self) -> String {
+        self.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success))
+    }
+
+    /// Its state in one word.
+    pub fn state_word(&self) -> &'static str {
+        if self.queued { "queued" } else { self.state.name() }
+    }
+
+    /// How often the practice before the first episode reached each stage, in a short phrase.
+    pub fn practice_in_short(&self) -> Option<String> {
+        let Practised { rollouts, reached, .. } = self.practised.as_ref()?.in_short();
+        let stages: Vec<String> = reached.iter().zip(&rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
+        Some(format!("reached {}", stages.join(", ")))
+    }
+
+    /// The present need for exploration of each stage, in a short phrase.
+    pub fn needs_in_short(&self) -> Option<String> {
+        let needs: Vec<String> = self.needs.iter().map(|need| format!("{:.0} %", 100.0 * need)).collect();
+        (!needs.is_empty()).then(|| needs.join(", "))
+    }
+
+    /// Seconds until the run is finished at the current rate.
+    pub fn seconds_left(&self) -> Option<f64> {
+        let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
+        Some(self.episodes().saturating_sub(self.done) as f64 / rate)
+    }
+
+    /// The latest finite value of a metric.
+    pub fn latest(&self, metric: Metric) -> Option<f32> {
+        self.curves.get(metric).iter().rev().copied().find(|value| value.is_finite())
+    }
+}

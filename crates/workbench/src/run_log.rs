@@ -1,0 +1,213 @@
+//! The log of a run, read at once or in the background.
+
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use mge_base::stop::Stop;
+use mge_guidance::ActionPrior;
+use mge_run::{EventReader, Poll, RunDirectory, RunHistory};
+use mge_task::Task;
+use mge_trainer::saved_prior;
+
+use super::job::CANCELLED;
+use super::loader::Loader;
+
+/// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
+const MAX_KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
+/// Time between two reads in the background of the log of a run in training, and of any other.
+const READ_EVERY: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
+
+/// The log of a run as far as it has been read.
+#[derive(Debug)]
+pub struct RunLog {
+    reader: EventReader,
+    /// What its events say.
+    pub history: RunHistory,
+    /// Time of the latest event.
+    pub latest: f64,
+    /// The part that is read in the background, by the number of parts before it.
+    reading: Loader<u64, Part>,
+    parts: u64,
+    /// When the latest read in the background began.
+    read_at: Instant,
+}
+
+/// A part of a log.
+#[derive(Debug)]
+struct Part {
+    news: Result<Poll, String>,
+    /// The reader after it.
+    reader: EventReader,
+    /// The training had ended before it was read.
+    has_ended: bool,
+}
+
+impl RunLog {
+    /// The log in a folder, of which nothing has been read.
+    pub fn new(directory: &RunDirectory) -> Self {
+        Self {
+            reader: directory.events(),
+            history: RunHistory::bounded(MAX_KEPT),
+            latest: f64::NEG_INFINITY,
+            reading: Loader::new(1),
+            parts: 0,
+            read_at: Instant::now(),
+        }
+    }
+
+    /// Reads the next part, however long that takes.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub fn read(&mut self) -> Result<Poll, String> {
+        // What is being read in the background is then out of date.
+        self.parts += 1;
+        let news = self.reader.poll().map_err(|error| error.to_string())?;
+        self.follow(&news);
+        Ok(news)
+    }
+
+    /// The part that was read in the background, if there is one, and whether the training had ended before. Begins to
+    /// read the next part if it is time to: often if the run `is_active`, and at once if its training `has_ended`.
+    pub fn poll(&mut self, is_active: bool, has_ended: bool) -> Option<(Result<Poll, String>, bool)> {
+        let mut found = None;
+        if self.reading.poll()
+            && let Some((parts, Ok(Part { news, reader, has_ended }))) = self.reading.take()
+            && parts == self.parts
+        {
+            self.parts += 1;
+            self.reader = reader;
+            if let Ok(news) = &news {
+                self.follow(news);
+            }
+            found = Some((news, has_ended));
+        }
+        let more = matches!(&found, Some((Ok(news), _)) if news.more);
+        let is_last = !more && matches!(&found, Some((_, true)));
+        if more || (has_ended && !is_last) || self.read_at.elapsed() >= READ_EVERY[usize::from(!is_active)] {
+            let mut reader = self.reader.clone();
+            self.read_at = Instant::now();
+            self.reading.request(self.parts, Duration::ZERO, move |_| {
+                let news = reader.poll().map_err(|error| error.to_string());
+                Ok(Part { news, reader, has_ended })
+            });
+        }
+        found
+    }
+
+    fn follow(&mut self, news: &Poll) {
+        if news.restarted {
+            self.history = RunHistory::bounded(MAX_KEPT);
+        }
+        news.events.iter().for_each(|logged| self.history.add(&logged.event));
+    }
+}
+
+/// The prior of a run, if it has one, or why it cannot be used.
+pub type PriorOutcome = Result<Option<Arc<ActionPrior>>, String>;
+
+/// The existing log and prior of a run.
+pub struct Recorded {
+    /// The log, read to its end.
+    pub log: RunLog,
+    /// The problem of the first invalid line of the log.
+    pub problem: Option<String>,
+    /// The prior.
+    pub prior: PriorOutcome,
+}
+
+impl Recorded {
+    /// Reads the log and the prior of a run on a task.
+    ///
+    /// # Errors
+    /// When the log cannot be read, or `stop` is requested.
+    pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
+        let (mut log, mut problem) = (RunLog::new(directory), None);
+        loop {
+            let news = log.read()?;
+            problem = problem.or(news.problems.first().map(ToString::to_string));
+            log.latest = news.events.iter().map(|logged| logged.time).fold(log.latest, f64::max);
+            if !news.more {
+                break;
+            }
+            if stop.is_requested() {
+                return Err(CANCELLED.to_owned());
+            }
+        }
+        Ok(Self { log, problem, prior: read_prior(directory, task) })
+    }
+}
+
+/// Reads the saved prior of a run on a task.
+pub fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
+    let prior = saved_prior(directory, task).map_err(|error| error.to_string())?;
+    Ok(prior.map(Arc::new))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use mge_run::{EpisodeRecord, Event, RunWriter};
+    use mge_trainer::RunConfig;
+
+    fn make(folder: &Path) -> RunDirectory {
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        RunDirectory::create(folder.join("run"), &config).unwrap()
+    }
+
+    /// Begins a read that is due.
+    fn poll(log: &mut RunLog) -> Option<Poll> {
+        log.read_at -= Duration::from_secs(1);
+        log.poll(false, false).map(|(news, _)| news.unwrap())
+    }
+
+    #[test]
+    fn a_log_read_in_the_background_has_the_same_events() {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = make(folder.path());
+        let mut writer = RunWriter::open(&directory, 0).unwrap();
+        let mut finish = |episode| {
+            writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..EpisodeRecord::default() })).unwrap();
+        };
+        let [mut waiting, mut other] = [(); 2].map(|()| RunLog::new(&directory));
+        for episodes in [1..=3, 4..=9] {
+            episodes.for_each(&mut finish);
+            let expected = waiting.read().unwrap().events;
+            let mut events = Vec::new();
+            while events.len() < expected.len() {
+                events.extend(poll(&mut other).into_iter().flat_map(|news| news.events));
+                std::thread::yield_now();
+            }
+            assert_eq!(events, expected);
+            assert_eq!(other.history.records.len(), waiting.history.records.len());
+        }
+        // What was begun before a read is out of date after it.
+        poll(&mut other);
+        finish(10);
+        assert_eq!(other.read().unwrap().events.len(), 1);
+        while other.reading.is_loading() {
+            assert!(other.poll(false, false).is_none());
+        }
+        assert_eq!(other.history.records.len(), 10);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_log_that_cannot_be_read_now_holds_up_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = make(folder.path());
+        // To open a pipe takes until there is a writer.
+        let path = directory.path().join("events.jsonl");
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        let mut log = RunLog::new(&directory);
+        let since = Instant::now();
+        for _ in 0..1000 {
+            log.read_at -= Duration::from_secs(1);
+            log.poll(true, true);
+        }
+        assert!(since.elapsed() < Duration::from_secs(5) && log.history.records.is_empty());
+    }
+}

@@ -1,0 +1,198 @@
+//! The Figures screen: figures to look at, to compose and to export.
+
+use std::collections::BTreeSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Text};
+use ratatui::widgets::{Row, Widget};
+
+use super::lists::Lists;
+use super::pane::{hint, lines, pane};
+use super::runs::Runs;
+use super::{HitRegion, HitRegions, Screens, Ui};
+use crate::tui::effect::Effect;
+use crate::tui::layers::Prompt;
+use crate::tui::view::{RunSummary, ViewModel};
+use crate::tui::widgets::layout::WIDE;
+use crate::tui::widgets::list;
+use crate::tui::widgets::preview::PreviewRequest;
+use mge_base::paths::fitting;
+use mge_results::{Composition, LearningRow, OPTIONS, distinguish};
+use mge_workbench::{Command, FigureKind, command};
+
+/// What a figure shows, in one line.
+fn about(kind: FigureKind) -> &'static str {
+    match kind {
+        FigureKind::Scene => "the task's scene",
+        FigureKind::Clusters => "the action clusters over the scene",
+        FigureKind::Learning => "success of all runs, or the marked ones",
+        FigureKind::Dashboard => "all logged metrics of the watched run",
+        FigureKind::Episode => "the greedy episode, or one played by hand",
+    }
+}
+
+/// Width of the list in the wide layout.
+const LIST: u16 = 56;
+
+/// Draws the screen: the list at the left or above, the selected figure beside or below.
+pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let [list, picture] = if area.width >= WIDE {
+        Layout::horizontal([Constraint::Length(LIST), Constraint::Fill(1)]).areas(area)
+    } else {
+        let rows = FigureKind::ALL.len() as u16 + 2;
+        Layout::vertical([Constraint::Length(rows), Constraint::Fill(1)]).areas(area)
+    };
+    listed(screens, ui, list, buffer, regions);
+    let kind = selected(&screens.lists);
+    let inside = pane(kind.name(), picture, ui.theme, buffer);
+    regions.add(inside, HitRegion::Preview);
+    if let Err(reason) = screens.preview.draw(kind.name(), covered, inside, ui.theme, buffer) {
+        hint(&reason, inside, ui.theme, buffer);
+    }
+}
+
+/// The command that exports a figure in a format.
+pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
+    let view = ui.view;
+    let composition = composition(kind, lists, runs, ui);
+    // A figure of one run is named after it: figures of several runs on one task do not overwrite each other.
+    let of_run = match kind {
+        FigureKind::Dashboard => true,
+        FigureKind::Episode => view.hand.trace.steps.is_empty(),
+        FigureKind::Scene | FigureKind::Clusters | FigureKind::Learning => false,
+    };
+    let about: Option<&str> = match kind {
+        FigureKind::Learning => common_task(&composition, ui),
+        _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| &*run.name)),
+    };
+    command::Figure { composition, ..command::Figure::with_defaults(kind, &path_of(kind, about, format)) }.into()
+}
+
+/// The path of a figure of a task or run, or of all runs.
+pub fn path_of(kind: FigureKind, about: Option<&str>, format: &str) -> PathBuf {
+    let name = format!("{}.{format}", kind.name());
+    Path::new("figures").join(about.map_or_else(|| name.clone(), |about| fitting(about, &format!("-{name}"))))
+}
+
+/// Whether the figure of learning curves shows the run in a folder.
+fn is_shown(composition: &Composition, run: &Path) -> bool {
+    composition.runs.is_empty() || composition.runs.iter().any(|shown| shown == run)
+}
+
+/// The task of all runs that the figure of learning curves shows; None if there are several.
+fn common_task<'a>(composition: &Composition, ui: &Ui<'a>) -> Option<&'a str> {
+    let view: &'a ViewModel = ui.view;
+    let shown = view.runs.iter().filter(|run| run.done > 0 && is_shown(composition, &run.path));
+    let mut tasks = shown.map(|run| run.config.task.name.as_str());
+    let first = tasks.next()?;
+    tasks.all(|task| task == first).then_some(first)
+}
+
+fn composition(kind: FigureKind, lists: &Lists, runs: &Runs, ui: &Ui) -> Composition {
+    match kind {
+        FigureKind::Learning => {
+            let marked = runs.marked(ui.view).into_iter().map(|run| run.path.clone()).collect();
+            Composition { runs: marked, ..lists.composition.clone() }
+        }
+        _ => Composition::default(),
+    }
+}
+
+fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let theme = ui.theme;
+    let inside = pane("figures", area, theme, buffer);
+    let row = |index: usize| {
+        let kind = FigureKind::ALL[index];
+        Row::new([kind.name(), about(kind)])
+    };
+    let (count, widths) = (FigureKind::ALL.len(), [Constraint::Length(10), Constraint::Fill(1)]);
+    let figure = Some(screens.lists.figure);
+    regions.add_rows(list::draw(count, figure, row, &widths, inside, theme, buffer));
+    let [_, below] = Layout::vertical([Constraint::Length(count as u16 + 1), Constraint::Fill(1)]).areas(inside);
+    if below.height == 0 {
+        return;
+    }
+    let mut text: Vec<Line> = Vec::new();
+    if selected(&screens.lists) == FigureKind::Learning {
+        let command = export(FigureKind::Learning, "pdf", &screens.lists, &screens.runs, ui);
+        text.extend(lines(&format!("in a script: {command}\n\n"), below.width, Style::new()));
+    }
+    let written = ui.view.figures.iter().rev().map(|path| format!("wrote {}", path.display()));
+    text.extend(written.flat_map(|line| lines(&line, below.width, Style::new().fg(theme.good))));
+    if text.is_empty() {
+        return hint(&ui.text(EXPLANATION), below, theme, buffer);
+    }
+    Text::from(text).render(below, buffer);
+}
+
+const EXPLANATION: &str = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, {export} every figure that has data, into the folder figures/. {compose} composes the learning figure.";
+
+/// The selected figure.
+pub fn selected(lists: &Lists) -> FigureKind {
+    FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
+}
+
+/// The selected figure, its composition, and the preview to draw. None while there is no room for a preview.
+pub fn wanted(
+    lists: &Lists,
+    runs: &Runs,
+    ui: &Ui,
+    regions: &HitRegions,
+) -> Option<(FigureKind, Composition, PreviewRequest)> {
+    let (area, _) =
+        regions.all().iter().find(|(area, region)| matches!(region, HitRegion::Preview) && !area.is_empty())?;
+    let kind = selected(lists);
+    let composition = composition(kind, lists, runs, ui);
+    let wanted = PreviewRequest {
+        kind: kind.name(),
+        options: composition.options(),
+        task: ui.view.task.clone(),
+        prior: ui.view.prior.clone(),
+        progress: progress(kind, &composition, ui),
+        room: [area.width, area.height],
+    };
+    Some((kind, composition, wanted))
+}
+
+/// A hash of the runs that a figure shows and of their finished episodes.
+fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    ui.subject.run().map(|run| (&run.path, run.done)).hash(&mut hasher);
+    if kind == FigureKind::Learning {
+        for run in ui.view.runs.iter().filter(|run| is_shown(composition, &run.path)) {
+            (&run.path, run.done).hash(&mut hasher);
+        }
+    }
+    hasher.finish()
+}
+
+/// The labels of the curves of the learning figure of these runs, or of all.
+fn labels(marked: Vec<&RunSummary>, ui: &Ui) -> Vec<String> {
+    let runs = if marked.is_empty() { ui.view.runs.iter().map(|run| &**run).collect() } else { marked };
+    let mut rows: Vec<LearningRow> = runs.iter().map(|run| LearningRow::so_far(&run.config, run.done, None)).collect();
+    distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
+    let labels: BTreeSet<String> = rows.iter().filter(|row| row.episodes > 0).map(LearningRow::label).collect();
+    labels.into_iter().collect()
+}
+
+/// Selects the learning figure and asks for its options. The hint explains each, and names the curves.
+pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    let lists = &mut screens.lists;
+    lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
+    let options = lists.composition.options().into_iter().map(|(key, value)| format!("{key}={value}"));
+    let about = OPTIONS.iter().filter(|(name, _)| *name != "runs").map(|(name, about)| format!("{name}= {about}"));
+    let curves = shell_words::join(labels(screens.runs.marked(ui.view), ui));
+    let runs = ui.text("the runs are those marked on the Runs screen ({screen-runs}), or all");
+    let hint = about.chain([runs, format!("labels: {curves}")]).collect::<Vec<_>>().join("\n");
+    vec![Effect::open(Prompt::new("compose the learning figure", hint, shell_words::join(options), |text| {
+        let words = shell_words::split(text).map_err(|error| error.to_string())?;
+        let pair = |word| str::split_once(word, '=').ok_or_else(|| format!("`{word}`: write KEY=VALUE"));
+        let options = words.iter().map(|word| pair(word)).collect::<Result<Vec<_>, _>>()?;
+        let composition = Composition::default().with_options(options)?;
+        Ok(Effect::call(|app| app.screens.lists.composition = composition))
+    }))]
+}
