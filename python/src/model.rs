@@ -16,9 +16,10 @@ use super::error::exception;
 use super::pool::{Caller, abandonable, build, work, work_on};
 use super::state::{BALL, State, ball_row};
 use super::task::Task;
+use mge_base::stop::Stop;
 use mge_dynamics::{self as dynamics, DynamicsError, Predictor, Rollout, rollouts};
 use mge_env::{Action, Environment, Snapshot};
-use mge_guidance::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
+use mge_guidance::{RapierPhysics, RolloutModel, TruePhysics};
 use mge_physics::{BallState, Tool, to_normalised, to_units};
 use mge_task::{self as task, ToolSpec};
 
@@ -50,7 +51,7 @@ pub struct Model(Arc<dynamics::Model>);
 impl Model {
     #[new]
     fn new(py: Python<'_>, name: PathBuf) -> PyResult<Self> {
-        abandonable(py, move || dynamics::named(&name))?.map(Self).map_err(exception)
+        abandonable(py, move || dynamics::named(&name, None))?.map(Self).map_err(exception)
     }
 
     /// The model in the bytes of a model file.
@@ -198,7 +199,7 @@ impl AnyModel {
     pub fn used<T: Send>(
         &self,
         py: Python<'_>,
-        using: impl FnOnce(&dyn RolloutModel) -> Result<T, DynamicsError> + Send,
+        using: impl FnOnce(&dyn RolloutModel, &Stop) -> Result<T, DynamicsError> + Send,
     ) -> PyResult<T> {
         let model: &dyn RolloutModel = match self {
             Self::Learned(model) => &**model,
@@ -206,7 +207,7 @@ impl AnyModel {
             Self::Rapier => &RapierPhysics,
             Self::Python(model) => return model.used(py, using),
         };
-        work(py, |caller| using(&InterruptibleModel::new(model, caller.stop())))?.map_err(exception)
+        work(py, |caller| using(model, caller.stop()))?.map_err(exception)
     }
 }
 
@@ -253,11 +254,13 @@ impl PythonModel {
     fn used<T: Send>(
         self: &Arc<Self>,
         py: Python<'_>,
-        using: impl FnOnce(&dyn RolloutModel) -> Result<T, DynamicsError> + Send,
+        using: impl FnOnce(&dyn RolloutModel, &Stop) -> Result<T, DynamicsError> + Send,
     ) -> PyResult<T> {
         let raised = Mutex::new(None);
         // Threads of its own: `advance` may itself wait for work in the shared pool.
-        let result = work_on(py, Some(&*build(0)?), |caller| using(&Asked { model: self, caller, raised: &raised }))?;
+        let result = work_on(py, Some(&*build(0)?), |caller| {
+            using(&Asked { model: self, caller, raised: &raised }, caller.stop())
+        })?;
         match raised.into_inner().unwrap_or_else(PoisonError::into_inner) {
             Some(raised) => Err(raised),
             None => result.map_err(exception),
@@ -303,12 +306,13 @@ impl RolloutModel for Asked<'_> {
         self.model.name.clone()
     }
 
-    fn is_stopped(&self) -> bool {
-        self.caller.stop().is_requested()
-    }
-
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>, DynamicsError> {
-        rollouts(self, starts, sequences)
+    fn rollouts(
+        &self,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+        stop: &Stop,
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        rollouts(self, starts, sequences, stop)
     }
 }
 
@@ -345,7 +349,7 @@ pub fn rollout<'py>(
         }
     };
     let model = AnyModel::of(model, &task.0)?;
-    let rolled = model.used(py, |model| model.rollouts(&starts, &sequences))?;
+    let rolled = model.used(py, |model, stop| model.rollouts(&starts, &sequences, stop))?;
     arrays(py, &rolled, length)
 }
 

@@ -51,7 +51,7 @@ pub fn build_prior(
     let config: GuidanceConfig = serde_json::from_str(settings).map_err(exception)?;
     config.validate().map_err(exception)?;
     let model = AnyModel::of(model, &task.0)?;
-    let prior = model.used(py, |model| guidance::build(&task.0, model, &config, seed, |_| ()))?;
+    let prior = model.used(py, |model, stop| guidance::build(&task.0, model, &config, seed, stop, |_| ()))?;
     Ok(ActionPrior { prior, task: task.0 })
 }
 

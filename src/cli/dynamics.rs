@@ -43,7 +43,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
         let epoch = trained.training.epoch();
         return Err(interrupt.ended(format!("stopped after epoch {epoch}: the same command continues")).into());
     }
-    if let Some(reason) = trained.finish(&arguments.out)? {
+    if let Some(reason) = trained.finish() {
         return Err(reason.into());
     }
     Ok(output::line(arguments.out.display())?)
@@ -100,13 +100,14 @@ fn file_name(path: &Path) -> String {
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let figure = arguments.figure.as_deref().map(|path| arguments.force.target(path));
     figure.iter().try_for_each(|to| output::check_target(to, &PICTURE))?;
-    let model = dynamics::named(&arguments.model)?;
+    let model = dynamics::named(&arguments.model, None)?;
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
     let mut progress = Progress::new(1, arguments.quiet);
-    let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, &Stop::default(), &mut |now| {
-        progress.set(now.done as u64, now.total as u64, &now.part);
-    })?;
+    let evaluation =
+        dynamics::evaluate(&model, &task::shipped(), &config, &Stop::default(), &mut |done, total, part| {
+            progress.set(done as u64, total as u64, part);
+        })?;
     drop(progress);
     if let Some(to) = &figure {
         let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;

@@ -51,7 +51,8 @@ const EXIT_STATUS: [(&str, &str); 4] = [
 const KEY_FILE: &str = "A line `NAME = KEY ...` of a key file replaces all default keys of that action.";
 
 /// What is said about the settings of a run.
-const SETTINGS: &str = "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. The defaults are those of the default method. `guidance.clusters.silhouette=5` chooses the number of clusters by silhouette, in place of `guidance.clusters.fixed`.";
+const SETTINGS: &str =
+    "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. The defaults are those of the default method.";
 
 /// Writes the manual to standard output, as a roff page or as Markdown.
 pub fn print(markdown: bool) -> Outcome {

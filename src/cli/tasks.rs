@@ -94,7 +94,7 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, to: Opti
     let model = required_model(model, &task)?;
     let mut progress = Progress::new(TRIALS as u64, false);
     let config = GuidanceConfig::default();
-    let chosen = choose_subgoals(&task, &*model, subgoals, &config, seed, |tried| {
+    let chosen = choose_subgoals(&task, &*model, subgoals, &config, seed, &Stop::default(), |tried| {
         progress.set(tried as u64, TRIALS as u64, "candidates");
     })?;
     drop(progress);

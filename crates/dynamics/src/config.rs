@@ -62,7 +62,7 @@ pub enum EdgeActivation {
     /// Those no longer than the cutoff.
     #[default]
     Dynamic,
-    /// All.
+    /// All, however far the tool is.
     FullyConnected,
 }
 
@@ -192,7 +192,7 @@ pub struct TrainConfig {
     pub learning_rate: f32,
     /// Learning-rate schedule.
     pub schedule: RateSchedule,
-    /// Optimiser.
+    /// Optimiser of all weights.
     pub optimiser: OptimiserKind,
     /// Loss of the normalised outputs.
     pub loss: Loss,

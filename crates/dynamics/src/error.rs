@@ -2,10 +2,10 @@
 
 use thiserror::Error;
 
-use super::object::ObjectType;
 use mge_base::stop::Stopped;
 use mge_base::validation::ValidationError;
 use mge_nn::{NnError, TensorFileError};
+use mge_physics::ToolKind;
 
 /// Result of work with dynamics models.
 pub type Result<T, E = DynamicsError> = std::result::Result<T, E>;
@@ -26,7 +26,7 @@ pub enum DynamicsError {
     #[error(
         "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
     )]
-    UnseenEdge { sender: ObjectType, known: String },
+    UnseenEdge { sender: ToolKind, known: String },
     /// Something other than the one ball that a model predicts moves in the task.
     #[error(
         "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: use the true physics"

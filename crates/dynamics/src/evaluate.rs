@@ -1,5 +1,5 @@
-//! Evaluation of a model on unseen data: fresh launches and complete task scenes, compared with
-//! two baselines without learning and with rapier's own solver.
+//! Evaluation of a model on unseen data: fresh launches and complete task scenes, compared with free flight and
+//! with rapier's own solver.
 
 use std::sync::Arc;
 
@@ -7,11 +7,11 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::baseline::{ConstantVelocity, NearestSample};
+use super::baseline::ConstantVelocity;
 use super::error::Result;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
-use super::predictor::{Errors, Predictor, distance};
+use super::predictor::{Errors, Predictor, advance, distance};
 use super::rapier::Rapier;
 use super::rollout::{distance_to_segment, rollouts};
 use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
@@ -73,7 +73,7 @@ pub struct Evaluation {
     pub model_sha256: String,
     /// The model's data hash.
     pub data_hash: String,
-    /// The settings.
+    /// How it was evaluated.
     pub config: EvaluationConfig,
     /// Errors on fresh launches, by tool type.
     pub launches: Vec<LaunchErrors>,
@@ -84,15 +84,13 @@ pub struct Evaluation {
     pub scenes: Vec<SceneErrors>,
 }
 
-/// One value for the model and each baseline.
+/// One value for the model and each predictor that it is compared with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Compared<T> {
-    /// The model.
+    /// The learned model that is evaluated.
     pub model: T,
     /// Constant velocity with gravity.
     pub constant_velocity: T,
-    /// The nearest stored sample.
-    pub nearest_sample: T,
     /// rapier's own solver; none in older evaluations, which did not include it.
     #[serde(default = "Option::default", skip_serializing_if = "Option::is_none")]
     pub rapier: Option<T>,
@@ -101,7 +99,7 @@ pub struct Compared<T> {
 /// Errors on fresh launches at one tool type.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaunchErrors {
-    /// The tool type.
+    /// The only tool of the launches.
     pub tool: ToolKind,
     /// Errors of each predictor.
     pub errors: Compared<OneTool>,
@@ -125,7 +123,7 @@ pub struct OneTool {
 /// Errors on scenes of one task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneErrors {
-    /// The task.
+    /// The name of the task.
     pub task: String,
     /// After 1, 2, ... actions.
     pub rollout: Compared<Vec<Errors>>,
@@ -140,9 +138,9 @@ pub struct HitPredictions {
     pub rollouts: usize,
     /// Predicted and real.
     pub true_positives: usize,
-    /// Predicted only.
+    /// Predicted, but not real.
     pub false_positives: usize,
-    /// Real only.
+    /// Real, but not predicted.
     pub false_negatives: usize,
     /// Real among the predicted; none if none was predicted.
     pub precision: Option<f64>,
@@ -150,20 +148,9 @@ pub struct HitPredictions {
     pub recall: Option<f64>,
 }
 
-/// Progress of an evaluation.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct EvaluationProgress {
-    /// Parts done.
-    pub done: usize,
-    /// Total number of parts: for each predictor, one per tool type, one more per tool type with held-out
-    /// tools, and two per task.
-    pub total: usize,
-    /// The part now being evaluated: a tool type or a task.
-    pub part: String,
-}
-
 /// Evaluates a model on fresh launches at its tools, and on scenes of those `tasks` that it supports. `on_progress` is
-/// called before every part.
+/// called before every part, a tool type or a task with one of the predictors, with the number of parts done, that of
+/// all parts, and the name of the part.
 ///
 /// # Errors
 /// When a setting is out of range, the model cannot predict a scene of such a task, or `stop` is requested.
@@ -172,97 +159,26 @@ pub fn evaluate(
     tasks: &[Task],
     config: &EvaluationConfig,
     stop: &Stop,
-    on_progress: &mut dyn FnMut(&EvaluationProgress),
+    on_progress: &mut dyn FnMut(usize, usize, &str),
 ) -> Result<Evaluation> {
     config.validate()?;
-    let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
-    let of_launches: usize = varieties(model).iter().map(|variety| kinds(model, *variety).count()).sum();
-    let total = PREDICTORS * (of_launches + 2 * known);
-    evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, stop, on_progress })
-}
-
-/// The tools on which a model's errors are measured: those like its training tools, then the held-out ones.
-fn varieties(model: &Model) -> [Variety; 2] {
-    [Variety::of(model.config()), Variety::HeldOut]
-}
-
-/// The tool types that are launched at for a variety.
-fn kinds(model: &Model, variety: Variety) -> impl Iterator<Item = ToolKind> {
-    let has = move |kind: &ToolKind| match variety {
-        Variety::HeldOut => model.config().properties && variety.has(*kind),
-        Variety::Sizes | Variety::Catalogue => true,
-    };
-    model.tools().iter().copied().filter(has)
-}
-
-/// Number of predictors that are compared.
-const PREDICTORS: usize = 4;
-
-struct Parts<'a> {
-    done: usize,
-    total: usize,
-    stop: &'a Stop,
-    on_progress: &'a mut dyn FnMut(&EvaluationProgress),
-}
-
-impl Parts<'_> {
-    fn next(&mut self, part: &str) {
-        let progress = EvaluationProgress { done: self.done, total: self.total, part: part.to_owned() };
-        self.done += 1;
-        (self.on_progress)(&progress);
-    }
-}
-
-/// A predictor whose predictions, however many, end soon after a stop request.
-struct Interruptible<'a> {
-    predictor: &'a dyn Predictor,
-    stop: &'a Stop,
-}
-
-/// Number of predictions between two checks for a stop request.
-const PREDICTIONS_PER_STOP_CHECK: usize = 2500;
-
-impl Predictor for Interruptible<'_> {
-    fn interval(&self) -> u32 {
-        self.predictor.interval()
-    }
-
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
-        let mut next = Vec::with_capacity(balls.len());
-        for (balls, tools) in balls.chunks(PREDICTIONS_PER_STOP_CHECK).zip(tools.chunks(PREDICTIONS_PER_STOP_CHECK)) {
-            self.stop.check()?;
-            next.extend(self.predictor.advance(balls, tools)?);
-        }
-        Ok(next)
-    }
-}
-
-fn evaluate_parts(
-    model: &Model,
-    tasks: &[Task],
-    config: &EvaluationConfig,
-    parts: &mut Parts<'_>,
-) -> Result<Evaluation> {
-    let constant = ConstantVelocity { interval: model.config().interval };
-    let nearest = NearestSample::of(model, parts.stop)?;
-    let rapier = Rapier::every(model.config().interval, GRAVITY, Ball::default());
-    let stop = parts.stop;
-    let interruptible = |predictor| Interruptible { predictor, stop };
-    let predictors = Compared {
-        model: interruptible(model),
-        constant_velocity: interruptible(&constant),
-        nearest_sample: interruptible(&nearest),
-        rapier: Some(interruptible(&rapier)),
-    };
-    let mut errors_of = |variety: Variety| -> Result<Vec<LaunchErrors>> {
-        kinds(model, variety).map(|tool| launch_errors(tool, variety, &predictors, config, parts)).collect()
-    };
-    let [usual, unseen] = varieties(model);
-    let (launches, held_out) = (errors_of(usual)?, errors_of(unseen)?);
-    let mut scenes = Vec::new();
-    for task in tasks.iter().filter(|task| model.check_task(task).is_ok()) {
-        scenes.push(scene_errors(&Arc::new(task.clone()), &predictors, config, parts)?);
-    }
+    let variety = Variety::of(model.config());
+    let usual = model.tools().iter().map(|&kind| (variety, kind));
+    let is_held_out = |kind: &&ToolKind| model.config().properties && Variety::HeldOut.has(**kind);
+    let held_out = model.tools().iter().filter(is_held_out).map(|&kind| (Variety::HeldOut, kind));
+    let launched: Vec<(Variety, ToolKind)> = usual.chain(held_out).collect();
+    let known: Vec<&Task> = tasks.iter().filter(|task| model.check_task(task).is_ok()).collect();
+    let total = PREDICTORS * (launched.len() + 2 * known.len());
+    let parts = &mut Parts { done: 0, total, stop, on_progress };
+    let interval = model.config().interval;
+    let rapier = Rapier::every(interval, GRAVITY, Ball::default());
+    let predictors: Compared<&dyn Predictor> =
+        Compared { model, constant_velocity: &ConstantVelocity { interval }, rapier: Some(&rapier) };
+    let of_launches = launched.iter().map(|&(variety, tool)| launch_errors(tool, variety, &predictors, config, parts));
+    let mut launches = of_launches.collect::<Result<Vec<_>>>()?;
+    let held_out = launches.split_off(model.tools().len());
+    let of_scenes = known.into_iter().map(|task| scene_errors(&Arc::new(task.clone()), &predictors, config, parts));
+    let scenes = of_scenes.collect::<Result<_>>()?;
     let FileId { name, sha256 } = model.id();
     Ok(Evaluation {
         model: name,
@@ -275,10 +191,28 @@ fn evaluate_parts(
     })
 }
 
+/// Number of predictors that are compared.
+const PREDICTORS: usize = 3;
+
+/// The parts of an evaluation: reports each before it begins.
+struct Parts<'a> {
+    done: usize,
+    total: usize,
+    stop: &'a Stop,
+    on_progress: &'a mut dyn FnMut(usize, usize, &str),
+}
+
+impl Parts<'_> {
+    fn next(&mut self, part: &str) {
+        (self.on_progress)(self.done, self.total, part);
+        self.done += 1;
+    }
+}
+
 fn launch_errors(
     tool: ToolKind,
     variety: Variety,
-    predictors: &Compared<Interruptible<'_>>,
+    predictors: &Compared<&dyn Predictor>,
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
 ) -> Result<LaunchErrors> {
@@ -286,14 +220,14 @@ fn launch_errors(
     let subgoals = subgoals(&launches, config.seed);
     let errors = predictors.map(|predictor| {
         parts.next(tool.name());
-        one_tool(predictor, &launches, &subgoals)
+        one_tool(predictor, &launches, &subgoals, parts.stop)
     })?;
     Ok(LaunchErrors { tool, errors })
 }
 
 fn scene_errors(
     task: &Arc<Task>,
-    predictors: &Compared<Interruptible<'_>>,
+    predictors: &Compared<&dyn Predictor>,
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
 ) -> Result<SceneErrors> {
@@ -312,11 +246,11 @@ fn scene_errors(
         task: task.name.clone(),
         rollout: predictors.map(|predictor| {
             parts.next(&task.name);
-            truth.errors(predictor, config.horizon)
+            truth.errors(predictor, config.horizon, parts.stop)
         })?,
         hits: predictors.map(|predictor| {
             parts.next(&task.name);
-            let predicted = rollouts(predictor, &hit_starts, &hit_sequences)?;
+            let predicted = rollouts(predictor, &hit_starts, &hit_sequences, parts.stop)?;
             Ok(HitPredictions::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
         })?,
     })
@@ -340,13 +274,12 @@ impl Evaluation {
 /// Actions of a rollout that compares hits: the horizon of guidance.
 const HIT_HORIZON: usize = 8;
 
-impl Compared<Interruptible<'_>> {
+impl Compared<&dyn Predictor> {
     fn map<T>(&self, mut value: impl FnMut(&dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
         Ok(Compared {
-            model: value(&self.model)?,
-            constant_velocity: value(&self.constant_velocity)?,
-            nearest_sample: value(&self.nearest_sample)?,
-            rapier: self.rapier.as_ref().map(|rapier| value(rapier)).transpose()?,
+            model: value(self.model)?,
+            constant_velocity: value(self.constant_velocity)?,
+            rapier: self.rapier.map(value).transpose()?,
         })
     }
 }
@@ -368,7 +301,7 @@ fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
     distance_to_segment(subgoal, from.position, to.position) <= STANDARD_RADIUS + Ball::default().radius
 }
 
-fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool> {
+fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]], stop: &Stop) -> Result<OneTool> {
     let interval = predictor.interval() as usize;
     let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
     let mut balls: Vec<BallState> = launches.iter().map(|launch| launch.states[0]).collect();
@@ -376,7 +309,7 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
     let mut predicted_hits = vec![false; launches.len()];
     for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
         let (before, after) = (states(launches, start), states(launches, start + interval));
-        let predicted = predictor.advance(&before, &tools)?;
+        let predicted = advance(predictor, &before, &tools, stop)?;
         for ((launch, predicted), after) in launches.iter().zip(&predicted).zip(&after) {
             let error = distance(predicted, after);
             one_step.push(error);
@@ -384,7 +317,7 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
                 one_step_contact.push(error);
             }
         }
-        let next = predictor.advance(&balls, &tools)?;
+        let next = advance(predictor, &balls, &tools, stop)?;
         for (index, hit) in predicted_hits.iter_mut().enumerate() {
             *hit |= passes(subgoals[index], &balls[index], &next[index]);
         }
@@ -438,12 +371,12 @@ mod tests {
         let tasks = [task::load("task1").unwrap(), task::load("task3").unwrap()];
         let mut reports = Vec::new();
         let stop = Stop::default();
-        let whole = evaluate(&model, &tasks, &config, &stop, &mut |now| reports.push((now.done, now.total)));
-        // Two tools and one supported task, four predictors each.
-        assert_eq!(reports, (0..16).map(|done| (done, 16)).collect::<Vec<_>>());
-        assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &stop, &mut |_| ()).unwrap());
+        let whole = evaluate(&model, &tasks, &config, &stop, &mut |done, total, _| reports.push((done, total)));
+        // Two tools and two parts of one supported task, three predictors each.
+        assert_eq!(reports, (0..12).map(|done| (done, 12)).collect::<Vec<_>>());
+        assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &stop, &mut |_, _, _| ()).unwrap());
         let mut parts = 0;
-        let stopped = evaluate(&model, &tasks, &config, &stop, &mut |_| {
+        let stopped = evaluate(&model, &tasks, &config, &stop, &mut |_, _, _| {
             parts += 1;
             if parts == 3 {
                 stop.request();

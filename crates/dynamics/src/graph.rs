@@ -6,13 +6,15 @@
 
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, Geometry, ModelConfig};
 use super::error::{DynamicsError, Result};
-use super::object::ObjectType;
 use super::tool_set::model_name;
 use mge_env::{TOOL_FEATURES, VELOCITY_SCALE, tool_features};
 use mge_physics::{Ball, BallState, SCREEN, Tool, ToolKind};
 
-/// Features of a node without the ball's spin: velocity x, y; position x, y; one-hot type.
-pub const NODE_FEATURES: usize = 4 + ObjectType::COUNT;
+/// Types of objects in the one-hot encoding: the ball, then [`ToolKind::PAPER`].
+pub(super) const OBJECT_TYPES: usize = 1 + ToolKind::PAPER.len();
+/// Features of a node without the ball's spin: velocity x, y; position x, y; one-hot type, all 0 for a tool outside
+/// [`ToolKind::PAPER`].
+const NODE_FEATURES: usize = 4 + OBJECT_TYPES;
 
 /// Graphs of many scenes, ready for the network: one receiver node per scene and the
 /// active edges, grouped by edge function.
@@ -43,7 +45,7 @@ pub struct Layout {
     pub node: usize,
     /// Receiver, sender and edge features together.
     pub edge: usize,
-    /// Edge functions.
+    /// Number of edge functions: one for each tool type, or a shared one.
     pub functions: usize,
 }
 
@@ -100,17 +102,12 @@ impl GraphBuilder {
         let tools = tools.into_iter();
         self.check(ball, tools.clone())?;
         let scene = graphs.scenes;
-        self.push_node(&mut graphs.nodes, ObjectType::Ball, ball, ball.position);
+        self.push_node(&mut graphs.nodes, None, ball, ball.position);
         for tool in tools.map(|tool| self.seen(ball, tool)) {
             let Some(edge) = self.active_edge(ball, &tool) else { continue };
             let edges = &mut graphs.edges[self.function(tool.kind)];
-            self.push_node(&mut edges.inputs, ObjectType::Ball, ball, ball.position);
-            self.push_node(
-                &mut edges.inputs,
-                ObjectType::Tool(tool.kind),
-                &BallState::at_rest(tool.centre()),
-                ball.position,
-            );
+            self.push_node(&mut edges.inputs, None, ball, ball.position);
+            self.push_node(&mut edges.inputs, Some(tool.kind), &BallState::at_rest(tool.centre()), ball.position);
             match self.config.geometry {
                 Geometry::Centre => edges.inputs.push(edge[0]),
                 Geometry::Surface => edges.inputs.extend(edge),
@@ -129,8 +126,8 @@ impl GraphBuilder {
         numbers.extend(ball.position.iter().chain(&ball.velocity));
         for tool in tools {
             if !self.tools.contains(&tool.kind) {
-                let sender = ObjectType::Tool(tool.kind);
-                return Err(DynamicsError::UnseenEdge { sender, known: model_name(&self.config, &self.tools) });
+                let known = model_name(&self.config, &self.tools);
+                return Err(DynamicsError::UnseenEdge { sender: tool.kind, known });
             }
             numbers.extend(tool.centre());
             numbers.push(tool.size as f32);
@@ -149,10 +146,12 @@ impl GraphBuilder {
         }
     }
 
-    fn push_node(&self, features: &mut Vec<f32>, kind: ObjectType, state: &BallState, reference: [f32; 2]) {
+    /// Appends the features of the ball (no `kind`) or of a tool.
+    fn push_node(&self, features: &mut Vec<f32>, kind: Option<ToolKind>, state: &BallState, reference: [f32; 2]) {
+        let number = kind.map_or(0, |kind| 1 + kind.index());
         features.extend(state.velocity.map(|v| v / VELOCITY_SCALE));
         features.extend(self.coordinates(state.position, reference));
-        features.extend(kind.one_hot());
+        features.extend((0..OBJECT_TYPES).map(|slot| f32::from(u8::from(slot == number))));
         if self.config.spin {
             // The speed of the ball's surface.
             features.push(state.angular_velocity * self.radius / VELOCITY_SCALE);

@@ -11,7 +11,6 @@ use super::error::{DynamicsError, Result};
 use super::graph::{GraphBuilder, Graphs};
 use super::network::Network;
 use super::normaliser::Normaliser;
-use super::object::ObjectType;
 use super::tool_set::{canonical_tool_set, model_name};
 use mge_base::atomic::Format;
 use mge_base::bounded;
@@ -164,7 +163,7 @@ impl Model {
         let unseen = |kind: &ToolKind| !self.tools.contains(kind) && tools.iter().any(|tool| tool.kind == *kind);
         match ToolKind::ALL.into_iter().find(unseen) {
             None => Ok(()),
-            Some(kind) => Err(DynamicsError::UnseenEdge { sender: ObjectType::Tool(kind), known: self.name() }),
+            Some(kind) => Err(DynamicsError::UnseenEdge { sender: kind, known: self.name() }),
         }
     }
 

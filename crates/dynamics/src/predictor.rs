@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::Result;
 use super::model::Model;
+use mge_base::stop::Stop;
 use mge_physics::{BallState, Tool, to_normalised};
 
 /// Predicts the states of balls among static tools one prediction interval ahead.
@@ -16,6 +17,24 @@ pub trait Predictor: Sync {
     /// # Errors
     /// When it cannot predict a scene, for example because it was never trained on a tool type.
     fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>>;
+}
+
+/// Number of predictions between two checks for a stop request.
+const PREDICTIONS_PER_STOP_CHECK: usize = 2500;
+
+/// As [`Predictor::advance`], unless `stop` is requested meanwhile.
+pub(super) fn advance(
+    predictor: &dyn Predictor,
+    balls: &[BallState],
+    tools: &[&[Tool]],
+    stop: &Stop,
+) -> Result<Vec<BallState>> {
+    let mut next = Vec::with_capacity(balls.len());
+    for (balls, tools) in balls.chunks(PREDICTIONS_PER_STOP_CHECK).zip(tools.chunks(PREDICTIONS_PER_STOP_CHECK)) {
+        stop.check()?;
+        next.extend(predictor.advance(balls, tools)?);
+    }
+    Ok(next)
 }
 
 impl Predictor for Model {
@@ -37,9 +56,9 @@ impl Predictor for Model {
 pub struct Errors {
     /// Number of predictions.
     pub count: usize,
-    /// Mean distance.
+    /// Mean of the distances; 0 without predictions.
     pub mean: f64,
-    /// Median distance.
+    /// Median of the distances; 0 without predictions.
     pub median: f64,
 }
 

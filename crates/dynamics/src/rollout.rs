@@ -1,7 +1,8 @@
 //! Model rollouts: every prediction is one batch over thousands of action sequences.
 
 use super::error::Result;
-use super::predictor::Predictor;
+use super::predictor::{self, Predictor};
+use mge_base::stop::Stop;
 use mge_env::{Action, Placement, Snapshot};
 use mge_physics::{BallState, SCREEN, Tool, to_normalised, to_units};
 use mge_task::Region;
@@ -56,8 +57,13 @@ struct OngoingRollout {
 /// the sequence ends.
 ///
 /// # Errors
-/// When the predictor cannot predict a scene of the task.
-pub fn rollouts(predictor: &dyn Predictor, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+/// When the predictor cannot predict a scene of the task, or `stop` is requested.
+pub fn rollouts(
+    predictor: &dyn Predictor,
+    starts: &[&Snapshot],
+    sequences: &[Vec<Action>],
+    stop: &Stop,
+) -> Result<Vec<Rollout>> {
     let mut rollouts: Vec<OngoingRollout> = starts.iter().map(|start| OngoingRollout::new(start)).collect();
     let steps = starts.first().map_or(0, |start| start.task().rules.steps_per_action);
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
@@ -69,7 +75,7 @@ pub fn rollouts(predictor: &dyn Predictor, starts: &[&Snapshot], sequences: &[Ve
             }
         }
         for _ in 0..steps / predictor.interval() {
-            advance(predictor, &mut rollouts)?;
+            advance(predictor, &mut rollouts, stop)?;
         }
         rollouts.iter_mut().for_each(OngoingRollout::end_action);
     }
@@ -77,11 +83,11 @@ pub fn rollouts(predictor: &dyn Predictor, starts: &[&Snapshot], sequences: &[Ve
 }
 
 /// One prediction for all rollouts that are not over.
-fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout]) -> Result<()> {
+fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout], stop: &Stop) -> Result<()> {
     let mut running: Vec<&mut OngoingRollout> = rollouts.iter_mut().filter(|rollout| !rollout.over).collect();
     let balls: Vec<BallState> = running.iter().map(|rollout| rollout.ball).collect();
     let tools: Vec<&[Tool]> = running.iter().map(|rollout| rollout.tools.as_slice()).collect();
-    let next = predictor.advance(&balls, &tools)?;
+    let next = predictor::advance(predictor, &balls, &tools, stop)?;
     for (rollout, next) in running.iter_mut().zip(next) {
         rollout.go_to(next);
     }

@@ -32,45 +32,33 @@ pub fn shipped_for(tools: &[ToolKind]) -> Option<Arc<Model>> {
     fitting.min_by_key(|(_, model)| model.tools().len()).map(|(_, model)| model.clone())
 }
 
-/// The shipped model with this name, or else the model in the file at this path.
+/// The shipped model with this name, or else the model in the file at this path; with `id`, only if it is this one.
 ///
 /// # Errors
-/// When the file cannot be read.
-pub fn named(name: impl AsRef<Path>) -> Result<Arc<Model>> {
-    let path = name.as_ref();
-    path.to_str().and_then(shipped).map_or_else(|| Model::load(&expanded(path)).map(Arc::new), Ok)
+/// When the file cannot be read, is no model, or is another one.
+pub fn named(name: impl AsRef<Path>, id: Option<&FileId>) -> Result<Arc<Model>> {
+    let path = expanded(name.as_ref());
+    let is_wanted = |model: &Arc<Model>| id.is_none_or(|id| model.id() == *id);
+    if let Some(model) = path.to_str().and_then(shipped).filter(is_wanted) {
+        return Ok(model);
+    }
+    let mut model = Model::from_bytes(&file_of(&path, id)?, &path.display().to_string())?;
+    if let Some(id) = id {
+        model.file = Some(id.clone());
+    }
+    Ok(Arc::new(model))
 }
 
 /// The bytes of the file of [`named`].
 ///
 /// # Errors
-/// When the file cannot be read.
-pub fn file_of(name: &Path) -> Result<Cow<'static, [u8]>> {
-    match FILES.iter().find(|(known, _)| Path::new(known) == name) {
-        Some((_, bytes)) => Ok(Cow::Borrowed(bytes)),
-        None => Ok(Cow::Owned(read_model(&expanded(name))?)),
-    }
-}
-
-/// The model in the file of [`named`] with this identity.
-///
-/// # Errors
-/// When the file cannot be read, or is another one.
-pub fn identified(name: &Path, id: &FileId) -> Result<Arc<Model>> {
-    if let Some(model) = name.to_str().and_then(shipped).filter(|model| model.id() == *id) {
-        return Ok(model);
-    }
-    let mut model = Model::from_bytes(&file_with(name, id)?, &name.display().to_string())?;
-    model.file = Some(id.clone());
-    Ok(Arc::new(model))
-}
-
-/// As [`file_of`], of the file with this identity.
-///
-/// # Errors
-/// When the file cannot be read, or is another one.
-pub fn file_with(name: &Path, id: &FileId) -> Result<Cow<'static, [u8]>> {
-    let bytes = file_of(name)?;
+/// When the file cannot be read or is another one.
+pub fn file_of(name: &Path, id: Option<&FileId>) -> Result<Cow<'static, [u8]>> {
+    let bytes = match FILES.iter().find(|(known, _)| Path::new(known) == name) {
+        Some((_, bytes)) => Cow::Borrowed(*bytes),
+        None => Cow::Owned(read_model(&expanded(name))?),
+    };
+    let Some(id) = id else { return Ok(bytes) };
     let found = FileId::new(name, &bytes);
     if found == *id {
         return Ok(bytes);

@@ -67,7 +67,7 @@ pub enum TrainingOutcome {
     Diverged {
         /// The epoch that failed, counted from 1.
         epoch: u32,
-        /// The error.
+        /// What was not finite, for people.
         reason: String,
     },
 }
@@ -108,7 +108,7 @@ impl Training {
         Ok(data.into_training(model, optimiser))
     }
 
-    /// The current model.
+    /// The model after the epochs done so far.
     pub fn model(&self) -> &Model {
         &self.learner.model
     }

@@ -46,18 +46,10 @@ impl TrainedModel {
         }
     }
 
-    /// Ends a training that was not stopped: saves the model of the epoch before if it diverged, and removes the
-    /// checkpoint. Returns why it diverged.
-    ///
-    /// # Errors
-    /// When the model cannot be written.
-    pub fn finish(&self, path: &Path) -> Result<Option<String>> {
-        let divergence = self.divergence().map(|reason| format!("{reason}; the model is that of the epoch before"));
-        if divergence.is_some() {
-            self.model().save(path)?;
-        }
+    /// Ends a training that was not stopped: removes the checkpoint, and returns why it diverged.
+    pub fn finish(&self) -> Option<String> {
         self.remove_checkpoint();
-        Ok(divergence)
+        self.divergence().map(|reason| format!("{reason}; the model is that of the epoch before"))
     }
 
     /// Removes the checkpoint. Call this once everything needed from the training has been saved. A
@@ -76,13 +68,13 @@ pub fn checkpoint_of(path: &Path) -> PathBuf {
 }
 
 /// Trains a model into a file, starting from the checkpoint beside it if there is one. A
-/// completed training saves its model; a stopped one saves its checkpoint. A diverged one saves
-/// nothing, because the model of the previous epoch is not what was asked for; the caller may save
-/// it. `on_progress` is called after every epoch. The other arguments are those of [`Training::new`].
+/// completed training saves its model, a diverged one that of the epoch before, a stopped one its checkpoint.
+/// `on_progress` is called after every epoch. The other arguments are those of [`Training::new`].
 ///
 /// # Errors
-/// As [`Training::new`] and [`Training::resume`], for example when `stop` is requested before the first epoch; when the checkpoint belongs to a training with
-/// other settings, the file is of another kind, or a file cannot be read or written.
+/// As [`Training::new`] and [`Training::resume`], for example when `stop` is requested before the first epoch; when
+/// the checkpoint belongs to a training with other settings, the file is of another kind, or a file cannot be read or
+/// written.
 pub fn train_to_file(
     to: impl Into<Target>,
     config: ModelConfig,
@@ -122,7 +114,7 @@ pub fn train_to_file(
     if let Some(error) = failure {
         return Err(io(error));
     }
-    if ended == TrainingOutcome::Done {
+    if ended != TrainingOutcome::Stopped {
         training.model().save(&to.path)?;
     }
     Ok(TrainedModel { training, ended, train_loss, checkpoint })

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use super::error::Result;
-use super::predictor::{Errors, Predictor};
+use super::predictor::{Errors, Predictor, advance};
 use mge_base::stop::Stop;
 use mge_env::{Action, Environment, Snapshot, uniform_action};
 use mge_physics::{BallState, STEPS_PER_ACTION, Tool};
@@ -66,7 +66,10 @@ impl TrueScenes {
     }
 
     /// Errors after 1, 2, ... actions, over the rollouts that lasted that long.
-    pub fn errors(&self, predictor: &dyn Predictor, horizon: usize) -> Result<Vec<Errors>> {
+    ///
+    /// # Errors
+    /// When the predictor cannot predict a scene, or `stop` is requested.
+    pub fn errors(&self, predictor: &dyn Predictor, horizon: usize, stop: &Stop) -> Result<Vec<Errors>> {
         let mut balls: Vec<BallState> = self.0.iter().map(|(balls, _)| balls[0]).collect();
         let mut errors = Vec::new();
         for action in 0..horizon {
@@ -74,7 +77,7 @@ impl TrueScenes {
             let tools: Vec<&[Tool]> = lasting.iter().map(|&scene| self.0[scene].1[action].as_slice()).collect();
             let mut now: Vec<BallState> = lasting.iter().map(|&scene| balls[scene]).collect();
             for _ in 0..STEPS_PER_ACTION / predictor.interval() {
-                now = predictor.advance(&now, &tools)?;
+                now = advance(predictor, &now, &tools, stop)?;
             }
             let real = lasting.iter().map(|&scene| &self.0[scene].0[action + 1]);
             errors.push(Errors::between(now.iter().zip(real)));

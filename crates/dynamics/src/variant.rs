@@ -33,7 +33,7 @@ impl Variant {
         }
     }
 
-    /// The display name.
+    /// The name in tables and legends.
     pub fn label(self) -> &'static str {
         match self {
             Self::Full => "full",

@@ -10,7 +10,7 @@ use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, StartStates};
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
-use mge_base::stop::run_abandonable;
+use mge_base::stop::{Stop, run_abandonable};
 use mge_base::streams::Stream;
 use mge_dynamics::{DynamicsError, Result, Rollout};
 use mge_env::{Action, Environment, Snapshot, uniform_action};
@@ -21,15 +21,16 @@ use mge_task::Task;
 /// Each stage has its own random stream, so the work of one stage does not affect the draws of another.
 ///
 /// # Errors
-/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
+/// When the model cannot predict the task, or `stop` is requested.
 pub fn build(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
     config: &GuidanceConfig,
     seed: u64,
+    stop: &Stop,
     progress: impl FnMut(usize),
 ) -> Result<ActionPrior> {
-    Ok(build_stages(task, model, config, seed, progress)?.0)
+    Ok(build_stages(task, model, config, seed, stop, progress)?.0)
 }
 
 /// Like [`build`]. Also returns the start states of the last stage.
@@ -38,6 +39,7 @@ pub(super) fn build_stages(
     model: &dyn RolloutModel,
     config: &GuidanceConfig,
     seed: u64,
+    stop: &Stop,
     mut progress: impl FnMut(usize),
 ) -> Result<(ActionPrior, Vec<Snapshot>)> {
     let stages = task.stage_count();
@@ -50,20 +52,18 @@ pub(super) fn build_stages(
     for stage in 0..stages {
         progress(stage);
         let mut rng = Stream::PriorStage(stage).of(seed);
-        let mut built = imagine(task, model, config, &starts, &mut rng)?;
+        let mut built = imagine(task, model, config, &starts, stop, &mut rng)?;
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
             let horizon = built.longer_horizon.unwrap_or(config.horizon);
-            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, model, &mut rng);
+            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, stop, &mut rng);
             built.environment_hits = reached.len();
             let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
             if !wanted.is_empty() {
                 starts = wanted;
             }
         }
-        if model.is_stopped() {
-            return Err(DynamicsError::Stopped);
-        }
+        stop.check()?;
         prior.stages.push(built);
     }
     Ok((prior, starts))
@@ -76,13 +76,14 @@ fn imagine(
     model: &dyn RolloutModel,
     config: &GuidanceConfig,
     starts: &[Snapshot],
+    stop: &Stop,
     rng: &mut ChaCha8Rng,
 ) -> Result<StagePrior> {
     let mut stage = StagePrior::default();
     let (mut config, longest) = (config.clone(), config.longest_horizon.min(task.rules.max_actions as usize));
     let mut most = config.most_model_rollouts;
     loop {
-        let rollouts = random_rollouts(model, &config, starts, rng)?;
+        let rollouts = random_rollouts(model, &config, starts, stop, rng)?;
         stage.actions.extend(rollouts.iter().flat_map(|rollout| config.rewarding.actions_of(rollout)));
         stage.model_rollouts += rollouts.len();
         stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
@@ -98,7 +99,7 @@ fn imagine(
             most += config.most_model_rollouts;
         }
     }
-    stage.clusters = cluster_unless_stopped(model, &stage.actions, &config, rng)?;
+    stage.clusters = cluster_unless_stopped(&stage.actions, &config, stop, rng)?;
     Ok(stage)
 }
 
@@ -107,10 +108,11 @@ pub(super) fn random_rollouts(
     model: &dyn RolloutModel,
     config: &GuidanceConfig,
     starts: &[Snapshot],
+    stop: &Stop,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Rollout>> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
-    model.rollouts(&chosen, &random_sequences(config, rng))
+    model.rollouts(&chosen, &random_sequences(config, rng), stop)
 }
 
 /// Random actions for one batch of rollouts.
@@ -122,11 +124,11 @@ pub(super) fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) ->
 const MAX_UNINTERRUPTED_ACTIONS: usize = 5000;
 
 /// Clusters actions. Clustering very many takes long and cannot be interrupted, so it then runs on a
-/// thread that is abandoned once the model is stopped.
+/// thread that is abandoned once `stop` is requested.
 fn cluster_unless_stopped(
-    model: &dyn RolloutModel,
     actions: &[Action],
     config: &GuidanceConfig,
+    stop: &Stop,
     rng: &ChaCha8Rng,
 ) -> Result<Vec<Cluster>> {
     let (count, std_floor) = (config.clusters, config.std_floor);
@@ -135,25 +137,22 @@ fn cluster_unless_stopped(
     }
     let (actions, rng) = (actions.to_vec(), rng.clone());
     let work = move || cluster(&actions, count, std_floor, &rng);
-    run_abandonable(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
+    run_abandonable(|| stop.is_requested(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
 }
 
 /// Step 3: plays actions from the clusters in the real environment. Returns the states in which the stage was reached
-/// and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once `model` is stopped.
+/// and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once `stop` is requested.
 fn explore(
     env: &mut Environment,
     prior: &StagePrior,
     stage: usize,
     horizon: usize,
     starts: &[Snapshot],
-    model: &dyn RolloutModel,
+    stop: &Stop,
     rng: &mut ChaCha8Rng,
 ) -> (Vec<Snapshot>, Vec<Snapshot>) {
     let (mut reached, mut last) = (Vec::new(), Vec::new());
-    for _ in 0..prior.environment_rollouts {
-        if model.is_stopped() {
-            break;
-        }
+    for _ in stop.until(0..prior.environment_rollouts) {
         env.restore(&starts[rng.gen_range(0..starts.len())]);
         for _ in 0..horizon {
             if env.step(prior.sample(rng)).is_err() || env.snapshot().stage() > stage {

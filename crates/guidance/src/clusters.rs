@@ -14,12 +14,10 @@ use mge_env::Action;
 
 /// Number of clusters of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ClusterCount {
-    /// Exactly this many (fewer if there are fewer distinct actions).
-    Fixed(usize),
-    /// The number between 2 and this value with the largest mean silhouette.
-    Silhouette(usize),
+#[serde(deny_unknown_fields)]
+pub struct ClusterCount {
+    /// Exactly this many; fewer if there are fewer distinct actions.
+    pub fixed: usize,
 }
 
 /// Mean and standard deviation of a cluster of rewarding actions: the normal
@@ -67,10 +65,7 @@ pub(super) fn cluster(
         return Err(DynamicsError::ActionNotFinite);
     }
     let points = Array2::from_shape_fn((actions.len(), 2), |(row, axis)| f64::from(actions[row][axis]));
-    let labels = match count {
-        ClusterCount::Fixed(k) => assign(&points, k.clamp(1, distinct), rng)?,
-        ClusterCount::Silhouette(most) => best_silhouette(&points, most.min(distinct.saturating_sub(1)), rng)?,
-    };
+    let labels = assign(&points, count.fixed.clamp(1, distinct), rng)?;
     let clusters = 1 + labels.iter().max().copied().unwrap_or(0);
     let mut clusters: Vec<_> = (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
     clusters.sort_by(|a, b| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
@@ -92,22 +87,6 @@ fn assign(points: &Array2<f64>, clusters: usize, rng: &ChaCha8Rng) -> Result<Arr
     // points from their centres have no finite sum, does not occur for finite points.
     let model = fitted.map_err(|_| DynamicsError::ActionNotFinite)?;
     Ok(model.predict(points))
-}
-
-fn best_silhouette(points: &Array2<f64>, most: usize, rng: &ChaCha8Rng) -> Result<Array1<usize>> {
-    let score = |labels: &Array1<usize>| {
-        DatasetBase::new(points.clone(), labels.clone()).silhouette_score().unwrap_or(f64::NEG_INFINITY)
-    };
-    let mut best = (f64::NEG_INFINITY, Array1::zeros(points.nrows()));
-    for k in 2..=most {
-        let labels = assign(points, k, rng)?;
-        let score = score(&labels);
-        // The larger number of equal ones.
-        if score.total_cmp(&best.0).is_ge() {
-            best = (score, labels);
-        }
-    }
-    Ok(best.1)
 }
 
 /// The cluster of the points with a label. No standard deviation is below the floor: exploration would otherwise repeat

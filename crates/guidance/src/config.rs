@@ -55,7 +55,7 @@ impl Default for GuidanceConfig {
             longest_horizon: 8,
             environment_rollouts: 200,
             rewarding: Rewarding::default(),
-            clusters: ClusterCount::Fixed(3),
+            clusters: ClusterCount { fixed: 3 },
             std_floor: 0.02,
             start_states: StartStates::default(),
         }
@@ -87,7 +87,7 @@ pub enum GuidanceError {
 }
 
 /// The numeric settings of [`GuidanceConfig`].
-pub const SETTINGS: [Setting; 9] = [
+pub const SETTINGS: [Setting; 8] = [
     Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
     Setting::count("least_hits", 0, 100_000, "rollouts that must reach a stage, otherwise another batch is made"),
     Setting::count(
@@ -105,7 +105,6 @@ pub const SETTINGS: [Setting; 9] = [
     ),
     Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),
     Setting::count("clusters.fixed", 1, 100, "clusters for each stage"),
-    Setting::count("clusters.silhouette", 2, 100, "clusters for each stage at most, the best number by silhouette"),
     Setting::number("std_floor", 0.0, 1.0, "least standard deviation of a cluster, normalised"),
 ];
 

@@ -10,11 +10,12 @@
 //! ```
 //! use std::sync::Arc;
 //!
+//! use mge_base::stop::Stop;
 //! use mge_guidance::{GuidanceConfig, TruePhysics, build};
 //!
 //! let task = Arc::new(mge_task::load("task1")?);
 //! let few = GuidanceConfig { model_rollouts: 50, environment_rollouts: 50, ..GuidanceConfig::default() };
-//! let prior = build(&task, &TruePhysics, &few, 0, |stage| println!("stage {stage}"))?;
+//! let prior = build(&task, &TruePhysics, &few, 0, &Stop::default(), |stage| println!("stage {stage}"))?;
 //! assert_eq!(prior.stages.len(), task.stage_count());
 //! println!("an action for the first subgoal: {:?}", prior.sample(0, &mut rand::thread_rng()));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -42,6 +43,6 @@ pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
 pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};
-pub use rollout::{InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics};
+pub use rollout::{RapierPhysics, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
 pub use subgoal_search::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::clipped_normal;
 use super::rollout::RolloutModel;
+use mge_base::stop::Stop;
 use mge_base::validation::{Setting, ValidationError, check_settings};
 use mge_dynamics::{Result, Rollout};
 use mge_env::{Action, Snapshot, uniform_action};
@@ -63,8 +64,14 @@ struct Plan(Vec<[(f32, f32); 2]>);
 /// soonest or, if none does, passes nearest to it.
 ///
 /// # Errors
-/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
-pub fn plan(model: &dyn RolloutModel, from: &Snapshot, config: &PlannerConfig, rng: &mut ChaCha8Rng) -> Result<Action> {
+/// When the model cannot predict the task, or `stop` is requested.
+pub fn plan(
+    model: &dyn RolloutModel,
+    from: &Snapshot,
+    config: &PlannerConfig,
+    stop: &Stop,
+    rng: &mut ChaCha8Rng,
+) -> Result<Action> {
     let starts = vec![from; config.rollouts];
     let target = from.task().stages()[from.stage().min(from.reached().len())].position;
     let mut best: Option<(f32, Vec<Action>)> = None;
@@ -76,7 +83,7 @@ pub fn plan(model: &dyn RolloutModel, from: &Snapshot, config: &PlannerConfig, r
                 None => (0..config.horizon).map(|_| uniform_action(rng)).collect(),
             })
             .collect();
-        let rollouts = model.rollouts(&starts, &sequences)?;
+        let rollouts = model.rollouts(&starts, &sequences, stop)?;
         let costs = rollouts.iter().map(|rollout| cost(rollout, target));
         let mut ranked: Vec<(f32, Vec<Action>)> = costs.zip(sequences).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -36,7 +36,7 @@ pub struct StagePrior {
 /// All clusters of a task, by stage: the distributions from which exploration samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActionPrior {
-    /// Format version.
+    /// Version of the file format: [`VERSION`](Self::VERSION).
     pub version: u32,
     /// The task's name.
     pub task: String,

@@ -8,9 +8,8 @@
 //! - [`choose_subgoals`](super::choose_subgoals) tries several regions for each subgoal and compares how often guided
 //!   play reaches them and the goal. It builds clusters for each candidate.
 //!
-//! Neither is a special case of the other: the search continues from states that guided play has reached, the
-//! proposal from states of its own rollouts. The proposal was used for generated puzzles and for the study's recorded
-//! runs with proposed subgoals.
+//! The search is for people and for training. The proposal decides which generated layouts are puzzles; a puzzle must
+//! stay the same for its seed.
 
 use std::sync::Arc;
 
@@ -20,8 +19,9 @@ use rand_chacha::ChaCha8Rng;
 use super::build::{random_rollouts, random_sequences};
 use super::config::GuidanceConfig;
 use super::rollout::RolloutModel;
+use mge_base::stop::Stop;
 use mge_base::streams::Stream;
-use mge_dynamics::{DynamicsError, Result, Rollout};
+use mge_dynamics::{Result, Rollout};
 use mge_env::{Action, Environment, Snapshot};
 use mge_physics::{Ball, SCREEN};
 use mge_task::{Region, Task};
@@ -46,13 +46,14 @@ const MIN_SEPARATION: f32 = 0.15;
 /// that the ball reaches with the help of tools but not by itself.
 ///
 /// # Errors
-/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
+/// When the model cannot predict the task, or `stop` is requested.
 pub fn propose_subgoals(
     task: &Task,
     model: &dyn RolloutModel,
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
+    stop: &Stop,
 ) -> Result<Vec<Region>> {
     let mut task = Arc::new(Task { subgoals: Vec::new(), ..task.clone() });
     let mut starts = vec![(Vec::new(), Environment::new(task.clone()).snapshot().clone())];
@@ -62,15 +63,13 @@ pub fn propose_subgoals(
             (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
         let sequences = random_sequences(config, &mut rng);
         let states: Vec<&Snapshot> = chosen.iter().map(|(_, state)| state).collect();
-        let rollouts = model.rollouts(&states, &sequences)?;
+        let rollouts = model.rollouts(&states, &sequences, stop)?;
         let Some(region) = best_region(&task, &rollouts, &[]) else { break };
         let next = Arc::new(Task { subgoals: [&task.subgoals[..], &[region]].concat(), ..Task::clone(&task) });
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
         let histories = passing.map(|index| [&chosen[index].0[..], &sequences[index]].concat());
-        let reached = really_reached(model, &next, histories);
-        if model.is_stopped() {
-            return Err(DynamicsError::Stopped);
-        }
+        let reached = really_reached(&next, stop.until(histories));
+        stop.check()?;
         if reached.is_empty() {
             // Predicted to be reached, but never reached in the environment.
             break;
@@ -84,20 +83,21 @@ pub fn propose_subgoals(
 /// each other.
 ///
 /// # Errors
-/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
+/// When the model cannot predict the task, or `stop` is requested.
 pub(super) fn propose_regions(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
     starts: &[Snapshot],
     most: usize,
     config: &GuidanceConfig,
+    stop: &Stop,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Region>> {
     let mut rollouts = Vec::new();
     let mut found = Vec::new();
     // As for clusters, make more rollouts while they yield nothing.
     while found.is_empty() && (rollouts.is_empty() || rollouts.len() < config.most_model_rollouts) {
-        rollouts.extend(random_rollouts(model, config, starts, rng)?);
+        rollouts.extend(random_rollouts(model, config, starts, stop, rng)?);
         while found.len() < most
             && let Some(region) = best_region(task, &rollouts, &found)
         {
@@ -112,11 +112,7 @@ type Reached = (Vec<Action>, Snapshot);
 
 /// Plays `histories` in the environment and returns those that reach the task's last subgoal, cut off at that
 /// point.
-fn really_reached(
-    model: &dyn RolloutModel,
-    task: &Arc<Task>,
-    histories: impl Iterator<Item = Vec<Action>>,
-) -> Vec<Reached> {
+fn really_reached(task: &Arc<Task>, histories: impl Iterator<Item = Vec<Action>>) -> Vec<Reached> {
     let last = task.subgoals.len();
     let reach = |mut history: Vec<Action>| {
         let mut env = Environment::new(task.clone());
@@ -126,7 +122,7 @@ fn really_reached(
         let state = env.snapshot();
         (state.stage() == last && state.end().is_none()).then(|| (history, state.clone()))
     };
-    histories.take_while(|_| !model.is_stopped()).filter_map(reach).collect()
+    histories.filter_map(reach).collect()
 }
 
 /// The earliest region, not close to any of `others`, that many of the rollouts nearest to the goal pass on their
@@ -200,8 +196,6 @@ fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{InterruptibleModel, TruePhysics};
-    use mge_base::stop::Stop;
     use mge_dynamics::RolloutAction;
 
     /// task1 without subgoals, with its goal at the bottom right.
@@ -270,7 +264,8 @@ mod tests {
         let start = [Environment::new(task.clone()).snapshot().clone()];
         let propose = |most| {
             let mut rng = Stream::Proposal { attempt: 1, number: 1 }.of(0);
-            propose_regions(&task, &TruePhysics, &start, most, &GuidanceConfig::default(), &mut rng).unwrap()
+            let config = GuidanceConfig::default();
+            propose_regions(&task, &crate::TruePhysics, &start, most, &config, &Stop::default(), &mut rng).unwrap()
         };
         let found = propose(3);
         assert_eq!((found.len(), &propose(1)[..]), (3, &found[..1]));
@@ -290,19 +285,14 @@ mod tests {
         // The ball falls into it during the second action.
         task.subgoals = vec![Region { position: [x, y - 0.3], radius: 4.0 }];
         let history: Vec<Action> = vec![[-0.9, 0.9]; 4];
-        let played = |model: &dyn RolloutModel, task: &Task| {
-            really_reached(model, &Arc::new(task.clone()), [history.clone(), Vec::new()].into_iter())
-        };
-        let found = played(&TruePhysics, &task);
+        let played = |task: &Task| really_reached(&Arc::new(task.clone()), [history.clone(), Vec::new()].into_iter());
+        let found = played(&task);
         let [(actions, state)] = &found[..] else { panic!("{} of 1", found.len()) };
         assert_eq!((state.stage(), state.actions() as usize, state.end()), (1, actions.len(), None));
         assert!(!actions.is_empty() && actions.len() < history.len() && history.starts_with(actions));
-        let stop = Stop::default();
-        stop.request();
-        assert!(played(&InterruptibleModel::new(&TruePhysics, &stop), &task).is_empty());
         // The goal is reached at the same time, so nothing can follow.
         (task.goal.position, task.goal.radius) = (task.subgoals[0].position, 4.0);
-        assert!(played(&TruePhysics, &task).is_empty());
+        assert!(played(&task).is_empty());
     }
 
     #[test]

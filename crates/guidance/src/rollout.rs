@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::rewarding::Played;
 use mge_base::stop::Stop;
-use mge_dynamics::{DynamicsError, Model, Rapier, Result, Rollout, rollouts};
+use mge_dynamics::{Model, Rapier, Result, Rollout, rollouts};
 use mge_env::{Action, Environment, Snapshot};
 use mge_physics::to_normalised;
 
@@ -25,58 +25,9 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
     /// have changed.
     ///
     /// # Errors
-    /// When the model cannot predict the task's scenes.
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
-
-    /// Whether callers should stop their work: see [`InterruptibleModel`].
-    fn is_stopped(&self) -> bool {
-        false
-    }
-}
-
-/// Number of actions between two checks for a stop request: at most a tenth of a second, even of the slowest model.
-const ACTIONS_PER_STOP_CHECK: usize = 500;
-
-/// A model whose rollouts, however many, end with [`DynamicsError::Stopped`] soon after a stop
-/// request. Its predictions are those of the wrapped model.
-#[derive(Debug)]
-pub struct InterruptibleModel<'a> {
-    model: &'a dyn RolloutModel,
-    stop: &'a Stop,
-}
-
-impl<'a> InterruptibleModel<'a> {
-    /// Wraps `model` so that it ends soon after `stop` is requested.
-    pub fn new(model: &'a dyn RolloutModel, stop: &'a Stop) -> Self {
-        Self { model, stop }
-    }
-}
-
-impl RolloutModel for InterruptibleModel<'_> {
-    fn name(&self) -> String {
-        self.model.name()
-    }
-
-    fn sha256(&self) -> Option<String> {
-        self.model.sha256()
-    }
-
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-        let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
-        let piece = (ACTIONS_PER_STOP_CHECK / horizon.max(1)).max(1);
-        let mut found = Vec::with_capacity(starts.len());
-        for (starts, sequences) in starts.chunks(piece).zip(sequences.chunks(piece)) {
-            if self.is_stopped() {
-                return Err(DynamicsError::Stopped);
-            }
-            found.extend(self.model.rollouts(starts, sequences)?);
-        }
-        Ok(found)
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.stop.is_requested() || self.model.is_stopped()
-    }
+    /// When the model cannot predict the task's scenes; [`DynamicsError::Stopped`](mge_dynamics::DynamicsError::Stopped)
+    /// soon after `stop` is requested.
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>>;
 }
 
 impl RolloutModel for Model {
@@ -88,9 +39,9 @@ impl RolloutModel for Model {
         Some(self.id().sha256)
     }
 
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         let Some(first) = starts.first() else { return Ok(Vec::new()) };
-        rollouts(&*self.for_task(first.task())?, starts, sequences)
+        rollouts(&*self.for_task(first.task())?, starts, sequences, stop)
     }
 }
 
@@ -103,9 +54,9 @@ impl RolloutModel for RapierPhysics {
         "rapier".to_owned()
     }
 
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         let Some(first) = starts.first() else { return Ok(Vec::new()) };
-        rollouts(&Rapier::new(first.task()), starts, sequences)
+        rollouts(&Rapier::new(first.task()), starts, sequences, stop)
     }
 }
 
@@ -118,9 +69,13 @@ impl RolloutModel for TruePhysics {
         "true physics".to_owned()
     }
 
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         let pairs = starts.par_iter().zip(sequences);
-        Ok(pairs.map(|(start, sequence)| true_rollout(start, sequence)).collect())
+        let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
+            stop.check()?;
+            Ok(true_rollout(start, sequence))
+        };
+        pairs.map(roll_out).collect()
     }
 }
 

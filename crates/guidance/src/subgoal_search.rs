@@ -11,6 +11,7 @@ use super::config::GuidanceConfig;
 use super::prior::ActionPrior;
 use super::proposal::propose_regions;
 use super::rollout::RolloutModel;
+use mge_base::stop::Stop;
 use mge_base::streams::Stream;
 use mge_dynamics::Result;
 use mge_env::{Environment, Snapshot};
@@ -62,22 +63,23 @@ pub const NO_SUBGOALS: &str = "no subgoal was found that makes the goal easier t
 /// the number of candidates tried so far.
 ///
 /// # Errors
-/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
+/// When the model cannot predict the task, or `stop` is requested.
 pub fn choose_subgoals(
     task: &Task,
     model: &dyn RolloutModel,
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
+    stop: &Stop,
     mut progress: impl FnMut(usize),
 ) -> Result<ChosenSubgoals> {
     let with = |longest_horizon| GuidanceConfig { longest_horizon, ..config.clone() };
-    let found = search(task, model, count, &with(config.horizon), seed, &mut progress)?;
+    let found = search(task, model, count, &with(config.horizon), seed, stop, &mut progress)?;
     let longest = task.rules.max_actions as usize;
     if found.least_reached > 0.0 || longest <= config.horizon {
         return Ok(found);
     }
-    let again = search(task, model, count, &with(longest), seed, &mut progress)?;
+    let again = search(task, model, count, &with(longest), seed, stop, &mut progress)?;
     Ok(if again.least_reached > 0.0 { again } else { found })
 }
 
@@ -87,24 +89,25 @@ fn search(
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
+    stop: &Stop,
     progress: &mut impl FnMut(usize),
 ) -> Result<ChosenSubgoals> {
     progress(0);
     let most_model_rollouts = config.most_model_rollouts.min(MAX_ROUNDS * config.model_rollouts);
     let brief = GuidanceConfig { most_model_rollouts, ..config.clone() };
     // Candidates, and whether their successors have been tried.
-    let mut tried = vec![(Candidate::of(task, &[], model, config, seed)?, count == 0)];
+    let mut tried = vec![(Candidate::of(task, &[], model, config, seed, stop)?, count == 0)];
     while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.rollouts() > GOOD_ENOUGH_ROLLOUTS) {
         let open = tried.iter_mut().filter(|(_, is_done)| !is_done);
         let Some((parent, is_done)) = open.max_by(|a, b| a.0.promise().total_cmp(&b.0.promise())) else { break };
         *is_done = true;
         let parent = parent.clone();
         let rng = &mut Stream::Proposal { attempt: tried.len(), number: parent.subgoals().len() + 1 }.of(seed);
-        for region in propose_regions(&parent.task, model, &parent.starts, BRANCHES, &brief, rng)? {
+        for region in propose_regions(&parent.task, model, &parent.starts, BRANCHES, &brief, stop, rng)? {
             progress(tried.len().min(TRIALS - 1));
             let subgoals = [parent.subgoals(), &[region]].concat();
             let is_last = subgoals.len() == count;
-            tried.push((Candidate::of(task, &subgoals, model, &brief, seed)?, is_last));
+            tried.push((Candidate::of(task, &subgoals, model, &brief, seed, stop)?, is_last));
         }
     }
     let candidates = tried.len();
@@ -134,9 +137,10 @@ impl Candidate {
         model: &dyn RolloutModel,
         config: &GuidanceConfig,
         seed: u64,
+        stop: &Stop,
     ) -> Result<Self> {
         let task = Arc::new(Task { subgoals: subgoals.to_vec(), ..task.clone() });
-        let (prior, starts) = build_stages(&task, model, config, seed, |_| ())?;
+        let (prior, starts) = build_stages(&task, model, config, seed, stop, |_| ())?;
         let mut rng = Stream::Trial.of(seed);
         let mut env = Environment::new(task.clone());
         let mut goals = 0;
@@ -210,17 +214,16 @@ fn play(env: &mut Environment, prior: &ActionPrior, actions: usize, rng: &mut Ch
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{InterruptibleModel, TruePhysics};
-    use mge_base::stop::Stop;
+    use crate::TruePhysics;
     use mge_dynamics::DynamicsError;
     use mge_task::load;
 
     fn choose(task: &Task) -> ChosenSubgoals {
-        choose_subgoals(task, &TruePhysics, 2, &GuidanceConfig::default(), 0, |_| ()).unwrap()
+        choose_subgoals(task, &TruePhysics, 2, &GuidanceConfig::default(), 0, &Stop::default(), |_| ()).unwrap()
     }
 
     fn without_subgoals(task: &Task) -> Candidate {
-        Candidate::of(task, &[], &TruePhysics, &GuidanceConfig::default(), 0).unwrap()
+        Candidate::of(task, &[], &TruePhysics, &GuidanceConfig::default(), 0, &Stop::default()).unwrap()
     }
 
     #[test]
@@ -246,15 +249,16 @@ mod tests {
     fn a_goal_far_away_is_found_by_longer_rollouts() {
         let task = load("task1").unwrap();
         let config = GuidanceConfig { horizon: 2, longest_horizon: 2, most_model_rollouts: 1200, ..Default::default() };
-        let short = search(&task, &TruePhysics, 0, &config, 0, &mut |_| ()).unwrap();
-        let choice = choose_subgoals(&task, &TruePhysics, 0, &config, 0, |_| ()).unwrap();
+        let short = search(&task, &TruePhysics, 0, &config, 0, &Stop::default(), &mut |_| ()).unwrap();
+        let choice = choose_subgoals(&task, &TruePhysics, 0, &config, 0, &Stop::default(), |_| ()).unwrap();
         assert!(short.is_failure() && choice.least_reached > 0.0, "{short:?} {choice:?}");
     }
 
     #[test]
     fn if_no_subgoals_are_wanted_only_play_without_them_is_tried() {
         let task = load("task6").unwrap();
-        let choice = choose_subgoals(&task, &TruePhysics, 0, &GuidanceConfig::default(), 0, |_| ()).unwrap();
+        let choice =
+            choose_subgoals(&task, &TruePhysics, 0, &GuidanceConfig::default(), 0, &Stop::default(), |_| ()).unwrap();
         assert_eq!((choice.subgoals.len(), choice.candidates), (0, 1));
     }
 
@@ -285,8 +289,8 @@ mod tests {
     fn the_choice_can_be_stopped() {
         let stop = Stop::default();
         stop.request();
-        let stopped = InterruptibleModel::new(&TruePhysics, &stop);
-        let choice = choose_subgoals(&load("task1").unwrap(), &stopped, 2, &GuidanceConfig::default(), 0, |_| ());
+        let task = load("task1").unwrap();
+        let choice = choose_subgoals(&task, &TruePhysics, 2, &GuidanceConfig::default(), 0, &stop, |_| ());
         assert!(matches!(choice, Err(DynamicsError::Stopped)));
     }
 }

@@ -1,7 +1,6 @@
 //! Clusters of known points, plans with a known optimum, and credit for actions.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -23,7 +22,7 @@ fn rng() -> ChaCha8Rng {
 struct Bullseye([f32; 2]);
 
 impl RolloutModel for Bullseye {
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
         let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
             let [x, y] = start.task().stages()[start.stage()].position;
             let miss = (sequence[0][0] - self.0[0]).hypot(sequence[0][1] - self.0[1]);
@@ -43,42 +42,39 @@ fn rollouts_aim_at_the_stages_of_a_shifted_scene() {
     let mut env = Environment::new(Arc::new(task));
     env.reset(&mut rng());
     for model in [&RapierPhysics as &dyn RolloutModel, &TruePhysics, &*mge_dynamics::shipped("bucket-box").unwrap()] {
-        let rollout = model.rollouts(&[env.snapshot()], &[vec![[-0.9, 0.9]]]).unwrap().remove(0);
+        let rollout = model.rollouts(&[env.snapshot()], &[vec![[-0.9, 0.9]]], &Stop::default()).unwrap().remove(0);
         assert!(rollout.hit, "{model:?}");
     }
 }
 
-fn clustered(actions: &[Action], count: ClusterCount) -> Vec<Cluster> {
-    clusters::cluster(actions, count, 0.02, &rng()).unwrap()
+fn clustered(actions: &[Action], fixed: usize) -> Vec<Cluster> {
+    clusters::cluster(actions, ClusterCount { fixed }, 0.02, &rng()).unwrap()
 }
 
 #[test]
 fn two_groups_become_two_clusters_with_their_means_and_deviations() {
     let group = |x: f32| [[x - 0.1, 0.0], [x + 0.1, 0.0], [x, 0.2], [x, -0.2]];
     let actions: Vec<Action> = group(-0.5).into_iter().chain(group(0.5)).chain([[0.5, 0.0]; 4]).collect();
-    for count in [ClusterCount::Fixed(2), ClusterCount::Silhouette(4)] {
-        let found = clustered(&actions, count);
-        assert_eq!(found.iter().map(|cluster| cluster.count).collect::<Vec<_>>(), [8, 4], "{count:?}");
-        assert_eq!(found.iter().map(|cluster| cluster.mean[0]).collect::<Vec<_>>(), [0.5, -0.5]);
-        let expected = [0.02f32 / 4.0, 0.08 / 4.0].map(f32::sqrt);
-        found[1].std.iter().zip(expected).for_each(|(std, expected)| assert!((std - expected).abs() < 1e-6));
-    }
+    let found = clustered(&actions, 2);
+    assert_eq!(found.iter().map(|cluster| cluster.count).collect::<Vec<_>>(), [8, 4]);
+    assert_eq!(found.iter().map(|cluster| cluster.mean[0]).collect::<Vec<_>>(), [0.5, -0.5]);
+    let expected = [0.02f32 / 4.0, 0.08 / 4.0].map(f32::sqrt);
+    found[1].std.iter().zip(expected).for_each(|(std, expected)| assert!((std - expected).abs() < 1e-6));
 }
 
 #[test]
 fn there_are_no_more_clusters_than_distinct_actions() {
-    let same = clustered(&[[0.3, 0.3]; 5], ClusterCount::Fixed(3));
+    let same = clustered(&[[0.3, 0.3]; 5], 3);
     assert_eq!((same.len(), same[0].std, same[0].weight), (1, [0.02, 0.02], 1.0));
-    assert!(clustered(&[], ClusterCount::Fixed(3)).is_empty());
+    assert!(clustered(&[], 3).is_empty());
 }
 
 #[test]
 fn an_action_that_is_not_finite_is_an_error_and_not_one_cluster() {
     for wrong in [f32::NAN, f32::INFINITY] {
-        for count in [ClusterCount::Fixed(2), ClusterCount::Silhouette(3)] {
-            let found = clusters::cluster(&[[0.1, 0.2], [0.3, -0.5], [wrong, 0.0], [0.5, 0.5]], count, 0.02, &rng());
-            assert!(matches!(found, Err(DynamicsError::ActionNotFinite)), "{wrong} {count:?}: {found:?}");
-        }
+        let (actions, count) = ([[0.1, 0.2], [0.3, -0.5], [wrong, 0.0], [0.5, 0.5]], ClusterCount { fixed: 2 });
+        let found = clusters::cluster(&actions, count, 0.02, &rng());
+        assert!(matches!(found, Err(DynamicsError::ActionNotFinite)), "{wrong}: {found:?}");
     }
 }
 
@@ -132,7 +128,7 @@ fn clusters_are_drawn_by_their_weights() {
 struct SoonerOnTheLeft;
 
 impl RolloutModel for SoonerOnTheLeft {
-    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
         let roll_out = |sequence: &Vec<Action>| {
             let points = (20.0 * (2.0 + sequence[0][0])) as usize;
             Rollout { path: vec![[0.0; 2]; points], hit: true, ..Rollout::default() }
@@ -146,7 +142,7 @@ impl RolloutModel for SoonerOnTheLeft {
 struct OneInABatch;
 
 impl RolloutModel for OneInABatch {
-    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
         let roll_out = |index: usize| Rollout { hit: index == 0, ..Rollout::default() };
         Ok((0..sequences.len()).map(roll_out).collect())
     }
@@ -159,7 +155,7 @@ fn more_rollouts_are_made_if_few_reach_a_stage() {
         [(0, 1000, (50, 1)), (1, 1000, (50, 1)), (3, 1000, (150, 3)), (3, 60, (100, 2)), (3, 1, (50, 1))]
     {
         let config = GuidanceConfig { model_rollouts: 50, least_hits, most_model_rollouts, ..Default::default() };
-        let prior = build(&task, &OneInABatch, &config, 0, |_| ()).unwrap();
+        let prior = build(&task, &OneInABatch, &config, 0, &Stop::default(), |_| ()).unwrap();
         let stage = &prior.stages[0];
         assert_eq!((stage.model_rollouts, stage.model_hits), expected, "{least_hits} {most_model_rollouts}");
     }
@@ -170,7 +166,7 @@ fn more_rollouts_are_made_if_few_reach_a_stage() {
 struct Slow(usize);
 
 impl RolloutModel for Slow {
-    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, _: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
         let roll_out = |sequence: &Vec<Action>| Rollout { hit: sequence.len() >= self.0, ..Rollout::default() };
         Ok(sequences.iter().map(roll_out).collect())
     }
@@ -191,7 +187,7 @@ fn rollouts_become_longer_while_none_reaches_a_stage() {
     ] {
         let config =
             GuidanceConfig { model_rollouts: 50, most_model_rollouts: 100, longest_horizon, ..Default::default() };
-        let prior = build(&task, &Slow(needed), &config, 0, |_| ()).unwrap();
+        let prior = build(&task, &Slow(needed), &config, 0, &Stop::default(), |_| ()).unwrap();
         let stage = &prior.stages[0];
         let found = (prior.horizon(0), stage.model_rollouts, stage.model_hits);
         assert_eq!(found, (horizon, rollouts, hits), "{needed} {longest_horizon}");
@@ -203,7 +199,7 @@ fn the_plan_that_hits_soonest_is_taken() {
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
     let config = PlannerConfig { iterations: 1, ..PlannerConfig::default() };
-    let [x, _] = plan(&SoonerOnTheLeft, env.snapshot(), &config, &mut rng()).unwrap();
+    let [x, _] = plan(&SoonerOnTheLeft, env.snapshot(), &config, &Stop::default(), &mut rng()).unwrap();
     assert!(x < -0.8, "{x}");
 }
 
@@ -213,7 +209,7 @@ fn any_hit_is_better_than_the_nearest_miss() {
     #[derive(Debug)]
     struct HitsOnTheRight;
     impl RolloutModel for HitsOnTheRight {
-        fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+        fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
             let target = starts[0].task().stages()[starts[0].stage()].position;
             let roll_out = |sequence: &Vec<Action>| match sequence[0][0] > 0.5 {
                 true => Rollout { path: vec![[0.0; 2]; 64], hit: true, ..Rollout::default() },
@@ -224,7 +220,8 @@ fn any_hit_is_better_than_the_nearest_miss() {
     }
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
-    let [x, _] = plan(&HitsOnTheRight, env.snapshot(), &PlannerConfig::default(), &mut rng()).unwrap();
+    let [x, _] =
+        plan(&HitsOnTheRight, env.snapshot(), &PlannerConfig::default(), &Stop::default(), &mut rng()).unwrap();
     assert!(x > 0.5, "{x}");
 }
 
@@ -233,11 +230,11 @@ fn a_model_without_the_task_s_tools_is_an_error() {
     let task = Arc::new(task::load("task1").unwrap());
     let model = mge_dynamics::shipped("square-floor").unwrap();
     let config = GuidanceConfig::default();
-    let error = build(&task, &*model, &config, 0, |_| ()).unwrap_err();
+    let error = build(&task, &*model, &config, 0, &Stop::default(), |_| ()).unwrap_err();
     assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
-    assert!(propose_subgoals(&task, &*model, 1, &config, 0).is_err());
+    assert!(propose_subgoals(&task, &*model, 1, &config, 0, &Stop::default()).is_err());
     let env = Environment::new(task.clone());
-    assert!(plan(&*model, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
+    assert!(plan(&*model, env.snapshot(), &PlannerConfig::default(), &Stop::default(), &mut rng()).is_err());
 }
 
 #[test]
@@ -291,7 +288,7 @@ fn a_plan_converges_to_the_best_action() {
     let env = Environment::new(task.clone());
     let distance = |iterations: usize| {
         let config = PlannerConfig { iterations, ..PlannerConfig::default() };
-        let [x, y] = plan(&Bullseye([0.3, -0.6]), env.snapshot(), &config, &mut rng()).unwrap();
+        let [x, y] = plan(&Bullseye([0.3, -0.6]), env.snapshot(), &config, &Stop::default(), &mut rng()).unwrap();
         (x - 0.3).hypot(y + 0.6)
     };
     let (shooting, entropy) = (distance(1), distance(4));
@@ -350,9 +347,9 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
 struct Observed(std::sync::Mutex<Vec<(usize, u32)>>);
 
 impl RolloutModel for Observed {
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         self.0.lock().unwrap().extend(starts.iter().map(|start| (start.stage(), start.actions())));
-        TruePhysics.rollouts(starts, sequences)
+        TruePhysics.rollouts(starts, sequences, stop)
     }
 }
 
@@ -363,7 +360,7 @@ fn a_stage_is_explored_from_where_the_previous_one_was_reached() {
         let config =
             GuidanceConfig { start_states, model_rollouts: 200, environment_rollouts: 40, ..GuidanceConfig::default() };
         let model = Observed::default();
-        build(&task, &model, &config, 1, |_| ()).unwrap();
+        build(&task, &model, &config, 1, &Stop::default(), |_| ()).unwrap();
         model.0.into_inner().unwrap()
     };
     let reached = stages(StartStates::Reached);
@@ -386,7 +383,7 @@ fn a_prior_records_the_numbers_of_rollouts_and_hits() {
     };
     let mut asked = Vec::new();
     let progress = |stage| asked.push(stage);
-    let prior = build(&task, &TruePhysics, &config, 1, progress).unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, &Stop::default(), progress).unwrap();
     assert_eq!(asked, [0, 1]);
     let [first, last] = &prior.stages[..] else { panic!("two stages") };
     for stage in [first, last] {
@@ -409,7 +406,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
         let task = Arc::new(Task { goal: task::Goal { position: goal, ..task.goal }, ..task.clone() });
         let env = Environment::new(task.clone());
         let sequence = vec![vec![[-0.95, 0.95], [0.95, 0.95]]];
-        let rollouts = TruePhysics.rollouts(&[env.snapshot()], &sequence).unwrap();
+        let rollouts = TruePhysics.rollouts(&[env.snapshot()], &sequence, &Stop::default()).unwrap();
         (rollouts.into_iter().next().unwrap(), task)
     };
     // The ball falls into the lower goal and cannot reach the upper one.
@@ -423,7 +420,7 @@ fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
 fn true_physics_guides_better_than_chance() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig { model_rollouts: 300, environment_rollouts: 40, ..GuidanceConfig::default() };
-    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, &Stop::default(), |_| ()).unwrap();
     let reached = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -441,15 +438,15 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0).unwrap();
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, &Stop::default()).unwrap();
     assert_eq!(subgoals.len(), 2);
     assert_eq!(
-        propose_subgoals(&task, &TruePhysics, 2, &config, 0).unwrap(),
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0, &Stop::default()).unwrap(),
         subgoals,
         "the same seed, the same proposal"
     );
     let task = Arc::new(Task { subgoals, ..task });
-    let prior = build(&task, &TruePhysics, &config, 1, |_| ()).unwrap();
+    let prior = build(&task, &TruePhysics, &config, 1, &Stop::default(), |_| ()).unwrap();
     let goals = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -463,50 +460,19 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     assert!(guided >= 5 && random == 0, "{guided} {random}");
 }
 
-/// Counts the pieces of the rollouts, and requests a stop in one of them.
-#[derive(Debug)]
-struct Pieces<'a> {
-    model: &'a dyn RolloutModel,
-    stop: &'a Stop,
-    stop_in: Option<usize>,
-    pieces: AtomicUsize,
-}
-
-impl RolloutModel for Pieces<'_> {
-    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-        if self.stop_in == Some(self.pieces.fetch_add(1, Ordering::AcqRel)) {
-            self.stop.request();
-        }
-        self.model.rollouts(starts, sequences)
-    }
-}
-
 #[test]
-fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
+fn rollouts_and_what_uses_them_can_be_stopped() {
     let task = Arc::new(task::load("task1").unwrap());
     let learned = mge_dynamics::shipped_for(&task.tool_set()).unwrap();
-    let env = Environment::new(task.clone());
-    let mut rng = rng();
-    // Six pieces, of 62 rollouts and the last of 10.
-    let sequences: Vec<Vec<Action>> =
-        (0..320).map(|_| (0..8).map(|_| mge_env::uniform_action(&mut rng)).collect()).collect();
-    let starts = vec![env.snapshot(); sequences.len()];
-    for model in [&*learned as &dyn RolloutModel, &TruePhysics] {
-        let whole = model.rollouts(&starts, &sequences).unwrap();
-        let stop = Stop::default();
-        let pieces = Pieces { model, stop: &stop, stop_in: None, pieces: AtomicUsize::new(0) };
-        assert!(InterruptibleModel::new(&pieces, &stop).rollouts(&starts, &sequences).unwrap() == whole);
-        assert_eq!(pieces.pieces.into_inner(), 6);
-        let pieces = Pieces { model, stop: &stop, stop_in: Some(0), pieces: AtomicUsize::new(0) };
-        let stopped = InterruptibleModel::new(&pieces, &stop);
-        assert!(matches!(stopped.rollouts(&starts, &sequences), Err(DynamicsError::Stopped)));
-        assert_eq!(pieces.pieces.load(Ordering::Acquire), 1, "it went on after the first piece");
-        let config = GuidanceConfig::default();
-        let built = build(&task, &stopped, &config, 0, |_| ());
-        assert!(matches!(built, Err(DynamicsError::Stopped)));
-        let plan = plan(&stopped, env.snapshot(), &PlannerConfig::default(), &mut rng);
+    let (env, config, stop) = (Environment::new(task.clone()), GuidanceConfig::default(), Stop::default());
+    stop.request();
+    for model in [&*learned as &dyn RolloutModel, &TruePhysics, &RapierPhysics] {
+        let stopped = model.rollouts(&[env.snapshot()], &[vec![[0.0; 2]]], &stop);
+        assert!(matches!(stopped, Err(DynamicsError::Stopped)), "{model:?}");
+        assert!(matches!(build(&task, model, &config, 0, &stop, |_| ()), Err(DynamicsError::Stopped)));
+        let plan = plan(model, env.snapshot(), &PlannerConfig::default(), &stop, &mut rng());
         assert!(matches!(plan, Err(DynamicsError::Stopped)));
-        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0);
+        let proposed = propose_subgoals(&task, model, 1, &config, 0, &stop);
         assert!(matches!(proposed, Err(DynamicsError::Stopped)));
     }
 }

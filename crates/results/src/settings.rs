@@ -371,7 +371,7 @@ mod tests {
         let variants = [
             mge(&[]),
             mge(&[("prior", "m/bucket-box.safetensors")]),
-            mge(&[("guidance.clusters", r#"{"silhouette": 5}"#)]),
+            mge(&[("guidance.clusters", r#"{"fixed": 5}"#)]),
             mge(&[("refinement.every", "50")]),
             mge(&[("method", "ddpg-mge-adaptive")]),
             mge(&[("method", "ddpg-mge-adaptive"), ("refinement.every", "0")]),

@@ -259,7 +259,6 @@ mod tests {
     use super::*;
     use mge_base::validation::differences;
     use mge_dynamics::{MODEL_SETTINGS, ModelConfig, TRAIN_SETTINGS, TrainConfig};
-    use mge_guidance::ClusterCount;
     use mge_task::{RULES, Rules, load};
 
     fn config() -> RunConfig {
@@ -280,9 +279,7 @@ mod tests {
         let none: [String; 0] = [];
         assert_eq!(differences(&own(&config), &SETTINGS), none);
         assert_eq!(differences(&config.ddpg, &agent::SETTINGS), none);
-        assert_eq!(differences(&config.guidance, &guidance::SETTINGS), ["clusters.silhouette"]);
-        config.guidance.clusters = ClusterCount::Silhouette(5);
-        assert_eq!(differences(&config.guidance, &guidance::SETTINGS), ["clusters.fixed"]);
+        assert_eq!(differences(&config.guidance, &guidance::SETTINGS), none);
         assert_eq!(differences(&config.planner, &PLANNER_SETTINGS), none);
         assert_eq!(differences(&Rules::default(), &RULES), none);
         assert_eq!(differences(&ModelConfig::default(), &MODEL_SETTINGS), none);

@@ -53,7 +53,7 @@ impl From<ModelFile> for String {
 impl ModelFile {
     /// The same model, known by its content from now on. A file that cannot be read stays known by its path.
     fn identified(self) -> Self {
-        match dynamics::file_of(&self.path) {
+        match dynamics::file_of(&self.path, None) {
             Ok(bytes) if self.id.is_none() => Self { id: Some(FileId::new(&self.path, &bytes)), ..self },
             _ => self,
         }
@@ -64,10 +64,8 @@ impl ModelFile {
     /// # Errors
     /// When it cannot be read, or the content of the file has changed since its identity was determined.
     pub fn load(&self) -> Result<Arc<Model>, DynamicsError> {
-        match &self.id {
-            Some(id) => dynamics::identified(self.known_path(id)?, id),
-            None => dynamics::named(&self.path),
-        }
+        let path = self.id.as_ref().map_or(Ok(&*self.path), |id| self.known_path(id))?;
+        dynamics::named(path, self.id.as_ref())
     }
 
     fn known_path(&self, id: &FileId) -> Result<&Path, DynamicsError> {
@@ -153,7 +151,7 @@ impl RunConfig {
         let Some(id) = file.id.as_ref().filter(|_| self.is_guided() || self.method.consults_model()) else {
             return Ok(None);
         };
-        Ok(Some(dynamics::file_with(file.known_path(id)?, id)?))
+        Ok(Some(dynamics::file_of(file.known_path(id)?, Some(id))?))
     }
 
     /// The dynamics model that a run with these settings uses, as [`FileId`], if it uses one.

@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use mge_base::stop::Stop;
 use mge_dynamics::{self as dynamics, DynamicsError};
-use mge_guidance::{
-    self as guidance, ActionPrior, GuidanceError, InterruptibleModel, RapierPhysics, RolloutModel, TruePhysics,
-};
+use mge_guidance::{self as guidance, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, TruePhysics};
 use mge_run::{RunDirectory, RunError};
 use mge_task::Task;
 
@@ -83,8 +81,7 @@ pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize), stop: &Stop)
     let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(ActionPrior::uniform(&config.task, &config.guidance, config.seed));
     };
-    let model = InterruptibleModel::new(&*model, stop);
-    Ok(guidance::build(&config.task, &model, &config.guidance, config.seed, progress)?)
+    Ok(guidance::build(&config.task, &*model, &config.guidance, config.seed, stop, progress)?)
 }
 
 /// Like [`build_prior`]; none if the run is not guided.

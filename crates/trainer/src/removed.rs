@@ -53,6 +53,10 @@ pub(super) fn take(config: &mut Value) -> BTreeMap<String, String> {
             removed.insert(key.to_owned(), json::text(&value));
         }
     }
+    if let Some(count) = config.pointer_mut("/guidance/clusters/silhouette").map(Value::take) {
+        config["guidance"]["clusters"] = json!({"fixed": count});
+        removed.insert("guidance.clusters.silhouette".to_owned(), json::text(&count));
+    }
     let past = config.pointer_mut("/fork/tasks").and_then(Value::as_array_mut);
     let past = past.into_iter().flatten().filter_map(Value::as_object_mut);
     let left = past.filter_map(|past| past.remove("further")).count() > 0;
@@ -99,6 +103,7 @@ mod tests {
             (json!({"observation": "rays"}), "`observation` rays"),
             (json!({"method": "ddpg-model-replay", "model_replay": {"rollouts": 2}}), "method `ddpg-model-replay`"),
             (json!({"fork": fork}), "`more_tasks` before the fork"),
+            (json!({"guidance": {"clusters": {"silhouette": 5}}}), "`guidance.clusters.silhouette` 5"),
         ] {
             let config = saved(changes);
             let again: RunConfig = serde_json::from_str(&serde_json::to_string(&config).unwrap()).unwrap();

@@ -1,8 +1,8 @@
 //! Settings of a run by JSON path, as used by `set` commands and sweeps.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::config::{RunConfig, settings};
+use super::config::RunConfig;
 use super::method::Method;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
@@ -57,9 +57,6 @@ impl RunConfig {
             return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
         }
         let mut config = json::as_written(self);
-        if !is_fixed(key) {
-            choose_alternative(&mut config, key);
-        }
         let place = if is_fixed(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
@@ -79,8 +76,7 @@ impl RunConfig {
     }
 }
 
-/// Sets a value. Of a group such as `ddpg`, what the value leaves out stays as it is (it would be that of no method);
-/// another alternative, such as `{"silhouette": 5}`, takes the place of the present one.
+/// Sets a value. Of a group such as `ddpg`, what the value leaves out stays as it is (it would be that of no method).
 fn put(place: &mut Value, value: Value) {
     match (place, value) {
         (Value::Object(old), Value::Object(new)) if new.keys().all(|key| old.contains_key(key)) => {
@@ -92,28 +88,12 @@ fn put(place: &mut Value, value: Value) {
     }
 }
 
-/// Settings of which each is an alternative to the others of its group.
-const ALTERNATIVES: &str = "guidance.clusters";
-
-/// Whether two settings contradict each other: one is the other or a part of it, or both are alternatives.
+/// Whether two settings contradict each other: one is the other or a part of it.
 pub fn set_the_same(one: &str, other: &str) -> bool {
     let within = |inner: &str, outer: &str| {
         inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };
-    let [one, other] = [one, other].map(|path| if within(path, ALTERNATIVES) { ALTERNATIVES } else { path });
     within(one, other) || within(other, one)
-}
-
-/// Chooses the alternative that a setting belongs to, if another one is chosen now: a value such as
-/// `{"silhouette": 5}` has the name of one alternative, and the table of numeric settings has those of all.
-fn choose_alternative(config: &mut Value, key: &str) {
-    if let Some((group, name)) = key.rsplit_once('.')
-        && settings().any(|(path, _)| path == key)
-        && json::at_mut(config, key).is_none()
-        && let Some(place) = json::at_mut(config, group)
-    {
-        *place = json!({ name: null });
-    }
 }
 
 /// The settings, by path, in which a configuration differs from the default one of its task and method. The method,
@@ -160,18 +140,6 @@ mod tests {
         assert_eq!(config().with_setting("epsilon", "0.25").unwrap().epsilon.to_string(), "0.25");
         let changed = config().with_setting("granularity", "step").unwrap();
         assert_eq!(changed.granularity, super::super::Granularity::Step);
-    }
-
-    #[test]
-    fn a_setting_of_another_alternative_chooses_it() {
-        let changed = config().with_setting("guidance.clusters.silhouette", "5").unwrap();
-        assert_eq!(changed.guidance.clusters, mge_guidance::ClusterCount::Silhouette(5));
-        assert_eq!(non_default_settings(&changed), [("guidance.clusters.silhouette".to_owned(), "5".to_owned())]);
-        assert_eq!(changed.with_method(Method::DdpgUniform).guidance.clusters, changed.guidance.clusters);
-        assert_eq!(changed.with_setting("guidance.clusters.fixed", "3").unwrap(), config());
-        for (key, value) in [("guidance.clusters.silhouette", "1"), ("guidance.clusters.silhouete", "5")] {
-            assert!(config().with_setting(key, value).is_err(), "{key}");
-        }
     }
 
     #[test]

@@ -7,8 +7,7 @@ use super::job::{Progress, Reporter};
 use super::{Session, SessionError, write_file};
 use mge_base::atomic::{Format, Target};
 use mge_dynamics::{
-    self as dynamics, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig,
-    TrainingOutcome, train_to_file,
+    self as dynamics, Evaluation, EvaluationConfig, Model, ModelConfig, TrainConfig, TrainingOutcome, train_to_file,
 };
 use mge_run::RunError;
 use mge_task as task;
@@ -114,7 +113,7 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     if trained.ended == TrainingOutcome::Stopped {
         return Err(failed(&"stopped before its training was complete; train it again to continue"));
     }
-    if let Some(reason) = trained.finish(path).map_err(|error| failed(&error))? {
+    if let Some(reason) = trained.finish() {
         return Err(failed(&reason));
     }
     Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
@@ -124,9 +123,9 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
     let to = Target::from(&evaluation_of(name));
     // Refused before the work.
     to.check(&EVALUATION).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
-    let model = dynamics::named(name).map_err(|error| error.to_string())?;
+    let model = dynamics::named(name, None).map_err(|error| error.to_string())?;
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
-    let on_progress = &mut |now: &EvaluationProgress| _ = reporter.progress(now.done, now.total);
+    let on_progress = &mut |done, total, _: &str| _ = reporter.progress(done, total);
     let evaluation = dynamics::evaluate(&model, &task::shipped(), &config, reporter.stop(), on_progress)
         .map_err(|error| format!("{name}: {error}"))?;
     let launches = evaluation.launches.iter().map(|launches| {

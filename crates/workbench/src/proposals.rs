@@ -7,7 +7,7 @@ use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
 use mge_base::text::counted;
-use mge_guidance::{ChosenSubgoals, InterruptibleModel, NO_SUBGOALS, TRIALS, choose_subgoals};
+use mge_guidance::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, required_model};
 
@@ -75,9 +75,8 @@ impl Session {
 
 fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
     let model = required_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
-    let model = InterruptibleModel::new(&*model, reporter.stop());
     let progress = |tried| _ = reporter.progress(tried, TRIALS);
-    choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
+    choose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, reporter.stop(), progress)
         .map_err(|error| error.to_string())
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use mge_base::stop::Stop;
 use mge_env::{Action, Snapshot};
 use mge_guidance::RolloutModel;
 use mge_task::Task;
@@ -27,7 +28,7 @@ impl TaskModel {
     /// Predicted normalised positions of the ball when `actions` are taken from a state.
     pub(super) fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
         // A model that cannot predict the state shows no path.
-        let rollouts = self.model.rollouts(&[start], &[actions]).unwrap_or_default();
+        let rollouts = self.model.rollouts(&[start], &[actions], &Stop::default()).unwrap_or_default();
         rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
     }
 }

@@ -95,12 +95,3 @@ fn a_setting_without_effect_and_a_schedule_longer_than_the_run_are_told() {
     let told = warned(&mge(here, ["sweep", "s.json", "--plan"]));
     assert!(told.len() == 1 && told[0].contains("after 500 episodes it is 0.25"), "{told:?}");
 }
-
-#[test]
-fn a_setting_of_the_reference_can_be_set_though_another_alternative_is_chosen() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = ["--episodes", "1", "--set", "guidance.clusters.silhouette=5", "--out", "a"];
-    succeed(train(folder.path(), &out));
-    let config = std::fs::read_to_string(folder.path().join("a/config.json")).unwrap();
-    assert!(config.contains("\"silhouette\": 5"), "{config}");
-}

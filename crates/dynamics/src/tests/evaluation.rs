@@ -7,7 +7,6 @@ fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U>
     Compared {
         model: value(&compared.model),
         constant_velocity: value(&compared.constant_velocity),
-        nearest_sample: value(&compared.nearest_sample),
         rapier: compared.rapier.as_ref().map(value),
     }
 }
@@ -27,7 +26,7 @@ fn evaluations_of_all_variants_report_every_part() {
         let read = Model::load(&path).unwrap();
         assert_eq!(read.config(), &variant.apply(small()));
         assert_eq!(variant.to_string().parse(), Ok(variant));
-        evaluate(trained.model(), &task::shipped(), &settings, &Stop::default(), &mut |_| ()).unwrap()
+        evaluate(trained.model(), &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
     });
     assert_eq!(epochs, 4);
     for result in &results {
@@ -38,7 +37,7 @@ fn evaluations_of_all_variants_report_every_part() {
         for launch in &result.launches {
             assert_eq!(launch.errors.model.rollout.len(), 8);
             assert!(launch.errors.model.one_step.mean > 0.0);
-            assert!(launch.errors.nearest_sample.one_step_contact.count > 0);
+            assert!(launch.errors.constant_velocity.one_step_contact.count > 0);
             let (rapier, free) = (launch.errors.rapier.as_ref().unwrap(), &launch.errors.constant_velocity);
             assert!(rapier.action_contact.mean < free.action_contact.mean / 2.0, "{rapier:?}\n{free:?}");
             let hits = of_each(&launch.errors, |tool| tool.hits);
@@ -71,7 +70,7 @@ fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
         let command = format!("mge dynamics train --tools {tools} {settings} --out {name}.safetensors");
         assert_eq!(provenance.command, command);
         assert_eq!(provenance.data_hash.len(), 64, "{name}");
-        let bytes = file_of(name.as_ref()).unwrap();
+        let bytes = file_of(name.as_ref(), None).unwrap();
         assert!(TensorFile::from_bytes(&bytes).unwrap().to_bytes() == *bytes, "{name} has a checksum");
     }
     for task in task::shipped() {
@@ -82,14 +81,13 @@ fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
 }
 
 #[test]
-fn shipped_models_predict_better_than_the_baselines() {
+fn shipped_models_predict_better_than_free_flight() {
     let settings = EvaluationConfig { launches: 60, episodes: 40, horizon: 1, hit_rollouts: 1, seed: 8 };
     for (name, model) in shipped_models() {
-        let evaluation = evaluate(model, &task::shipped(), &settings, &Stop::default(), &mut |_| ()).unwrap();
+        let evaluation = evaluate(model, &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap();
         for launch in &evaluation.launches {
             let errors = of_each(&launch.errors, |tool| tool.one_step_contact.mean);
             assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");
-            assert!(errors.model < 0.5 * errors.nearest_sample, "{name}, {}: {errors:?}", launch.tool);
             let score = of_each(&launch.errors, |tool| {
                 let HitPredictions { true_positives, false_positives, false_negatives, .. } = tool.hits;
                 2 * true_positives * 100 / (2 * true_positives + false_positives + false_negatives)

@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::baseline::ConstantVelocity;
 use super::codec::Codec;
-use super::graph::{GraphBuilder, Graphs};
+use super::graph::{GraphBuilder, Graphs, OBJECT_TYPES};
 use super::launch::data_hash;
 use super::network::Network;
 use super::normaliser::ColumnStatistics;

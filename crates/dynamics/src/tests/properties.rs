@@ -100,12 +100,12 @@ fn levels_with_other_moving_objects_are_refused() {
 #[test]
 fn an_evaluation_includes_held_out_tools() {
     let settings = EvaluationConfig { launches: 6, ..EvaluationConfig::default() };
-    let found = evaluate(&tiny(), &[], &settings, &Stop::default(), &mut |_| ()).unwrap();
+    let found = evaluate(&tiny(), &[], &settings, &Stop::default(), &mut |_, _, _| ()).unwrap();
     let kinds = |errors: &[LaunchErrors]| errors.iter().map(|errors| errors.tool).collect::<Vec<_>>();
     assert_eq!(kinds(&found.launches), ToolKind::ALL);
     use ToolKind::{Belt, Fan, Funnel, Hinge, Triangle};
     assert_eq!(kinds(&found.held_out), [Triangle, Hinge, Fan, Belt, Funnel]);
-    assert!(found.launches.iter().all(|tool| tool.errors.nearest_sample.one_step.mean > 0.0));
+    assert!(found.launches.iter().all(|tool| tool.errors.constant_velocity.one_step.mean > 0.0));
 }
 
 #[test]

@@ -9,7 +9,7 @@ fn rollouts_follow_free_flight_and_stop_at_the_stage() {
     let free = ConstantVelocity { interval: 5 };
     // Far from the ball on its first two actions.
     let actions: Vec<Action> = vec![[-0.9, -0.9], [-0.9, -0.8]];
-    let found = rollouts(&free, &[env.snapshot()], std::slice::from_ref(&actions)).unwrap().remove(0);
+    let found = rollouts(&free, &[env.snapshot()], std::slice::from_ref(&actions), &Stop::default()).unwrap().remove(0);
     let expected = [(actions[0], true), (actions[1], false)];
     let expected = expected.map(|(action, placed)| RolloutAction { action, placed, touched: false });
     assert_eq!(found.actions, expected);
@@ -26,7 +26,7 @@ fn rollouts_follow_free_flight_and_stop_at_the_stage() {
     below.subgoals[0].position = [below.ball.position[0], 0.2];
     let below = std::sync::Arc::new(below);
     let start = Environment::new(below.clone());
-    let found = rollouts(&free, &[start.snapshot()], &[vec![[-0.9, -0.9]; 8]]).unwrap().remove(0);
+    let found = rollouts(&free, &[start.snapshot()], &[vec![[-0.9, -0.9]; 8]], &Stop::default()).unwrap().remove(0);
     assert!(found.hit && found.actions.len() < 8, "{found:?}");
     assert_eq!(found.actions.len(), found.path.len().saturating_sub(2) / 8 + 1, "it ends with the action that hits");
 }
@@ -55,7 +55,7 @@ fn a_touch_counts_only_before_the_stage_is_reached() {
     let env = Environment::new(task.clone());
     let place = |at: [f32; 2]| {
         let action = to_normalised(at);
-        let found = rollouts(&Falling(8.0), &[env.snapshot()], &[vec![action]]).unwrap().remove(0);
+        let found = rollouts(&Falling(8.0), &[env.snapshot()], &[vec![action]], &Stop::default()).unwrap().remove(0);
         assert!(found.hit && found.path.len() == 3, "{found:?}");
         assert!(found.actions[0].placed, "{found:?}");
         found.actions[0].touched
@@ -74,7 +74,37 @@ fn a_stage_is_reached_when_the_ball_s_surface_touches_it() {
         task.subgoals[0].position = to_normalised([x + offset, y - 20.0]);
         let task = std::sync::Arc::new(task.clone());
         let env = Environment::new(task.clone());
-        let found = rollouts(&Falling(6.0), &[env.snapshot()], &[vec![[-0.9, -0.9]]]).unwrap().remove(0);
+        let found =
+            rollouts(&Falling(6.0), &[env.snapshot()], &[vec![[-0.9, -0.9]]], &Stop::default()).unwrap().remove(0);
         assert_eq!(found.hit, expected, "{offset}");
     }
+}
+
+/// Free flight; requests a stop in its first prediction.
+struct Stopping<'a>(&'a Stop);
+
+impl Predictor for Stopping<'_> {
+    fn interval(&self) -> u32 {
+        5
+    }
+
+    fn advance(&self, balls: &[BallState], _: &[&[Tool]]) -> Result<Vec<BallState>> {
+        assert!(!self.0.is_requested(), "it goes on after the request");
+        self.0.request();
+        Ok(balls.to_vec())
+    }
+}
+
+#[test]
+fn rollouts_end_soon_after_a_stop() {
+    let env = Environment::new(std::sync::Arc::new(task::load("task1").unwrap()));
+    let stop = Stop::default();
+    let found = rollouts(&Stopping(&stop), &[env.snapshot()], &[vec![[-0.9, -0.9]]], &stop);
+    assert!(matches!(found, Err(DynamicsError::Stopped)));
+    // Many predictions are made in pieces.
+    let (stop, many) = (Stop::default(), vec![ball(); 6000]);
+    let found = predictor::advance(&Stopping(&stop), &many, &vec![&[][..]; 6000], &stop);
+    assert!(matches!(found, Err(DynamicsError::Stopped)));
+    let found = predictor::advance(&Falling(1.0), &many, &vec![&[][..]; 6000], &Stop::default()).unwrap();
+    assert_eq!(found.len(), 6000);
 }

@@ -13,7 +13,7 @@ use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
 use mge_base::sync::hold_folder;
 use mge_env::Environment;
-use mge_guidance::{self as guidance, GuidanceConfig, InterruptibleModel, TruePhysics, propose_subgoals};
+use mge_guidance::{self as guidance, GuidanceConfig, TruePhysics, propose_subgoals};
 use mge_physics::ToolKind;
 use mge_run::RunError;
 use mge_task::{
@@ -190,10 +190,9 @@ impl<'a> Search<'a> {
             return Ok(None);
         }
         let config = GuidanceConfig::default();
-        let model = InterruptibleModel::new(&TruePhysics, stop);
-        let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed)?;
+        let subgoals = propose_subgoals(task, &TruePhysics, SUBGOALS, &config, seed, stop)?;
         let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
-        let prior = guidance::build(&staged, &model, &config, seed, |_| ())?;
+        let prior = guidance::build(&staged, &TruePhysics, &config, seed, stop, |_| ())?;
         let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);
         // Far fewer successes than expected in the first check mean too few in total.
         let expected = least_guided as f32 * first as f32 / episodes as f32;

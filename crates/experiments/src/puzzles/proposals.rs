@@ -7,7 +7,7 @@ use super::index::{Index, Puzzle};
 use crate::error::{ExperimentError, all_finished};
 use mge_base::atomic::Target;
 use mge_base::sync::hold_folder;
-use mge_guidance::{GuidanceConfig, InterruptibleModel, choose_subgoals};
+use mge_guidance::{GuidanceConfig, choose_subgoals};
 use mge_run::RunError;
 use mge_task as task;
 use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
@@ -115,9 +115,8 @@ impl<'a> Proposal<'a> {
         let mut puzzle = task::load(&self.from.display().to_string())?;
         // The uniform source has no model to propose subgoals with.
         if let Some(model) = rollout_model(&self.search.model, &puzzle)? {
-            let config = GuidanceConfig::default();
-            let model = InterruptibleModel::new(&*model, handle.stop());
-            puzzle.subgoals = choose_subgoals(&puzzle, &model, self.search.subgoals, &config, 0, |_| ())?.subgoals;
+            let (config, most, stop) = (GuidanceConfig::default(), self.search.subgoals, handle.stop());
+            puzzle.subgoals = choose_subgoals(&puzzle, &*model, most, &config, 0, stop, |_| ())?.subgoals;
         }
         task::save(&puzzle, &self.to)?;
         Ok(Some(()))

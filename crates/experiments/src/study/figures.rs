@@ -179,14 +179,11 @@ fn hit_bars(means: &Summary) -> HitBars {
     }
 }
 
-/// Errors of a model and its baselines on fresh launches.
+/// Errors of a model, and of free flight, on fresh launches.
 pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError {
     type Of = fn(&Compared<OneTool>) -> &OneTool;
-    let predictors: [(&str, Of); 3] = [
-        ("graph network", |compared| &compared.model),
-        ("constant velocity", |compared| &compared.constant_velocity),
-        ("nearest sample", |compared| &compared.nearest_sample),
-    ];
+    let predictors: [(&str, Of); 2] =
+        [("graph network", |compared| &compared.model), ("constant velocity", |compared| &compared.constant_velocity)];
     let exact = |errors: &Errors| Estimate::exact(errors.mean);
     let shares =
         |hits: HitPredictions| [hits.precision, hits.recall].map(|share| Estimate::exact(share.unwrap_or(f64::NAN)));

@@ -9,7 +9,7 @@ use crate::exploration::{Explorer, explorer, needs};
 use crate::hold::{Failure, Hold};
 use crate::prior::PriorError;
 use mge_env::Action;
-use mge_guidance::{self as guidance, EpsilonSchedule, InterruptibleModel};
+use mge_guidance::{self as guidance, EpsilonSchedule};
 use mge_run::Source;
 
 impl Training {
@@ -68,8 +68,7 @@ impl Training {
         let (now, streams) = (self.env.snapshot(), &mut self.progress.streams);
         Ok(match (&self.parts.actor, &self.progress.prior) {
             (Actor::Planner(model), _) => {
-                let model = InterruptibleModel::new(&**model, &self.stop);
-                let action = guidance::plan(&model, now, &self.config.planner, &mut streams.model);
+                let action = guidance::plan(&**model, now, &self.config.planner, &self.stop, &mut streams.model);
                 (action.map_err(PriorError::from)?, Source::Planner)
             }
             (_, Some(prior)) if explorer == Explorer::Clusters => {

@@ -304,12 +304,7 @@ fn evaluation() -> Evaluation {
     };
     let launches = |tool: ToolKind, mean: f64| LaunchErrors {
         tool,
-        errors: Compared {
-            model: of(mean),
-            constant_velocity: of(4.0 * mean),
-            nearest_sample: of(2.0 * mean),
-            rapier: Some(of(0.5 * mean)),
-        },
+        errors: Compared { model: of(mean), constant_velocity: of(4.0 * mean), rapier: Some(of(0.5 * mean)) },
     };
     Evaluation {
         model: "bucket-box".into(),
