@@ -154,7 +154,7 @@ fn key_among_10000_runs(bencher: Bencher) {
 }
 
 /// Lets time pass until the screen has not changed for a while, so that nothing more is being read.
-fn settle(workbench: &mut OffscreenWorkbench, terminal: &mut Terminal<TestBackend>) {
+fn wait_until_drawn(workbench: &mut OffscreenWorkbench, terminal: &mut Terminal<TestBackend>) {
     const QUIET: Duration = Duration::from_secs(3);
     let mut changed = Instant::now();
     let mut before = terminal.backend().buffer().clone();
@@ -197,9 +197,9 @@ fn frame_of_10_groups_of_10_runs(bencher: Bencher, keys: &str) {
     let mut workbench = OffscreenWorkbench::new(session);
     let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
     workbench.press("5").expect("keys");
-    settle(&mut workbench, &mut terminal);
+    wait_until_drawn(&mut workbench, &mut terminal);
     workbench.press(keys).expect("keys");
-    settle(&mut workbench, &mut terminal);
+    wait_until_drawn(&mut workbench, &mut terminal);
     bencher.bench_local(|| {
         // As after the end of an episode, everything is redrawn.
         workbench.redraw();
@@ -215,7 +215,7 @@ fn key_that_scrubs(bencher: Bencher) {
     let mut workbench = OffscreenWorkbench::new(session(folder.path()));
     let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
     workbench.press("4 z z left space").expect("keys");
-    settle(&mut workbench, &mut terminal);
+    wait_until_drawn(&mut workbench, &mut terminal);
     let mut keys = ["left", "right"].into_iter().cycle();
     bencher.bench_local(|| {
         workbench.press(keys.next().expect("it does not end")).expect("keys");

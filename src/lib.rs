@@ -4,7 +4,7 @@
 //! The library is for programs that need more than the `mge` program offers: playing the puzzles with another agent
 //! ([`task`], [`mod@env`]), predicting and clustering actions with a dynamics model ([`dynamics`], [`guidance`]),
 //! training ([`trainer`], [`agent`]), and reading, comparing and plotting the results of trainings ([`run`],
-//! [`evidence`], [`figures`], [`stats`]). [`workbench`] executes the commands of scripts.
+//! [`results`], [`figures`], [`stats`]). [`workbench`] executes the commands of scripts.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -22,7 +22,7 @@
 //! ```
 //!
 //! Most modules are crates of their own, which other programs can use without this one: `mge_task`, `mge_env` and so
-//! on; [`evidence`] is `mge_results`. [`ARCHITECTURE.md`] describes the purpose of each and which others it may use.
+//! on. [`ARCHITECTURE.md`] describes the purpose of each and which others it may use.
 //!
 //! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
@@ -34,7 +34,7 @@ mod cli;
 pub use mge_dynamics as dynamics;
 pub use mge_env as env;
 pub use mge_figures as figures;
-pub use mge_results as evidence;
+pub use mge_results as results;
 #[cfg(any(test, fuzzing))]
 #[doc(hidden)]
 #[path = "../fuzz/targets.rs"]

@@ -13,7 +13,7 @@ use super::arguments::{dpi, resamples, seed};
 use super::error::exception;
 use super::pool::{abandonable, abandonable_on_threads};
 use mge_figures::DEFAULT_DPI;
-use mge_results::{self as evidence, FoundRun, find_runs, read_runs};
+use mge_results::{FoundRun, find_runs, read_runs};
 use mge_run::{EpisodeRecord, RunDirectory, RunError, RunHistory};
 use mge_stats::Bootstrap;
 use mge_trainer::RunConfig;
@@ -158,7 +158,8 @@ pub fn write_report(
     }
     let bootstrap = Bootstrap { resamples, confidence, seed };
     let dpi = dpi.unwrap_or(DEFAULT_DPI);
-    let write = move || evidence::report(&folders, &out, &bootstrap, None, "mge.write_report()", dpi, &mut |_, _| {});
+    let write =
+        move || mge_results::report(&folders, &out, &bootstrap, None, "mge.write_report()", dpi, &mut |_, _| {});
     let report = abandonable_on_threads(py, write)?.map_err(exception)?;
     serde_json::to_string(&report).map_err(exception)
 }

@@ -219,7 +219,7 @@ fn cell(text: &str) -> String {
 fn default_settings() -> Vec<(String, String)> {
     let config = RunConfig::usual_for(Arc::new(task::shipped().swap_remove(0)));
     let keys = config_keys(&config);
-    let mut values = json::as_written(&config);
+    let mut values = json::to_value(&config);
     let mut value = |key: &String| json::at_mut(&mut values, key).map(|value| json::text(value)).unwrap_or_default();
     let values: Vec<String> = keys.iter().map(&mut value).collect();
     keys.into_iter().zip(values).collect()

@@ -10,7 +10,7 @@ use super::sweeps;
 use mge_experiments::ExperimentError;
 use mge_experiments::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, SubgoalSearch};
 use mge_experiments::sweep::Sweep;
-use mge_results as evidence;
+
 use mge_run::{RunState, config_hash};
 use mge_trainer::PriorSource;
 
@@ -92,7 +92,7 @@ fn command(search: &SubgoalOptions, options: impl IntoIterator<Item = (&'static 
 fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
     let out = &arguments.out;
     let folders: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(out)).filter(|folder| folder.exists()).collect();
-    let mut runs = evidence::read_runs(&folders)?;
+    let mut runs = mge_results::read_runs(&folders)?;
     runs.retain(|run| run.state == RunState::Finished);
     let methods = arguments.methods.iter().map(|method| ("--method", method.name().to_owned()));
     let options = [
@@ -105,7 +105,7 @@ fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
     let command = command + &arguments.print.option();
     let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
     let rows = runs.into_iter().map(|run| run.trained.row).collect();
-    let folder = evidence::ReportFolder::new(arguments.force.target(out))?;
+    let folder = mge_results::ReportFolder::new(arguments.force.target(out))?;
     BenchResults::new(&command, index, rows).write(&folder, &hash, arguments.print.dpi)?;
     Ok(output::line(out.join("report.md").display())?)
 }

@@ -25,8 +25,8 @@ pub fn print(name: &Path) -> Outcome {
     let config = method
         .map_or_else(|| RunConfig::usual_for(task.clone()), |method| RunConfig::default_for(task.clone(), method));
     let config = config.with_settings(&settings).map_err(|error| format!("{}: {error}", name.display()))?;
-    let [values, usual] = [&config, &RunConfig::new(task)].map(json::as_written);
-    let (values, usual) = (json::leaves(&values), json::leaves(&usual));
+    let [values, usual] = [&config, &RunConfig::new(task)].map(json::to_value);
+    let (values, usual) = (json::leaf_values(&values), json::leaf_values(&usual));
     let keys = config_keys(&config);
     let mut printed = Map::new();
     for (path, value) in values.into_iter().filter(|(path, _)| keys.contains(path)) {

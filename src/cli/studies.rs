@@ -8,7 +8,7 @@ use mge_base::text::counted;
 use mge_experiments::ExperimentError;
 use mge_experiments::study::{self, Study};
 use mge_experiments::sweep::{hold_measured, report_measured};
-use mge_results as evidence;
+
 use mge_stats::Bootstrap;
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
@@ -51,7 +51,7 @@ pub fn report(arguments: &Report) -> Outcome {
         progress.set(read as u64, all as u64, message);
     };
     let Report { runs, reference, print, .. } = arguments;
-    let report = evidence::report(runs, out, &bootstrap, reference.as_deref(), &command, print.dpi, on_progress)?;
+    let report = mge_results::report(runs, out, &bootstrap, reference.as_deref(), &command, print.dpi, on_progress)?;
     drop(progress);
     if !report.left_out.is_empty() {
         output::message(format_args!("{} left out: the report has the reasons", counted(report.left_out.len(), "run")));

@@ -109,7 +109,7 @@ pub fn keys(text: &[u8]) -> BTreeSet<String> {
 }
 
 /// Plain data as a JSON value with numbers as in its text: 0.99 and not 0.9900000095367432.
-pub fn as_written(data: &impl Serialize) -> Value {
+pub fn to_value(data: &impl Serialize) -> Value {
     let text = serde_json::to_string(data).expect("plain data");
     serde_json::from_str(&text).expect("what was written can be read")
 }
@@ -120,7 +120,7 @@ pub fn text(value: &Value) -> String {
 }
 
 /// The paths, such as `ddpg.gamma`, and values of everything in a JSON value that is not an object.
-pub fn leaves(value: &Value) -> Vec<(String, &Value)> {
+pub fn leaf_values(value: &Value) -> Vec<(String, &Value)> {
     fn walk<'a>(value: &'a Value, path: &str, leaves: &mut Vec<(String, &'a Value)>) {
         let Value::Object(entries) = value else { return leaves.push((path.to_owned(), value)) };
         for (name, value) in entries {

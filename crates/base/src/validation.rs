@@ -202,7 +202,7 @@ fn shortest(value: &Value) -> String {
 /// numbers.
 pub fn differences(config: &impl Serialize, settings: &[Setting]) -> Vec<String> {
     let config = serde_json::to_value(config).unwrap();
-    let leaves = crate::json::leaves(&config);
+    let leaves = crate::json::leaf_values(&config);
     let row = |path: &str| settings.iter().any(|setting| setting.path == path);
     let is_number = |value: &Value| value.is_number() || value.get(0).is_some_and(Value::is_number);
     let numbers = leaves.iter().filter(|(path, value)| is_number(value) && !row(path)).map(|(path, _)| path.clone());

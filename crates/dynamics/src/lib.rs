@@ -4,7 +4,7 @@
 //! Data flow: [`collect`] launches balls at single tools → launches become samples, a graph
 //! and a target for every prediction interval → [`Training`] fits the networks →
 //! [`Model`] predicts thousands of scenes as one batch → [`rollouts`] for guidance,
-//! [`evaluate()`] for evidence.
+//! [`evaluate()`].
 //!
 //! ```
 //! use std::sync::Arc;

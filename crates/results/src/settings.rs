@@ -129,12 +129,12 @@ fn default_settings(config: &RunConfig) -> Settings {
 
 /// The effective value of every setting: where a configuration leaves a value to the task, that of the task.
 fn effective_settings(config: &RunConfig) -> Settings {
-    let settings = leaf_settings(&json::as_written(config)).into_iter();
+    let settings = leaf_settings(&json::to_value(config)).into_iter();
     // Settings of earlier versions are compared like all others.
     let named = |(path, value): (String, Value)| (path.strip_prefix("removed.").unwrap_or(&path).to_owned(), value);
     let mut settings: Settings = settings.map(named).collect();
     if config.start_noise.is_none() {
-        settings.insert("start_noise".to_owned(), json::as_written(&config.task.rules.start_noise));
+        settings.insert("start_noise".to_owned(), json::to_value(&config.task.rules.start_noise));
     }
     settings
 }
@@ -146,7 +146,7 @@ pub fn leaf_settings(config: &Value) -> Settings {
         Value::Null => NONE.into(),
         value => Some(json::text(value)).filter(|text| !text.is_empty()).unwrap_or_else(|| NONE.to_owned()).into(),
     };
-    json::leaves(config).into_iter().map(|(path, found)| (path, value(found))).collect()
+    json::leaf_values(config).into_iter().map(|(path, found)| (path, value(found))).collect()
 }
 
 /// Settings by path, without those that every label includes or that do not affect learning.

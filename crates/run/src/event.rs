@@ -82,7 +82,7 @@ pub struct Practised {
 
 impl Practised {
     /// For a line of text: the same, with all stages added up if there are many, as in runs on several tasks.
-    pub fn in_short(&self) -> Self {
+    pub fn shortened(&self) -> Self {
         if self.rollouts.len() <= 8 {
             return self.clone();
         }
@@ -289,7 +289,7 @@ impl fmt::Display for Event {
                 }
             }
             Event::Practised(practised) => {
-                let Practised { rollouts, reached, actions } = practised.in_short();
+                let Practised { rollouts, reached, actions } = practised.shortened();
                 write!(f, "practice: {reached:?} of {rollouts:?} rollouts reached their stage, {actions} actions")
             }
             Event::EpisodeFinished(record) => write!(

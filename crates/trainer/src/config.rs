@@ -76,7 +76,7 @@ impl<'de> Deserialize<'de> for RunConfig {
         // What earlier versions did not save has its default.
         let task = saved.get("task").cloned().and_then(|task| serde_json::from_value(task).ok());
         if let (Some(task), Value::Object(saved)) = (task, &mut saved)
-            && let Value::Object(mut whole) = json::as_written(&Self::new(task))
+            && let Value::Object(mut whole) = json::to_value(&Self::new(task))
         {
             whole.append(saved);
             *saved = whole;

@@ -56,7 +56,7 @@ impl RunConfig {
         if key == "method" {
             return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
         }
-        let mut config = json::as_written(self);
+        let mut config = json::to_value(self);
         let place = if is_fixed(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
@@ -100,10 +100,10 @@ pub fn set_the_same(one: &str, other: &str) -> bool {
 /// if it is not the default, comes first. Values are in the form that [`RunConfig::with_setting`] accepts.
 pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
     let usual = RunConfig::default_for(config.task.clone(), config.method);
-    let [ours, usual] = [config, &usual].map(json::as_written);
-    let usual = json::leaves(&usual);
+    let [ours, usual] = [config, &usual].map(json::to_value);
+    let usual = json::leaf_values(&usual);
     let differs = |(path, value): &(String, &Value)| !is_fixed(path) && !usual.contains(&(path.clone(), *value));
-    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| {
+    let others = json::leaf_values(&ours).into_iter().filter(differs).map(|(path, value)| {
         let text = if path == "prior" { config.prior.place() } else { json::text(value) };
         (path, text)
     });
@@ -113,7 +113,11 @@ pub fn non_default_settings(config: &RunConfig) -> Vec<(String, String)> {
 
 /// The paths of all settings.
 pub fn config_keys(config: &RunConfig) -> Vec<String> {
-    json::leaves(&json::as_written(config)).into_iter().map(|(path, _)| path).filter(|path| !is_fixed(path)).collect()
+    json::leaf_values(&json::to_value(config))
+        .into_iter()
+        .map(|(path, _)| path)
+        .filter(|path| !is_fixed(path))
+        .collect()
 }
 
 /// Whether a part of a configuration is not a setting: the task, and what earlier versions had.

@@ -55,7 +55,7 @@ pub(super) fn parsed(text: &[u8], origin: &str) -> Result<Vec<(String, Value)>, 
     let Entries(entries) = json::parse(text, origin)?;
     let mut settings: Vec<(String, Value)> = Vec::new();
     for (key, value) in &entries {
-        for (path, value) in json::leaves(value) {
+        for (path, value) in json::leaf_values(value) {
             let path = if path.is_empty() { key.clone() } else { format!("{key}.{path}") };
             if let Some((first, _)) = settings.iter().find(|(known, _)| set_the_same(known, &path)) {
                 return Err(SettingsFileError::Twice { origin: origin.to_owned(), first: first.clone(), second: path });

@@ -38,7 +38,7 @@ impl Session {
         let mut made_by = command.clone();
         made_by.to.force = false;
         if command.kind == FigureKind::Learning {
-            made_by.composition.runs = self.evidence(&command.composition);
+            made_by.composition.runs = self.source_runs(&command.composition);
         }
         let made_by = Command::from(made_by).to_string();
         let drawing = self.figure(command.kind, &command.composition)?;
@@ -68,7 +68,7 @@ impl Session {
 
     /// The folders of the runs that a composition shows: those it lists, otherwise the session's folder and the
     /// runs opened from elsewhere.
-    fn evidence(&self, composition: &Composition) -> Vec<PathBuf> {
+    fn source_runs(&self, composition: &Composition) -> Vec<PathBuf> {
         if !composition.runs.is_empty() {
             return composition.runs.clone();
         }
@@ -97,7 +97,7 @@ impl Session {
                 if composition.runs.is_empty() && self.runs().is_empty() && !self.folder().is_dir() {
                     return Err(SessionError::NoRun);
                 }
-                let composition = Composition { runs: self.evidence(composition), ..composition.clone() };
+                let composition = Composition { runs: self.source_runs(composition), ..composition.clone() };
                 let (reader, estimates) = (Arc::clone(&self.reader), Arc::clone(&self.estimates));
                 return Ok(Box::new(move |on_progress| {
                     let composed = composition.figure(&reader, &*estimates, on_progress);

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::command::{
-    Awaits, Clusters, Command, Continue, DependsOn, Epsilon, Fork, Guide, Resume, Set, Train, Wait, Watch,
+    Clusters, Command, Continue, DependsOn, Epsilon, Fork, Guide, Resume, Set, Train, Wait, WaitFor, Watch,
 };
 use mge_base::atomic::Format;
 use mge_guidance::EpsilonSchedule;
@@ -176,13 +176,13 @@ impl Writer<'_> {
     fn write(&mut self, index: usize) {
         let entry = &self.journal.entries[index];
         let Entry { run, at, .. } = entry;
-        let behaviour = entry.command.behaviour().in_scripts();
+        let role = entry.command.as_execute().script_role();
         // The preceding line already paused the run at this episode.
         if matches!(entry.command, Command::Pause(_)) || at.iter().any(|(_, episode)| *episode == SENT) {
             return;
         }
         let Ok(mut command) = self.renamed(&entry.command) else { return };
-        let acts_on_run = match behaviour.depends_on {
+        let acts_on_run = match role.depends_on {
             DependsOn::Nothing => !at.is_empty(),
             DependsOn::Run | DependsOn::Checkpoint => true,
             DependsOn::Runs => false,
@@ -216,7 +216,7 @@ impl Writer<'_> {
         self.line(command);
         if matches!(entry.command, Command::Stop(_)) {
             self.wait(*run, None);
-        } else if behaviour.awaits == Awaits::Work {
+        } else if role.awaits == WaitFor::Work {
             self.line(Wait);
         }
         for (run, episode) in at {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{Awaits, Command};
+use super::command::{Command, WaitFor};
 use super::dry_run::DryRun;
 use super::session::{Notice, Session};
 use mge_base::bounded;
@@ -90,7 +90,7 @@ impl Script {
                 break;
             }
             let checked = command.check_output(session.file()).map_err(SessionError::from);
-            let checked = checked.and_then(|()| command.behaviour().check(&mut dry_run));
+            let checked = checked.and_then(|()| command.as_execute().check(&mut dry_run));
             checked.map_err(|error| self.failed(*line, error))?;
             dry_run.writes(command);
             warnings.extend(dry_run.warnings.drain(..).map(|warning| (*line, warning)));
@@ -111,10 +111,10 @@ fn play(
 ) -> Result<String, SessionError> {
     let command = &session.with_folders(command.clone())?;
     let report = session.apply(command.clone())?;
-    match command.behaviour().in_scripts().awaits {
-        Awaits::Nothing | Awaits::Work => Ok(report),
-        Awaits::Result => Ok(session.wait_for(command)?.unwrap_or(report)),
-        Awaits::Everything => session.wait(|notice| on_output(Output::Notice(notice))),
+    match command.as_execute().script_role().awaits {
+        WaitFor::Nothing | WaitFor::Work => Ok(report),
+        WaitFor::Result => Ok(session.wait_for(command)?.unwrap_or(report)),
+        WaitFor::Everything => session.wait(|notice| on_output(Output::Notice(notice))),
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use super::SessionError;
 use super::clusters::ClusterStore;
-use super::command::{self, Command, DependsOn, Expect, InScripts, Pause, Quantity, Stop};
+use super::command::{self, Command, DependsOn, Expect, Pause, Quantity, ScriptRole, Stop};
 use super::hand_play::HandPlay;
 use super::job::Progress;
 use super::jobs::CommandJob;
@@ -114,13 +114,13 @@ impl Session {
     /// When the command cannot be executed; nothing has changed then.
     pub fn apply(&mut self, command: impl Into<Command>) -> Result<String, SessionError> {
         let command = self.with_folders(command.into())?;
-        let InScripts { unrecorded, depends_on, .. } = command.behaviour().in_scripts();
+        let ScriptRole { unrecorded, depends_on, .. } = command.as_execute().script_role();
         let at = self.episodes_of(depends_on);
         // A run of the session is recorded by number, as its folder may differ when the script is played.
         let named = |folder: &Path| Ok::<_, SessionError>(self.runs.number_ever_of(folder).map(run_name));
         let recorded = command.clone().with_run_folders(named)?;
         command.check_output(self.file())?;
-        let report = command.behaviour().execute(self)?;
+        let report = command.as_execute().execute(self)?;
         if unrecorded {
             return Ok(report);
         }

@@ -366,7 +366,7 @@ fn a_new_prior_in_a_training_is_an_event_of_the_run() {
 
 #[test]
 fn properties_of_commands_in_scripts() {
-    use super::command::{Awaits, DependsOn};
+    use super::command::{DependsOn, WaitFor};
     for (line, begins_work, acts_on_run) in [
         ("clusters", true, false),
         ("clusters a.json", false, false),
@@ -385,10 +385,10 @@ fn properties_of_commands_in_scripts() {
     ] {
         let command = Command::parse(line).unwrap().unwrap();
         assert_eq!(command.to_string(), line);
-        let in_scripts = command.behaviour().in_scripts();
+        let script_role = command.as_execute().script_role();
         let found = (
-            in_scripts.awaits == Awaits::Work,
-            [DependsOn::Run, DependsOn::Checkpoint].contains(&in_scripts.depends_on),
+            script_role.awaits == WaitFor::Work,
+            [DependsOn::Run, DependsOn::Checkpoint].contains(&script_role.depends_on),
         );
         assert_eq!(found, (begins_work, acts_on_run), "{line}");
     }

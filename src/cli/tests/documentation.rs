@@ -34,13 +34,13 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// README.md, ARCHITECTURE.md, CHANGELOG.md and every page of docs/.
+/// README.md, ARCHITECTURE.md, CHANGELOG.md, CONTRIBUTING.md and every page of docs/.
 fn pages() -> Vec<Page> {
     let docs = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
     let mut paths: Vec<PathBuf> =
         docs.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect();
     paths.sort();
-    paths.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md"].map(|name| root().join(name)));
+    paths.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
     let page = |path: PathBuf| Page { text: fs::read_to_string(&path).unwrap(), path };
     paths.into_iter().map(page).collect()
 }
@@ -184,8 +184,8 @@ fn every_setting_in_the_pages_exists() {
     let mut keys: BTreeSet<String> = trainer::settings().map(|(path, _)| path).collect();
     keys.extend(trainer::config_keys(&RunConfig::usual_for(task_1())));
     // Sweeps of dynamics models have those of their evaluation.
-    let of_models = json::as_written(&EvaluationConfig::default());
-    keys.extend(json::leaves(&of_models).into_iter().map(|(path, _)| format!("evaluation.{path}")));
+    let of_models = json::to_value(&EvaluationConfig::default());
+    keys.extend(json::leaf_values(&of_models).into_iter().map(|(path, _)| format!("evaluation.{path}")));
     for page in pages().into_iter().filter(|page| page.name() != "CHANGELOG.md") {
         let words = page.text.split(|c: char| c.is_whitespace() || "`=\"'|(),:;".contains(c));
         for word in words.map(|word| word.trim_end_matches('.')).filter(|word| looks_like_a_setting(word)) {
@@ -287,4 +287,32 @@ fn the_page_parser_works() {
     assert_eq!(page.anchors(), BTreeSet::from(["a-b-c".to_owned()]));
     assert_eq!(page.links(), ["y.md#z"]);
     assert_eq!(page.split().0[0].place, "docs/x.md:3");
+}
+
+/// The sources below a folder.
+fn sources(folder: PathBuf) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .flat_map(|path| match path.is_dir() {
+            true => sources(path),
+            false => vec![path],
+        })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .collect()
+}
+
+#[test]
+fn words_that_the_glossary_replaces_are_not_used_in_the_code() {
+    let glossary = fs::read_to_string(root().join("docs/glossary.md")).unwrap();
+    let (_, replaced) = glossary.split_once("## Words that are not used").unwrap();
+    let rows = replaced.lines().filter_map(|line| line.strip_prefix("| `")?.split_once(" | "));
+    let words: BTreeSet<&str> =
+        rows.flat_map(|(words, _)| words.split([',', '`', ' '])).filter(|w| !w.is_empty()).collect();
+    assert!(words.len() > 5, "{words:?}");
+    for path in ["src", "crates", "python/src", "benches"].into_iter().flat_map(|folder| sources(root().join(folder))) {
+        let source = fs::read_to_string(&path).unwrap();
+        let mut identifiers = source.split(|c: char| !c.is_alphanumeric() && c != '_');
+        let used = identifiers.find(|identifier| words.contains(identifier));
+        assert_eq!(used, None, "{}", path.display());
+    }
 }

@@ -1,6 +1,6 @@
 //! A recorded session repeats everything: the same runs, files and deletions, whatever the methods and commands.
 //!
-//! What a recording repeats, and where, is decided in `crates/workbench/src/journal.rs` and by `in_scripts` of
+//! What a recording repeats, and where, is decided in `crates/workbench/src/journal.rs` and by `script_role` of
 //! each command.
 
 use std::collections::BTreeMap;

@@ -17,10 +17,10 @@ const MAX_COMBINATIONS: usize = 10_000;
 
 /// The settings whose value is a list itself. Of these, a list of numbers is one value.
 static LISTS: LazyLock<Vec<String>> = LazyLock::new(|| {
-    let config = shipped().into_iter().next().map(|task| json::as_written(&RunConfig::usual_for(task.into())));
+    let config = shipped().into_iter().next().map(|task| json::to_value(&RunConfig::usual_for(task.into())));
     let config = config.unwrap_or_default();
     let lists =
-        json::leaves(&config).into_iter().filter(|(path, value)| !path.starts_with("task.") && value.is_array());
+        json::leaf_values(&config).into_iter().filter(|(path, value)| !path.starts_with("task.") && value.is_array());
     lists.map(|(path, _)| path).collect()
 });
 

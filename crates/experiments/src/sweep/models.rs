@@ -108,7 +108,7 @@ impl ModelJob {
     fn with_setting(&self, key: &str, value: &Value) -> Result<Self, String> {
         // Plain data always serialises.
         let mut whole = serde_json::to_value(self).expect("settings are plain data");
-        let keys: Vec<String> = json::leaves(&whole).into_iter().map(|(path, _)| path).collect();
+        let keys: Vec<String> = json::leaf_values(&whole).into_iter().map(|(path, _)| path).collect();
         let known = |path: &String| path != "tools" && short(path) == key;
         let Some(place) = keys.iter().find(|path| known(path)).and_then(|path| json::at_mut(&mut whole, path)) else {
             let names: Vec<&str> = keys.iter().map(|path| short(path)).collect();

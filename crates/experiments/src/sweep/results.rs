@@ -148,7 +148,7 @@ fn agents(runs: &[FoundRun]) -> Results {
         let row = &run.trained.row;
         let mut values: Values = row.settings.clone().into_iter().chain(row.implied.clone()).collect();
         // Plain data always serialises.
-        let measures = json::as_written(row);
+        let measures = json::to_value(row);
         values.extend(measures.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())));
         let done = values.insert("episodes".to_owned(), run.config.episodes.into());
         values.insert("episodes_done".to_owned(), done.unwrap_or_default());

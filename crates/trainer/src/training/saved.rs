@@ -53,8 +53,8 @@ pub fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(),
     if saved == *config {
         return Ok(());
     }
-    let [saved, now] = [&saved, config].map(json::as_written);
-    let (saved, now) = (json::leaves(&saved), json::leaves(&now));
+    let [saved, now] = [&saved, config].map(json::to_value);
+    let (saved, now) = (json::leaf_values(&saved), json::leaf_values(&now));
     let differing =
         saved.iter().find(|leaf| !now.contains(leaf)).or_else(|| now.iter().find(|leaf| !saved.contains(leaf)));
     Err(TrainingError::OtherSettings(differing.map_or_else(String::new, |(path, _)| path.clone())))

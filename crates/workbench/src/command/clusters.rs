@@ -1,7 +1,7 @@
 //! Commands for the action clusters.
 
 use super::arguments::{Argument, Named, Output, Words, optional};
-use super::{Awaits, Command, Execute, InScripts, Verb, command};
+use super::{Command, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
 use mge_guidance::ActionPrior;
@@ -13,9 +13,9 @@ command! {
         "clusters" "[FILE [force]]" "recompute the action clusters of the task, and save them to a file";
     execute = |this, session| session.compute_clusters(this);
     // A script waits until the file is written.
-    in_scripts = |this| {
-        let awaits = if this.0.is_some() { Awaits::Everything } else { Awaits::Work };
-        InScripts { awaits, ..InScripts::default() }
+    script_role = |this| {
+        let awaits = if this.0.is_some() { WaitFor::Everything } else { WaitFor::Work };
+        ScriptRole { awaits, ..ScriptRole::default() }
     };
 }
 
@@ -24,7 +24,7 @@ command! {
     Guide: "guide" "" "give the action clusters to the running training";
     execute = |_, session| guide(session);
     // The journal knows later at which episode the training took them.
-    in_scripts = |_| InScripts { unrecorded: true, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, ..ScriptRole::default() };
 }
 
 fn guide(session: &mut Session) -> Result<String, SessionError> {

@@ -74,7 +74,7 @@ pub(super) enum DependsOn {
 
 /// What a script waits for after a command.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) enum Awaits {
+pub(super) enum WaitFor {
     /// Nothing.
     #[default]
     Nothing,
@@ -88,14 +88,14 @@ pub(super) enum Awaits {
 
 /// How a command behaves in scripts, both played and recorded.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct InScripts {
+pub(super) struct ScriptRole {
     /// Whether it is not recorded when it is executed: either the journal gets it in another way, or nothing depends on
     /// it.
     pub unrecorded: bool,
     /// The runs on which its effect depends.
     pub depends_on: DependsOn,
     /// What a script waits for after it.
-    pub awaits: Awaits,
+    pub awaits: WaitFor,
 }
 
 /// What a command does.
@@ -133,8 +133,8 @@ pub(super) trait Execute {
     }
 
     /// How it behaves in scripts.
-    fn in_scripts(&self) -> InScripts {
-        InScripts::default()
+    fn script_role(&self) -> ScriptRole {
+        ScriptRole::default()
     }
 
     /// Passes the files and runs that it names to `visit`.
@@ -216,9 +216,9 @@ macro_rules! command {
             body(self, dry_run)
         }
     };
-    (@method in_scripts = $body:expr;) => {
-        fn in_scripts(&self) -> InScripts {
-            let body: fn(&Self) -> InScripts = $body;
+    (@method script_role = $body:expr;) => {
+        fn script_role(&self) -> ScriptRole {
+            let body: fn(&Self) -> ScriptRole = $body;
             body(self)
         }
     };
@@ -242,7 +242,7 @@ macro_rules! commands {
 
         impl Command {
             /// Its implementation.
-            pub(super) fn behaviour(&self) -> &dyn Execute {
+            pub(super) fn as_execute(&self) -> &dyn Execute {
                 match self {
                     $(Self::$name(command) => command),*
                 }
@@ -359,7 +359,7 @@ impl Command {
 impl fmt::Display for Command {
     /// The line that parses to this command.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.behaviour().line())
+        f.write_str(&self.as_execute().line())
     }
 }
 

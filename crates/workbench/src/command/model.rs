@@ -1,7 +1,7 @@
 //! Commands that train and evaluate dynamics models in the background.
 
 use super::arguments::{Argument, Named, Number, Output, Parsed, Text, Words, optional};
-use super::{Awaits, Command, Execute, InScripts, Verb, command};
+use super::{Command, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
 use mge_dynamics::{Model, ToolSet};
@@ -17,7 +17,7 @@ command! {
         epochs: Option<u32> = optional(Number("number of epochs")),
     }: "model train" "TYPE,... FILE [force] [EPOCHS]" "train a dynamics model of these tool types, in the background";
     execute = |this, session| session.train_model(this);
-    in_scripts = |_| InScripts { awaits: Awaits::Work, ..InScripts::default() };
+    script_role = |_| ScriptRole { awaits: WaitFor::Work, ..ScriptRole::default() };
 }
 
 command! {
@@ -25,12 +25,12 @@ command! {
     ModelEvaluate(model: String = Text("a model")):
         "model evaluate" "FILE|NAME" "evaluate a dynamics model on fresh launches and unseen scenes";
     execute = |this, session| session.evaluate_model(this);
-    in_scripts = |_| InScripts { awaits: Awaits::Work, ..InScripts::default() };
+    script_role = |_| ScriptRole { awaits: WaitFor::Work, ..ScriptRole::default() };
 }
 
 command! {
     /// Cancels the training or evaluation of a dynamics model.
     ModelStop: "model stop" "" "end the training or evaluation of a model; a checkpoint is kept";
     execute = |_, session| session.stop_model_work();
-    in_scripts = |_| InScripts { unrecorded: true, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, ..ScriptRole::default() };
 }

@@ -1,7 +1,7 @@
 //! Commands for output and control: figures, expectations, recording, waiting and quitting.
 
 use super::arguments::{Argument, Composed, Named, Number, OneOf, Optional, Output, Words, is_option};
-use super::{Awaits, Command, DependsOn, Execute, InScripts, Verb, command};
+use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::dry_run::DryRun;
 use crate::journal::SCRIPT;
 use crate::{Session, SessionError, write_file};
@@ -24,14 +24,14 @@ command! {
     }: "figure" "KIND FILE [force] [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode";
     execute = |this, session| session.export(this);
     check = |this, _| this.check_kind();
-    in_scripts = |this| {
+    script_role = |this| {
         let depends_on = match this.kind {
             FigureKind::Scene | FigureKind::Clusters => DependsOn::Nothing,
             FigureKind::Dashboard => DependsOn::Run,
             FigureKind::Episode => DependsOn::Checkpoint,
             FigureKind::Learning => DependsOn::Runs,
         };
-        InScripts { depends_on, awaits: Awaits::Result, ..InScripts::default() }
+        ScriptRole { depends_on, awaits: WaitFor::Result, ..ScriptRole::default() }
     };
 }
 
@@ -101,12 +101,12 @@ command! {
         value: f64 = Number("number"),
     }: "expect" "WHAT OP VALUE" "fail the script unless it holds, such as expect success >= 0.5";
     execute = |this, session| session.expect(this);
-    in_scripts = |this| {
+    script_role = |this| {
         let depends_on = match this.quantity {
             Quantity::Episodes | Quantity::Success | Quantity::Greedy => DependsOn::Run,
             Quantity::Clusters | Quantity::Subgoals | Quantity::Proposals => DependsOn::Nothing,
         };
-        InScripts { depends_on, ..InScripts::default() }
+        ScriptRole { depends_on, ..ScriptRole::default() }
     };
 }
 
@@ -184,14 +184,14 @@ command! {
         write_file(&this.0, session.to_script().as_bytes(), &SCRIPT)?;
         Ok(format!("saved the session to {}", this.0.path.display()))
     };
-    in_scripts = |_| InScripts { unrecorded: true, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, ..ScriptRole::default() };
 }
 
 command! {
     /// In a script, waits for runs and jobs. Elsewhere, reports what is running.
     Wait: "wait" "" "in a script: wait until runs pause or end and computations are done";
     execute = |_, session| Ok(session.activity());
-    in_scripts = |_| InScripts { unrecorded: true, awaits: Awaits::Everything, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Everything, ..ScriptRole::default() };
 }
 
 command! {
@@ -201,5 +201,5 @@ command! {
         session.quit = true;
         Ok(String::new())
     };
-    in_scripts = |_| InScripts { unrecorded: true, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, ..ScriptRole::default() };
 }

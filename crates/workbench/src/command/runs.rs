@@ -6,14 +6,15 @@ use super::arguments::{
     Argument, Changes, Index, Keyword, List, Named, Number, Optional, Or, Parsed, Place, Rest, RunFolder, Within,
     Words, optional,
 };
-use super::{Awaits, Command, DependsOn, Execute, InScripts, Verb, command};
+use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::dry_run::DryRun;
 use crate::{Session, SessionError};
 use mge_run::{CheckpointName, Notes, RunDirectory};
 use mge_trainer::Control;
 
 /// Commands that control the current run. The journal derives them from the run's state or event log.
-const CONTROLS_RUN: InScripts = InScripts { unrecorded: true, depends_on: DependsOn::Nothing, awaits: Awaits::Nothing };
+const CONTROLS_RUN: ScriptRole =
+    ScriptRole { unrecorded: true, depends_on: DependsOn::Nothing, awaits: WaitFor::Nothing };
 
 /// The number of episodes after which a run pauses.
 const UNTIL: Keyword<Number> = Keyword("until", Number("number of episodes"));
@@ -35,14 +36,14 @@ command! {
     };
     check = |_, dry_run| dry_run.check_settings();
     // With several seeds, each run is recorded on its own.
-    in_scripts = |this| InScripts { unrecorded: this.seeds.is_some(), ..InScripts::default() };
+    script_role = |this| ScriptRole { unrecorded: this.seeds.is_some(), ..ScriptRole::default() };
 }
 
 command! {
     /// Pauses the current run.
     Pause: "pause" "" "pause the training; the key also resumes it";
     execute = |_, session| session.send(Control::Pause, "pausing after this episode");
-    in_scripts = |_| CONTROLS_RUN;
+    script_role = |_| CONTROLS_RUN;
 }
 
 command! {
@@ -55,21 +56,21 @@ command! {
         let control = this.until.map_or(Control::Resume, |episode| Control::PauseAt(episode.into()));
         session.send(control, "resumed")
     };
-    in_scripts = |_| CONTROLS_RUN;
+    script_role = |_| CONTROLS_RUN;
 }
 
 command! {
     /// Stops the current run, keeping a checkpoint.
     Stop: "stop" "" "end the training; a checkpoint is kept";
     execute = |_, session| session.stop();
-    in_scripts = |_| CONTROLS_RUN;
+    script_role = |_| CONTROLS_RUN;
 }
 
 command! {
     /// Opens a run on disk.
     Open(folder: PathBuf = RunFolder): "open" "FOLDER" "open a run that is on disk";
     execute = |this, session| session.open(this);
-    in_scripts = |_| InScripts { awaits: Awaits::Result, ..InScripts::default() };
+    script_role = |_| ScriptRole { awaits: WaitFor::Result, ..ScriptRole::default() };
 }
 
 command! {
@@ -88,9 +89,9 @@ command! {
         until: Option<u32> = UNTIL,
     }: "continue" "[FOLDER] [until N]" "continue a run from its checkpoint";
     execute = |this, session| session.continue_run(this);
-    in_scripts = |this| {
+    script_role = |this| {
         let depends_on = if this.folder.is_none() { DependsOn::Run } else { DependsOn::Nothing };
-        InScripts { depends_on, awaits: Awaits::Result, ..InScripts::default() }
+        ScriptRole { depends_on, awaits: WaitFor::Result, ..ScriptRole::default() }
     };
 }
 
@@ -108,7 +109,7 @@ command! {
     }: "fork" "EPISODE [KEY=VALUE]... [in FOLDER] [until N]" "train a new run from an episode of the watched one, with other settings";
     execute = |this, session| session.fork(this);
     // It is recorded once the new run has its number.
-    in_scripts = |_| InScripts { unrecorded: true, awaits: Awaits::Result, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Result, ..ScriptRole::default() };
 }
 
 command! {
@@ -136,7 +137,7 @@ command! {
     /// Plays the greedy policy of the current run.
     Evaluate: "evaluate" "" "play the greedy policy of the watched run";
     execute = |_, session| session.evaluate();
-    in_scripts = |_| InScripts { depends_on: DependsOn::Checkpoint, awaits: Awaits::Result, ..InScripts::default() };
+    script_role = |_| ScriptRole { depends_on: DependsOn::Checkpoint, awaits: WaitFor::Result, ..ScriptRole::default() };
 }
 
 command! {
@@ -144,7 +145,7 @@ command! {
     Checkpoint(name: CheckpointName = Parsed("a checkpoint")):
         "checkpoint" "last|best|EPISODE" "choose the checkpoint whose agent `evaluate` and `figure episode` play";
     execute = |this, session| session.choose_checkpoint(this.0);
-    in_scripts = |_| InScripts { depends_on: DependsOn::Checkpoint, ..InScripts::default() };
+    script_role = |_| ScriptRole { depends_on: DependsOn::Checkpoint, ..ScriptRole::default() };
 }
 
 command! {

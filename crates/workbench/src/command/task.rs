@@ -4,7 +4,7 @@ use super::arguments::{
     Argument, Index, Named, Number, Optional, Or, Output, Parsed, Position, Properties, Text, Within, Words, is_option,
     optional,
 };
-use super::{Awaits, Command, Edit, Execute, InScripts, Verb, command};
+use super::{Command, Edit, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::dry_run::DryRun;
 use crate::setup::Setup;
 use crate::{Session, SessionError};
@@ -37,7 +37,7 @@ command! {
         Ok(())
     };
     // Recorded when the puzzle is opened: only later commands can refer to it.
-    in_scripts = |_| InScripts { unrecorded: true, awaits: Awaits::Result, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Result, ..ScriptRole::default() };
 }
 
 command! {
@@ -145,5 +145,5 @@ command! {
         Ok(())
     };
     // Recorded when the proposals arrive: only later commands can refer to them.
-    in_scripts = |_| InScripts { unrecorded: true, awaits: Awaits::Work, ..InScripts::default() };
+    script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Work, ..ScriptRole::default() };
 }

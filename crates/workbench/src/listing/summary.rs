@@ -108,7 +108,7 @@ impl RunSummary {
 
     /// How often the practice before the first episode reached each stage, in a short phrase.
     pub fn practice_in_short(&self) -> Option<String> {
-        let Practised { rollouts, reached, .. } = self.practised.as_ref()?.in_short();
+        let Practised { rollouts, reached, .. } = self.practised.as_ref()?.shortened();
         let stages: Vec<String> = reached.iter().zip(&rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
         Some(format!("reached {}", stages.join(", ")))
     }

@@ -116,7 +116,7 @@ fn schedules() -> Vec<Value> {
 
 /// The settings of a run with their ranges, and their values in the form `set` takes.
 fn described(config: &RunConfig) -> Vec<(Value, String)> {
-    let whole = json::as_written(config);
+    let whole = json::to_value(config);
     let known: Vec<_> = settings().collect();
     let described = |path: String| {
         let now = path.split('.').try_fold(&whole, |place, name| place.get(name));

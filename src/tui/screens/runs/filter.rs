@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn conditions_are_read_and_mistakes_explained() {
-        let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 tools:train hold_tolerance<1";
+        let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 prior:learned hold_tolerance<1";
         let parsed = Filter::parse(text).unwrap();
         let part = |column: &str, text: &str| Term::Part(column.into(), text.into());
         let compared = |column: &str, comparison, value| Term::Compared(column.into(), comparison, value);
@@ -154,7 +154,7 @@ mod tests {
             compared("epsilon", Comparison::Less, 0.2),
             compared("seed", Comparison::AtLeast, 3.0),
             compared("ddpg.gamma", Comparison::Equal, 0.9),
-            part("tools", "train"),
+            part("prior", "learned"),
             compared("hold_tolerance", Comparison::Less, 1.0),
         ];
         assert_eq!(parsed.terms, expected);

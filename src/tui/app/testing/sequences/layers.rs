@@ -248,9 +248,10 @@ fn lists_and_questions_accept_letters_too() {
 fn only_keys_that_work_are_beside_the_items_of_a_list_and_what_is_cut_is_marked() {
     check(empty(), "o 9", &["task create/Buckets"], "");
     let (mut app, _) = app(empty());
-    press(&mut app, "m");
+    press(&mut app, "o");
     let screen = text(&shot(&mut app, 120, 40));
-    assert!(screen.contains("9 ddpg-adaptive") && !screen.contains("10 open-loop"), "{screen}");
+    assert!(screen.contains("9 create/Buckets") && !screen.contains("10 create/"), "{screen}");
+    press(&mut app, "esc m");
     let small = text(&shot(&mut app, 60, 20));
     assert!(small.contains("adaptive DDPG, uniform explora.."), "{small}");
 }
