@@ -55,6 +55,7 @@ mod layer;
 mod matrix;
 mod mlp;
 mod optimiser;
+mod predict;
 mod shape;
 mod stack;
 mod tensor_file;

@@ -10,6 +10,7 @@ use super::{
     kernel::{Blend, Kernel, Update},
     layer::{Layer, LoadedParameters, Parameters},
     matrix,
+    predict::PredictWorkspace,
     stack::{self, Pass, Pool, Workspace},
 };
 
@@ -23,7 +24,8 @@ pub struct Mlp {
     parameters: Parameters,
     /// Always equal to `parameters`.
     loaded: Arc<LoadedParameters>,
-    workspaces: Pool<Workspace>,
+    training: Pool<Workspace>,
+    prediction: Pool<PredictWorkspace>,
 }
 
 /// The variables that a forward pass on a tape is differentiated with respect to.
@@ -32,9 +34,6 @@ struct RequiresGrad {
     parameters: bool,
     input: bool,
 }
-
-/// Rows for each thread that are predicted together, so that their values stay in the second-level cache.
-const PREDICTED_ROWS: usize = 192;
 
 impl Mlp {
     /// A network with initial weights drawn from `rng`, layer by layer, weight before bias.
@@ -57,7 +56,8 @@ impl Mlp {
             parameters: Cpu::default().tensor_from_vec(values, (shape.parameters(),)),
             layers,
             shape,
-            workspaces: Pool::default(),
+            training: Pool::default(),
+            prediction: Pool::default(),
         }
     }
 
@@ -113,27 +113,22 @@ impl Mlp {
 
     /// A pass of `rows` rows with the current parameters.
     pub(super) fn pass(&self, rows: usize) -> Pass {
-        Pass::new(self.layers.clone(), self.loaded.clone(), &self.workspaces, rows)
+        Pass::new(self.layers.clone(), self.loaded.clone(), &self.training, rows)
     }
 
     /// Outputs for `rows` samples without a tape: `x` holds `rows` × inputs values, `out` becomes
     /// `rows` × outputs. Row `i` of the result depends on row `i` of `x` only. Large batches use
-    /// all threads of the current rayon pool; no matrix is allocated once `out` and the network's
+    /// all threads of the current rayon pool; nothing is allocated once `out` and the network's
     /// own workspace have grown to the batch.
     ///
     /// # Panics
     /// If `x.len()` is not `rows` × inputs.
     pub fn predict_into(&self, x: &[f32], rows: usize, out: &mut Vec<f32>) {
-        let (inputs, outputs) = (self.shape.inputs(), self.shape.outputs());
-        assert_eq!(x.len(), rows * inputs, "input of the network");
-        out.resize(rows * outputs, 0.0);
-        let chunk = PREDICTED_ROWS * rayon::current_num_threads();
-        for (x, y) in x.chunks(chunk * inputs).zip(out.chunks_mut(chunk * outputs)) {
-            let mut pass = self.pass(x.len() / inputs);
-            pass.input().copy_from_slice(x);
-            stack::forward(slice::from_mut(&mut pass));
-            pass.output(y);
-        }
+        assert_eq!(x.len(), rows * self.shape.inputs(), "input of the network");
+        out.resize(rows * self.shape.outputs(), 0.0);
+        let mut workspace = self.prediction.take();
+        workspace.predict(&self.layers, &self.loaded, x, rows, out);
+        self.prediction.give_back(workspace);
     }
 
     /// Moves the parameters towards those of `online`:

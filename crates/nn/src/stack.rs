@@ -1,9 +1,10 @@
 //! Forward and backward passes through a whole stack of layers, on reused memory.
 //!
-//! The rows of a batch are cut into [`Span`]s of at most one thread's share of the work. A pass through
-//! the layers touches one span only, so spans run in parallel, also those of independent stacks; weight
-//! gradients are summed over the spans in order. Kernels sum every element in the order of the rows
-//! however these are cut, so all results are identical to the bit for any number of threads.
+//! Independent stacks run in parallel: the rows of all their batches are concatenated and cut into
+//! one equal share of work per thread, so a batch consists of one or more [`Span`]s. A pass through
+//! the layers touches one span only; weight gradients are summed over the spans in order. Kernels
+//! sum every element in the order of the rows however these are cut, so all results are identical
+//! to the bit for any number of threads.
 
 use std::{
     mem,
@@ -14,7 +15,10 @@ use rayon::prelude::*;
 
 use super::{
     active::{ActiveColumns, Rows},
-    kernel::{Buffer, ColumnSums, Epilogue, Kernel, Normalise, NormaliseGradient, Product, Start, Transpose, padded},
+    kernel::{
+        Buffer, ColumnSums, Derivative, Epilogue, Kernel, Normalise, NormaliseGradient, Product, Start, Transpose,
+        padded,
+    },
     layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
 use mge_base::sync::lock;
@@ -57,10 +61,11 @@ pub(super) struct Pass {
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     rows: usize,
-    /// Rows × inputs, dense.
+    /// Dense.
     input: Buffer,
-    /// Those in use have rows; the others, at the end, only keep their memory for later.
+    /// The first `cuts` are in use; the others only keep their memory for later.
     spans: Vec<Span>,
+    cuts: usize,
     /// Padded gradients of the layers whose outputs are not whole lines.
     padded_sums: Vec<Buffer>,
     /// The input for the first layer.
@@ -74,6 +79,8 @@ pub(super) struct Workspace {
 struct Span {
     start: usize,
     rows: usize,
+    /// The share of work that it belongs to.
+    share: usize,
     /// Outputs of every layer, rows padded.
     outputs: Vec<Buffer>,
     /// Normalisation factors of the rows of every layer; empty for layers without normalisation.
@@ -88,22 +95,21 @@ struct Span {
 /// Multiplications below which a second thread costs more than it saves.
 const MULTIPLICATIONS_PER_THREAD: usize = 5 << 19;
 
-/// Rows below which a separate span costs more than an uneven division of the work.
+/// Rows below which a separate span costs more than uneven shares.
 const MIN_SPAN_ROWS: usize = 8;
 
 /// Runs all layers of the passes and stores what [`backward`] needs.
 pub(super) fn forward(passes: &mut [Pass]) {
-    let threads = threads(passes);
-    let share = passes.iter().map(Pass::multiplications).sum::<usize>().div_ceil(threads);
-    let mut spans = Vec::new();
+    let mut shares = shares(cut(passes));
     for Pass { layers, parameters, workspace, .. } in passes {
-        workspace.cut(share.div_ceil(multiplications(layers)).max(MIN_SPAN_ROWS));
-        let Workspace { rows, input, active, spans: cut, .. } = workspace;
+        let Workspace { rows, input, active, spans, cuts, .. } = workspace;
         active.find(input, *rows, parameters.weight(&layers[0]), padded(layers[0].outputs));
         let (input, active) = (&**input, &*active);
-        spans.extend(used(cut).map(|span| (&**layers, &**parameters, input, active, span)));
+        for span in &mut spans[..*cuts] {
+            shares[span.share].push((&**layers, &**parameters, input, active, span));
+        }
     }
-    for_each(threads, spans, |(layers, parameters, input, active, span)| {
+    for_each_share(shares, |(layers, parameters, input, active, span)| {
         span.forward(layers, parameters, input, active);
     });
 }
@@ -111,38 +117,73 @@ pub(super) fn forward(passes: &mut [Pass]) {
 /// Propagates the gradients of the outputs back through the layers of the passes; through the first
 /// layer only if `inputs`, when the gradients of the inputs are wanted.
 pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
-    let threads = threads(passes);
-    let mut spans = Vec::new();
+    let last_share = passes.iter().flat_map(|pass| pass.workspace.spans()).map(|span| span.share).max();
+    let mut shares = shares(last_share.map_or(0, |share| share + 1));
     for Pass { layers, parameters, workspace, .. } in passes {
-        spans.extend(used(&mut workspace.spans).map(|span| (&**layers, &**parameters, span)));
+        for span in &mut workspace.spans[..workspace.cuts] {
+            shares[span.share].push((&**layers, &**parameters, span));
+        }
     }
     let first = usize::from(!inputs);
-    for_each(threads, spans, |(layers, parameters, span)| {
+    for_each_share(shares, |(layers, parameters, span)| {
         span.start_backward(layers);
         (first..layers.len()).rev().for_each(|i| span.backward(i, layers, parameters));
     });
 }
 
-/// The number of threads that is worthwhile for the passes together.
-fn threads(passes: &[Pass]) -> usize {
-    let total: usize = passes.iter().map(Pass::multiplications).sum();
-    rayon::current_num_threads().min(total / MULTIPLICATIONS_PER_THREAD).max(1)
+/// Cuts the batches of all passes into spans, such that every worthwhile thread gets the same share
+/// of multiplications. Returns the number of shares.
+fn cut(passes: &mut [Pass]) -> usize {
+    let total = passes.iter().map(Pass::multiplications).sum();
+    let threads = threads_for(total);
+    let mut before = 0;
+    for pass in passes {
+        let all = pass.multiplications();
+        let (rows, each) = (pass.workspace.rows, multiplications(&pass.layers));
+        // The row at which a share ends.
+        let end = |share: usize| match ((total * (share + 1) / threads).saturating_sub(before) / each).min(rows) {
+            row if row < MIN_SPAN_ROWS => 0,
+            row if row + MIN_SPAN_ROWS > rows => rows,
+            row => row,
+        };
+        let spans = &mut pass.workspace.spans;
+        let (mut start, mut cuts) = (0, 0);
+        for share in 0..threads {
+            let end = if share + 1 == threads { rows } else { end(share) };
+            if end > start {
+                if spans.len() == cuts {
+                    spans.push(Span::default());
+                }
+                let span = &mut spans[cuts];
+                (span.start, span.rows, span.share) = (start, end - start, share);
+                (start, cuts) = (end, cuts + 1);
+            }
+        }
+        pass.workspace.cuts = cuts;
+        before += all;
+    }
+    threads
 }
 
 /// Multiplications per row.
-fn multiplications(layers: &[Layer]) -> usize {
+pub(super) fn multiplications(layers: &[Layer]) -> usize {
     layers.iter().map(Layer::multiplications).sum()
 }
 
-fn used(spans: &mut [Span]) -> impl Iterator<Item = &mut Span> {
-    spans.iter_mut().filter(|span| span.rows > 0)
+/// The number of threads that is worthwhile for this many multiplications.
+pub(super) fn threads_for(multiplications: usize) -> usize {
+    rayon::current_num_threads().min(multiplications / MULTIPLICATIONS_PER_THREAD).max(1)
 }
 
-/// Does all work, in parallel if several threads are worthwhile.
-fn for_each<T: Send>(threads: usize, work: Vec<T>, run: impl Fn(T) + Send + Sync) {
-    match threads {
-        1 => work.into_iter().for_each(run),
-        _ => work.into_par_iter().for_each(run),
+fn shares<T>(count: usize) -> Vec<Vec<T>> {
+    (0..count).map(|_| Vec::new()).collect()
+}
+
+/// Does the work of every share, in parallel if there are several.
+fn for_each_share<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
+    match <[_; 1]>::try_from(shares) {
+        Ok([alone]) => alone.into_iter().for_each(work),
+        Err(shares) => shares.into_par_iter().for_each(|share| share.into_iter().for_each(&work)),
     }
 }
 
@@ -178,7 +219,7 @@ impl Pass {
     pub fn set_output_gradient<'a>(&mut self, row: impl Fn(usize) -> &'a [f32]) {
         let last = self.layers.len() - 1;
         let columns = self.layers[last].outputs;
-        for span in used(&mut self.workspace.spans) {
+        for span in &mut self.workspace.spans[..self.workspace.cuts] {
             span.dz.resize_with(self.layers.len(), Buffer::default);
             let dz = &mut span.dz[last];
             dz.resize(span.rows * padded(columns));
@@ -203,11 +244,11 @@ impl Pass {
 
     /// Adds the gradients of the parameters, after a backward pass.
     pub fn add_parameter_gradients(&mut self, gradients: &mut [f32]) {
-        let threads = threads(std::slice::from_ref(self));
-        let Workspace { input, spans, padded_sums, active, active_sums, .. } = &mut self.workspace;
+        let threads = threads_for(self.multiplications());
+        let Workspace { input, spans, cuts, padded_sums, active, active_sums, .. } = &mut self.workspace;
         let mut active_sums = Some(active_sums);
         padded_sums.resize_with(self.layers.len(), Buffer::default);
-        let (layers, input, spans, mut rest) = (&*self.layers, &**input, &**spans, gradients);
+        let (layers, input, spans, mut rest) = (&*self.layers, &**input, &spans[..*cuts], gradients);
         let mut sums = Vec::with_capacity(layers.len());
         for (i, space) in padded_sums.iter_mut().enumerate() {
             let (sum, others) = mem::take(&mut rest).split_at_mut(layers[i].parameters());
@@ -215,7 +256,10 @@ impl Pass {
             let active = active_sums.take().map(|space| (&*active, space));
             sums.push(ParameterSum { i, layers, input, active, spans, space, sum });
         }
-        for_each(threads, sums, ParameterSum::run);
+        match threads {
+            1 => sums.into_iter().for_each(ParameterSum::run),
+            _ => sums.into_par_iter().for_each(ParameterSum::run),
+        }
     }
 }
 
@@ -226,19 +270,8 @@ impl Drop for Pass {
 }
 
 impl Workspace {
-    /// Cuts the batch into spans of `rows` rows; the last one may have fewer.
-    fn cut(&mut self, rows: usize) {
-        let spans = self.rows.div_ceil(rows).max(self.spans.len());
-        self.spans.resize_with(spans, Span::default);
-        for (i, span) in self.spans.iter_mut().enumerate() {
-            span.start = (i * rows).min(self.rows);
-            span.rows = rows.min(self.rows - span.start);
-        }
-    }
-
-    /// The spans in use.
-    fn spans(&self) -> impl Iterator<Item = &Span> {
-        self.spans.iter().filter(|span| span.rows > 0)
+    fn spans(&self) -> &[Span] {
+        &self.spans[..self.cuts]
     }
 }
 
@@ -259,8 +292,8 @@ impl Span {
     /// dL/dz of the last layer from dL/dy.
     fn start_backward(&mut self, layers: &[Layer]) {
         let last = layers.len() - 1;
-        let epilogue = Epilogue::Derivative(layers[last].activation, &self.outputs[last]);
-        Product::only(epilogue, self.rows, padded(layers[last].outputs), &mut self.dz[last]).execute();
+        let (output, gradient) = (&self.outputs[last], &mut self.dz[last]);
+        Derivative { activation: layers[last].activation, output, gradient }.execute();
         self.normalise_gradient(last, layers);
     }
 
@@ -287,8 +320,10 @@ impl Span {
             a_row: columns,
             a_depth: 1,
             b: &self.transposed,
+            b_row: rows,
             start: Start::Zero,
             c,
+            c_row: rows,
             epilogue,
         }
         .execute();
@@ -319,7 +354,7 @@ fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outp
 /// `y = f(x w + b)` for `rows` rows of `x`, where `weight` has `depth` rows: all of the layer's or
 /// only the active ones. For a normalising `f`, `factors` receives the factors of the rows.
 #[allow(clippy::too_many_arguments, reason = "the operands of a layer")]
-fn dense(
+pub(super) fn dense(
     layer: &Layer,
     parameters: &LoadedParameters,
     rows: usize,
@@ -338,8 +373,10 @@ fn dense(
         a_row: x.row,
         a_depth: 1,
         b: weight,
+        b_row: columns,
         start: Start::Row(parameters.bias(layer)),
         c: y,
+        c_row: columns,
         epilogue: Epilogue::Activate(layer.activation),
     }
     .execute();
@@ -366,7 +403,6 @@ impl ParameterSum<'_> {
     fn run(self) {
         let Self { i, layers, input, active, spans, space, sum } = self;
         let layer = &layers[i];
-        let used = || spans.iter().filter(|span| span.rows > 0);
         let columns = padded(layer.outputs);
         if layer.is_padded() {
             space.resize((layer.inputs + 1) * columns);
@@ -377,7 +413,7 @@ impl ParameterSum<'_> {
         match active.filter(|(active, _)| active.get(0).is_some()) {
             Some((active, space)) => {
                 active.gather(dw, columns, space);
-                for span in used() {
+                for span in spans {
                     if let Some((x, inputs, _)) = active.get(span.start) {
                         add_weight_gradient(x, inputs, span.rows, &span.dz[i], columns, space);
                     }
@@ -385,13 +421,13 @@ impl ParameterSum<'_> {
                 active.scatter(space, columns, dw);
             }
             None => {
-                for span in used() {
+                for span in spans {
                     let x = input_of(i, layers, input, span.start, &span.outputs);
                     add_weight_gradient(x, layer.inputs, span.rows, &span.dz[i], columns, dw);
                 }
             }
         }
-        for span in used() {
+        for span in spans {
             ColumnSums { x: &span.dz[i], sums: db }.execute();
         }
         if layer.is_padded() {
@@ -410,8 +446,10 @@ fn add_weight_gradient(x: Rows<'_>, inputs: usize, rows: usize, dz: &[f32], colu
         a_row: 1,
         a_depth: x.row,
         b: dz,
+        b_row: columns,
         start: Start::Accumulate,
         c: dw,
+        c_row: columns,
         epilogue: Epilogue::None,
     }
     .execute();

@@ -77,6 +77,29 @@ pub(super) unsafe fn derivative<S: Simd>(f: Activation, y: *const f32, d: *mut f
     }
 }
 
+/// `gradient = gradient * f'(z)` where `output = f(z)`; lengths are multiples of [`LINE`].
+pub(crate) struct Derivative<'a> {
+    pub activation: Activation,
+    pub output: &'a [f32],
+    pub gradient: &'a mut [f32],
+}
+
+impl Kernel for Derivative<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) {
+        assert_eq!(self.output.len(), self.gradient.len());
+        assert_eq!(self.output.len() % LINE, 0);
+        let n = self.output.len();
+        // SAFETY: both slices hold `n` floats, whole vectors.
+        unsafe {
+            let (y, d) = (self.output.as_ptr(), self.gradient.as_mut_ptr());
+            derivative::<S>(self.activation, y, d, n);
+        }
+    }
+}
+
 /// `sums += rows of x`, summed in order; rows are as long as `sums`, a multiple of [`LINE`].
 pub(crate) struct ColumnSums<'a> {
     pub x: &'a [f32],

@@ -20,7 +20,7 @@ mod update;
 
 pub(super) use buffer::Buffer;
 pub(super) use dispatch::{Kernel, LINE, Level, padded};
-pub(super) use elementwise::{ColumnSums, SumOfSquares, Transpose};
+pub(super) use elementwise::{ColumnSums, Derivative, SumOfSquares, Transpose};
 pub(super) use normalise::{Normalise, NormaliseGradient};
 pub(super) use product::{Epilogue, Product, Start};
 pub(super) use update::{Adam, Blend, RmsProp, Sgd, Update};

@@ -27,9 +27,10 @@ pub(crate) enum Epilogue<'a> {
 
 /// `c = epilogue(start + a b)` with `a` of `rows` × `depth` and `b` of `depth` × `columns`.
 ///
-/// Element (i, p) of `a` is `a[i * a_row + p * a_depth]`, so `a` may be a transpose; `b` and `c` are dense. `columns`
-/// is a multiple of [`LINE`]. Every element is summed over `p` in order, so the result does not depend on how rows
-/// are grouped, and `Accumulate` continues a sum exactly where an earlier product ended.
+/// Element (i, p) of `a` is `a[i * a_row + p * a_depth]`, so `a` may be a transpose; rows of `b`
+/// are `b_row` apart, those of `c` `c_row`. `columns` is a multiple of [`LINE`]. Every element is
+/// summed over `p` in order, so the result does not depend on how rows are grouped, and
+/// `Accumulate` continues a sum exactly where an earlier product ended.
 pub(crate) struct Product<'a> {
     pub rows: usize,
     pub depth: usize,
@@ -38,8 +39,10 @@ pub(crate) struct Product<'a> {
     pub a_row: usize,
     pub a_depth: usize,
     pub b: &'a [f32],
+    pub b_row: usize,
     pub start: Start<'a>,
     pub c: &'a mut [f32],
+    pub c_row: usize,
     pub epilogue: Epilogue<'a>,
 }
 
@@ -55,22 +58,16 @@ struct Part {
     is_end: bool,
 }
 
-impl<'a> Product<'a> {
-    /// `c = epilogue(c)`: a product of depth 0.
-    pub(crate) fn only(epilogue: Epilogue<'a>, rows: usize, columns: usize, c: &'a mut [f32]) -> Self {
-        let start = Start::Accumulate;
-        Self { rows, depth: 0, columns, a: &[], a_row: 0, a_depth: 0, b: &[], start, c, epilogue }
-    }
-
+impl Product<'_> {
     /// Panics unless the slices hold every element that the sizes and strides reach.
     fn check(&self) {
         assert_eq!(self.columns % LINE, 0);
         let r = self.rows - 1;
         if let Some(d) = self.depth.checked_sub(1) {
             assert!(r * self.a_row + d * self.a_depth < self.a.len());
-            assert!(d * self.columns + self.columns <= self.b.len());
+            assert!(d * self.b_row + self.columns <= self.b.len());
         }
-        let c_end = r * self.columns + self.columns;
+        let c_end = r * self.c_row + self.columns;
         assert!(c_end <= self.c.len());
         match self.start {
             Start::Row(row) => assert!(self.columns <= row.len()),
@@ -133,7 +130,7 @@ impl<'a> Product<'a> {
         // SAFETY: `check` has proven that all elements of the operands are inside their slices;
         // the tile's rows and columns are inside the result.
         unsafe {
-            let c = self.c.as_mut_ptr().add(row * self.columns + column);
+            let c = self.c.as_mut_ptr().add(row * self.c_row + column);
             let mut sums = [[S::splat(0.0); NV]; MR];
             let start = if part.is_start { self.start } else { Start::Accumulate };
             match start {
@@ -149,13 +146,13 @@ impl<'a> Product<'a> {
                 Start::Accumulate => {
                     for (r, sum) in sums.iter_mut().enumerate() {
                         for (v, sum) in sum.iter_mut().enumerate() {
-                            *sum = S::load(c.add(r * self.columns + v * S::LANES));
+                            *sum = S::load(c.add(r * self.c_row + v * S::LANES));
                         }
                     }
                 }
             }
             let mut a = self.a.as_ptr().wrapping_add(row * self.a_row + part.first * self.a_depth);
-            let mut b = self.b.as_ptr().wrapping_add(column + part.first * self.columns);
+            let mut b = self.b.as_ptr().wrapping_add(column + part.first * self.b_row);
             for _ in 0..part.depth {
                 let mut b_vectors = [S::splat(0.0); NV];
                 for (v, vector) in b_vectors.iter_mut().enumerate() {
@@ -168,11 +165,11 @@ impl<'a> Product<'a> {
                     }
                 }
                 a = a.wrapping_add(self.a_depth);
-                b = b.wrapping_add(self.columns);
+                b = b.wrapping_add(self.b_row);
             }
             for (r, sum) in sums.iter().enumerate() {
                 for (v, &sum) in sum.iter().enumerate() {
-                    S::store(c.add(r * self.columns + v * S::LANES), sum);
+                    S::store(c.add(r * self.c_row + v * S::LANES), sum);
                 }
             }
             if !part.is_end {
@@ -181,7 +178,7 @@ impl<'a> Product<'a> {
             // A separate pass over the finished rows, still in the cache: inlined into the loops
             // above, the activations would make up most of every tile's code.
             for r in 0..MR {
-                let at = (row + r) * self.columns + column;
+                let at = (row + r) * self.c_row + column;
                 self.finish::<S>(at, NV * S::LANES);
             }
         }

@@ -49,8 +49,10 @@ fn check_product((rows, depth, columns): (usize, usize, usize), transposed: bool
         a_row,
         a_depth,
         b: &b,
+        b_row: columns,
         start: [Start::Zero, Start::Row(&row), Start::Accumulate][start],
         c: &mut c,
+        c_row: columns,
         epilogue: Epilogue::Activate(Activation::Relu),
     }
     .execute_at(level);
@@ -78,8 +80,10 @@ fn slices_that_are_too_short_are_rejected_before_any_access() {
             a_row: 5,
             a_depth: 1,
             b: &b,
+            b_row: 32,
             start: Start::Row(&start),
             c: &mut c,
+            c_row: 32,
             epilogue,
         };
         std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| product.execute())).is_ok()
@@ -95,13 +99,29 @@ fn slices_that_are_too_short_are_rejected_before_any_access() {
     let (long, mut short) = (vec![0.0; 256], vec![0.0; 240]);
     assert!(refused(&mut || Transpose { from: &long, rows: 16, columns: 16, to: &mut short }.execute()));
     assert!(refused(&mut || ColumnSums { x: &long[..250], sums: &mut short[..16] }.execute()));
+    let activation = Activation::Relu;
+    assert!(refused(&mut || Derivative { activation, output: &long, gradient: &mut short }.execute()));
     assert!(refused(&mut || Update { rule: Sgd { rate: 0.1 }, state: [&mut short], input: &long }.execute()));
 }
 
-/// `f` of every element of `x`.
+/// `f` of every element of `x`, as the epilogue of a product of depth 0 that starts from `x`.
 fn activated(f: Activation, x: &[f32], level: Level) -> Vec<f32> {
-    let mut y = x.to_vec();
-    Product::only(Epilogue::Activate(f), 1, x.len(), &mut y).execute_at(level);
+    let mut y = vec![0.0; x.len()];
+    Product {
+        rows: 1,
+        depth: 0,
+        columns: x.len(),
+        a: &[],
+        a_row: 0,
+        a_depth: 0,
+        b: &[],
+        b_row: 0,
+        start: Start::Row(x),
+        c: &mut y,
+        c_row: x.len(),
+        epilogue: Epilogue::Activate(f),
+    }
+    .execute_at(level);
     y
 }
 
@@ -130,7 +150,7 @@ fn derivatives_follow_from_the_outputs() {
         for f in [Activation::Identity, Activation::Relu, Activation::Tanh] {
             let output = activated(f, &z, level);
             let mut gradient = d.clone();
-            Product::only(Epilogue::Derivative(f, &output), 4, 16, &mut gradient).execute_at(level);
+            Derivative { activation: f, output: &output, gradient: &mut gradient }.execute_at(level);
             for i in 0..64 {
                 let slope = match f {
                     Activation::Identity => 1.0,
