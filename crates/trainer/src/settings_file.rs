@@ -12,13 +12,13 @@ use mge_base::spelling::did_you_mean;
 
 /// The shipped files, by name.
 pub const CONFIGS: [(&str, &str); 3] = [
-    ("paper", include_str!("../../../assets/configs/paper.json")),
-    ("paper-literal", include_str!("../../../assets/configs/paper-literal.json")),
+    ("paper", include_str!("../configs/paper.json")),
+    ("paper-literal", include_str!("../configs/paper-literal.json")),
     ("adaptive", ADAPTIVE),
 ];
 
 /// The settings of adaptive DDPG-MGE.
-pub(super) const ADAPTIVE: &str = include_str!("../../../assets/configs/adaptive.json");
+pub(super) const ADAPTIVE: &str = include_str!("../configs/adaptive.json");
 
 /// Why a file of settings cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -243,7 +243,7 @@ fn settings_of_a_file_give_way_to_options_and_to_those_of_a_sweep() {
     let options = ["--episodes", "2", "--set", "ddpg.gamma=0.6", "--out", "run", "--quiet"];
     succeed(mge(here, ["train", "task1", "--config", "c.json"].into_iter().chain(options)));
     let of = |config: &Value| {
-        let value = |pointer: &str| config.pointer(pointer).unwrap().clone();
+        let value = |pointer: &str| config["config"].pointer(pointer).unwrap().clone();
         ["/method", "/ddpg/hidden", "/ddpg/gamma", "/episodes", "/seed"].map(value)
     };
     let expected = [json!("ddpg"), json!(8), json!(0.6), json!(2), json!(4)];
