@@ -46,9 +46,9 @@ impl Study {
     /// The full study: ten seeds each of counts and trainings.
     pub fn full() -> Self {
         Self {
-            models: include_str!("../../../../assets/sweeps/study/models.json").to_owned(),
-            hits: include_str!("../../../../assets/sweeps/study/hits.json").to_owned(),
-            trainings: include_str!("../../../../assets/sweeps/study/trainings.json").to_owned(),
+            models: include_str!("../../sweeps/study/models.json").to_owned(),
+            hits: include_str!("../../sweeps/study/hits.json").to_owned(),
+            trainings: include_str!("../../sweeps/study/trainings.json").to_owned(),
         }
     }
 
@@ -56,9 +56,9 @@ impl Study {
     /// paper's epochs.
     pub fn quick() -> Self {
         Self {
-            models: include_str!("../../../../assets/sweeps/study-quick/models.json").to_owned(),
-            hits: include_str!("../../../../assets/sweeps/study-quick/hits.json").to_owned(),
-            trainings: include_str!("../../../../assets/sweeps/study-quick/trainings.json").to_owned(),
+            models: include_str!("../../sweeps/study-quick/models.json").to_owned(),
+            hits: include_str!("../../sweeps/study-quick/hits.json").to_owned(),
+            trainings: include_str!("../../sweeps/study-quick/trainings.json").to_owned(),
         }
     }
 }

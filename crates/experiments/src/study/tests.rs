@@ -59,7 +59,7 @@ fn the_files_of_studies_are_sweeps_with_seeds_from_the_first() {
     let folder = tempfile::tempdir().unwrap();
     let error = moved(&Study::full().hits, folder.path(), 30).unwrap_err().to_string();
     assert!(error.contains("models/runs/bucket-box-seed30/model.safetensors"), "{error}");
-    let questions = include_str!("../../../../assets/sweeps/questions.json");
+    let questions = include_str!("../../sweeps/questions.json");
     let shipped = with_shipped_models(questions);
     assert_eq!(Sweep::parse(shipped.as_bytes(), "questions.json").unwrap().jobs.len(), 60 * 5);
 }
