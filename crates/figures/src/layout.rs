@@ -98,7 +98,7 @@ impl Series {
         };
         let reach = if self.place % 4 == 2 { height } else { width + height };
         let places = (1..).map(|n| f64::from(n) * STEP - WIDTH / 2.0).take_while(|along| *along < reach);
-        for along in places.filter(|_| self.place % 4 != 0 && width > 0.0 && height > 0.0) {
+        for along in places.filter(|_| !self.place.is_multiple_of(4) && width > 0.0 && height > 0.0) {
             canvas.line(&stroke(along).map(|[x, y]| [inside.left + x, inside.top + y]), Pen::new(WHITE, WIDTH));
         }
     }

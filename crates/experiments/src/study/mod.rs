@@ -2,7 +2,7 @@
 //!
 //! [`reproduce()`] trains the study's own dynamics models, counts how often guided and random play reach the stages of
 //! the tasks, and trains the methods, the paper's from a fixed start and others from noisy starts too. Each of these is a
-//! [sweep](crate::sweep) of a file in `assets/sweeps/study`, so that an interrupted study continues, several machines
+//! [`sweep`](mod@crate::sweep) of a file in `assets/sweeps/study`, so that an interrupted study continues, several machines
 //! can share it, and for a finished one only the report is written again.
 
 mod figures;
