@@ -12,8 +12,11 @@ use super::view::{Choice, Level};
 use super::widgets::theme::Theme;
 use mge_workbench::Command;
 
+/// What an effect does; the error is shown.
+type Work = dyn FnOnce(&mut App) -> Result<(), String>;
+
 /// Something that the app is to do. When one in a list fails, the rest are skipped.
-pub struct Effect(Box<dyn FnOnce(&mut App) -> Result<(), String>>);
+pub struct Effect(Box<Work>);
 
 impl Effect {
     /// An effect that may fail; the error is shown.

@@ -133,7 +133,7 @@ pub fn leaf_values(value: &Value) -> Vec<(String, &Value)> {
     leaves
 }
 
-/// The value at a path as in [`leaves`].
+/// The value at a path as in [`leaf_values`].
 pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
     path.split('.').try_fold(value, |place, part| place.get_mut(part))
 }

@@ -29,7 +29,7 @@ pub enum DynamicsError {
     UnseenEdge { sender: ToolKind, known: String },
     /// Something other than the one ball that a model predicts moves in the task.
     #[error(
-        "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: use the true physics"
+        "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: use the model `true`, the true physics"
     )]
     OtherMovers { task: String, what: &'static str },
     /// An object's state or size is not a finite number.

@@ -95,7 +95,7 @@ pub enum ExperimentError {
     #[error("{} is being trained: wait for it, or stop it: nothing was copied", .0.display())]
     Busy(PathBuf),
     /// There are several kinds of work, such as agents and dynamics models.
-    #[error("{} holds {first_kind} and {} {second_kind}: keep them in two folders", first.display(), second.display())]
+    #[error("{} holds {first_kind} and {} {second_kind}: keep them in different folders, and report one at a time", first.display(), second.display())]
     Mixed { first: PathBuf, first_kind: &'static str, second: PathBuf, second_kind: &'static str },
     /// None of the models or counts to report is finished.
     #[error("none of {all} is finished: the command of their sweep continues them")]

@@ -19,7 +19,7 @@ pub enum PriorError {
     Model(#[from] DynamicsError),
     /// No shipped model supports the task's tools.
     #[error(
-        "no shipped dynamics model knows the tools {tools}: train one with `mge dynamics train --tools {tools} --out FILE` and name its file as the model"
+        "no shipped dynamics model knows the tools {tools}: train one with `mge dynamics train --tools {tools} --out FILE` and name its file as the model, or use the model `true`, the true physics"
     )]
     NoModel { tools: String },
     /// The method needs predictions, but the source of rollouts is `uniform`.

@@ -24,7 +24,7 @@ pub fn draw(area: Rect, marker: Marker, bounds: [[f32; 2]; 2], buffer: &mut Buff
 
 /// Draws single points; those that are not finite are left out.
 pub fn dots(context: &mut Context, points: impl IntoIterator<Item = Point>, color: Color) {
-    let finite = points.into_iter().filter(|point| is_finite(point));
+    let finite = points.into_iter().filter(is_finite);
     let coords: Vec<(f64, f64)> = finite.map(|[x, y]| (x.into(), y.into())).collect();
     context.draw(&Points { coords: &coords, color });
 }

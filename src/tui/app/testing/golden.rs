@@ -14,8 +14,10 @@ use mge_workbench::HandPlay;
 
 const SIZES: [(u16, u16); 2] = [(80, 24), (160, 50)];
 
-/// Screens: the name of the file, the view, and the keys that lead to the screen.
-const SCREENS: &[(&str, fn() -> ViewModel, &str)] = &[
+/// The name of a screen's file, its view, and the keys that lead to it.
+type Shown = (&'static str, fn() -> ViewModel, &'static str);
+
+const SCREENS: &[Shown] = &[
     ("empty-scene", empty, "1"),
     ("empty-training", empty, "4"),
     ("empty-runs", empty, "5"),

@@ -183,7 +183,7 @@ fn colours(cell: &Cell) -> [Color; 2] {
 /// `other`.
 fn colour(colour: Color, other: Color) -> figures::Color {
     match (colour, other) {
-        (Color::Rgb(r, g, b), _) | (_, Color::Rgb(r, g, b)) => figures::Color { 0: r, 1: g, 2: b, 3: 1.0 },
-        _ => figures::Color { 0: 0, 1: 0, 2: 0, 3: 1.0 },
+        (Color::Rgb(r, g, b), _) | (_, Color::Rgb(r, g, b)) => figures::Color(r, g, b, 1.0),
+        _ => figures::Color(0, 0, 0, 1.0),
     }
 }
