@@ -334,6 +334,10 @@ pub fn figures(arguments: &Figures) -> Outcome {
         let open = Command::from(command::Open(run.clone()));
         session.apply(open.clone())?;
         session.wait_for(&open)?;
+        // Before anything is drawn.
+        if let Some(checkpoint) = arguments.checkpoint {
+            session.apply(command::Checkpoint(checkpoint))?;
+        }
     }
     let extension = match (arguments.svg, arguments.pdf) {
         (true, _) => "svg",

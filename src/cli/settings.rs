@@ -21,7 +21,9 @@ pub fn of_file(name: &Path, given: &[&str]) -> Outcome<Vec<(String, String)>> {
 pub fn print(name: &Path) -> Outcome {
     let task = Arc::new(task::load("task1")?);
     let method = name.to_str().and_then(|name| name.parse::<Method>().ok());
-    let settings = if method.is_some() { Vec::new() } else { settings_of(name)? };
+    let methods = || Method::ALL.map(Method::name).join(", ");
+    let of_file = || settings_of(name).map_err(|error| format!("{error}; or a method: {}", methods()));
+    let settings = if method.is_some() { Vec::new() } else { of_file()? };
     let config = method
         .map_or_else(|| RunConfig::usual_for(task.clone()), |method| RunConfig::default_for(task.clone(), method));
     let config = config.with_settings(&settings).map_err(|error| format!("{}: {error}", name.display()))?;

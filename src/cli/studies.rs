@@ -39,9 +39,14 @@ pub fn report(arguments: &Report) -> Outcome {
     command += &arguments.print.option();
     let out = arguments.force.target(&arguments.out);
     if hold_measured(&arguments.runs)? {
+        if arguments.reference.is_some() {
+            return Err(
+                "--reference: dynamics models and counts of hits are not compared with one: leave it out".into()
+            );
+        }
         let left_out = report_measured(&arguments.runs, &out, &bootstrap, &command)?;
         if left_out > 0 {
-            output::message(format_args!("{left_out} left out, as they are not finished"));
+            output::message(format_args!("{left_out} left out, as they are not finished or damaged"));
         }
         return Ok(output::line(arguments.out.join("report.md").display())?);
     }

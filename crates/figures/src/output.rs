@@ -117,8 +117,11 @@ pub fn check_all(folder: &Target, names: &[&str]) -> Result<(), FigureError> {
 pub(super) fn write_with_table(to: &Target, bytes: &[u8], table: &Table) -> Result<(), FigureError> {
     let beside = Target { path: to.path.with_extension("csv"), force: to.force };
     let text = table.to_csv();
-    // A table has nothing that tells its origin but its columns.
-    let columns = |text: &[u8]| text.split(|byte| *byte == b'\n').next().map(<[u8]>::to_vec);
+    // A table has nothing that tells its origin but its columns. Those of learning curves name the chosen axis.
+    let columns = |text: &[u8]| {
+        let first = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        String::from_utf8_lossy(first).replace("environment_steps", "episode")
+    };
     let has_columns = |found: &[u8]| columns(found) == columns(&text);
     let format = Format { name: "the table of such a figure", suffix: "", is: &has_columns };
     let of_picture = |source| FigureError::io(&to.path, source);

@@ -107,16 +107,22 @@ impl LearningRow {
     }
 }
 
-/// The differences of two runs: JSON paths of `config.json` with both effective values; a missing value is empty.
+/// The differences of two runs: JSON paths of `config.json` with both effective values; one that is
+/// missing or has no effect is empty.
 pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [String; 2])> {
     let mut all = [effective_settings(first), effective_settings(second)];
     if first.prior == second.prior {
         all.iter_mut().for_each(|settings| _ = settings.remove("prior"));
     }
     let paths: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
-    let values = |path: &String| all.each_ref().map(|settings| settings.get(path).map_or_else(String::new, json::text));
-    let differing = paths.into_iter().map(|path| (path.clone(), values(path)));
-    differing.filter(|(_, [first, second])| first != second).collect()
+    let differing = paths.into_iter().filter(|path| all[0].get(*path) != all[1].get(*path));
+    let value = |number: usize, path: &String| {
+        let is_used = [first, second][number].uses(path);
+        all[number].get(path).filter(|_| is_used).map_or_else(String::new, json::text)
+    };
+    let values = differing.map(|path| (path.clone(), [0, 1].map(|number| value(number, path))));
+    // A setting without effect in both makes no difference.
+    values.filter(|(_, [first, second])| first != second).collect()
 }
 
 /// The default settings of a run with this method.

@@ -120,7 +120,7 @@ pub(super) fn check(path: &Path, episode: u64, expected: Option<&Sum>) -> Result
         None if last < episode => (None, format!("it ends at episode {last} of {episode}")),
         None => (None, "it was changed after it was written".to_owned()),
     };
-    let reason = what + ": `mge resume` accepts it as it is, without the replays that are lost";
+    let reason = what + ": `mge resume` without --episodes accepts it as it is, without the replays that are lost";
     Err(RunError::malformed(path, line, reason))
 }
 

@@ -20,7 +20,7 @@ pub(super) fn check(path: &Path, records: &[&EpisodeRecord]) -> Result<()> {
             Some(_) => (Some(number), "it differs from events.jsonl".to_owned()),
             None => (None, format!("it ends at episode {} of {}", number.max(2) - 2, records.len())),
         };
-        return Err(RunError::malformed(path, line, damage + ": `mge resume` writes it anew"));
+        return Err(RunError::malformed(path, line, damage + ": `mge resume` without --episodes writes it anew"));
     }
     Ok(())
 }

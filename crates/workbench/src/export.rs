@@ -105,7 +105,21 @@ impl Session {
                     Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash })
                 }));
             }
-            FigureKind::Dashboard => Box::new(dashboard(self.run().ok_or(SessionError::NoRun)?)),
+            FigureKind::Dashboard => {
+                let run = self.run().ok_or(SessionError::NoRun)?;
+                // The log of a run that was just opened is still being read: an empty figure would be drawn.
+                if run.is_unread() {
+                    let folder = run.directory().path().to_owned();
+                    return Ok(Box::new(move |_| {
+                        let run = RunView::read(&folder).map_err(|error| error.to_string())?;
+                        match run.failure() {
+                            Some(reason) if run.records().is_empty() => Err(reason.to_owned()),
+                            _ => Ok(DrawnFigure { figure: Box::new(dashboard(&run)), seeds, config_hash }),
+                        }
+                    }));
+                }
+                Box::new(dashboard(run))
+            }
             FigureKind::Episode => {
                 let play = self.episode_to_show()?;
                 return Ok(Box::new(move |_| {

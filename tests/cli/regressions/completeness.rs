@@ -62,7 +62,10 @@ fn a_run_whose_table_was_cut_is_not_finished_and_is_completed() {
     let whole = read(&table);
     edit(&table, |text| without(&text, 10..99));
     assert!(matches!(state(&run), RunState::Incomplete(reason) if reason.contains("ends at episode 9 of 16")));
-    fail(mge(&folder, ["evaluate", "run"]), "metrics.csv: it ends at episode 9 of 16: `mge resume` writes it anew");
+    fail(
+        mge(&folder, ["evaluate", "run"]),
+        "metrics.csv: it ends at episode 9 of 16: `mge resume` without --episodes writes it anew",
+    );
     fail(mge(&folder, ["report", "run", "--out", "report"]), "metrics.csv: it ends at episode 9 of 16");
     succeed(mge(&folder, ["resume", "run", "--quiet"]));
     assert_eq!(read(&table), whole);

@@ -50,7 +50,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// Its name in messages.
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Agent => "an agent",
             Self::Model => "a dynamics model",

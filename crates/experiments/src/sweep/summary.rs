@@ -107,7 +107,7 @@ pub fn hold_measured(folders: &[PathBuf]) -> Result<bool, ExperimentError> {
 }
 
 /// Writes `report.md` and `report.json` of the models or counts in `folders` to `out`. `command` reproduces them. Returns
-/// the number of those that are left out, as they are not finished.
+/// the number of those that are left out, as they are not finished or damaged.
 ///
 /// # Errors
 /// When none is finished, or a file cannot be read or written or is of another origin.
@@ -118,16 +118,17 @@ pub fn report_measured(
     command: &str,
 ) -> Result<usize, ExperimentError> {
     let folder = ReportFolder::new(out.clone())?;
-    let (results, damaged) = results_of(&find_runs(folders)?)?;
-    damaged.map_or(Ok(()), Err)?;
+    let paths = find_runs(folders)?;
+    let (results, damaged) = results_of(&paths)?;
     let summary = Summary::new(&results, bootstrap)?;
     if summary.groups.is_empty() {
-        return Err(ExperimentError::NothingFinished { all: results.rows.len() });
+        return Err(damaged.unwrap_or(ExperimentError::NothingFinished { all: results.rows.len() }));
     }
-    let left_out = results.rows.len() - summary.groups.iter().map(|group| group.count).sum::<usize>();
+    let damaged = damaged.map_or_else(String::new, |error| format!("Left out, as it is damaged: {error}.\n\n"));
+    let left_out = paths.len() - summary.groups.iter().map(|group| group.count).sum::<usize>();
     let version = mge_base::identity::version();
     let markdown = format!(
-        "# Results over seeds\n\n{}. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), hits in episodes.\n\n{}",
+        "# Results over seeds\n\n{}. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), hits in episodes.\n\n{damaged}{}",
         markdown::made_by(command, version),
         summary.to_markdown()
     );

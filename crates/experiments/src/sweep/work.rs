@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::expand::{Job, Sweep, Work};
 use super::plan;
-use super::results::{Kind, kind_of};
+use super::results::{Kind, kind_of, runs_of};
 use crate::error::ExperimentError;
 use mge_base::{atomic, json};
 use mge_run::{RunDirectory, RunError, read_optional};
@@ -136,7 +136,7 @@ pub(super) fn once<T: Serialize + DeserializeOwned>(
 /// Checks that a sweep can be run in `folder`, also before it is planned for other machines.
 ///
 /// # Errors
-/// When a folder cannot be used, or that of a run holds one with other settings.
+/// When a folder cannot be used, that of a run holds one with other settings, or there are several kinds of work.
 pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
     let runs = folder.join("runs");
     if runs.ancestors().find(|place| place.exists()).is_some_and(|place| !place.is_dir()) {
@@ -146,7 +146,17 @@ pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
         // A damaged run fails alone, as a job.
         Err(ExperimentError::DamagedRun(_)) => Ok(()),
         checked => checked,
-    })
+    })?;
+    // The results of a folder are one table.
+    let held = runs_of(folder).unwrap_or_default().into_iter().filter_map(|path| Some((kind_of(&path).ok()?, path)));
+    let mut kinds = held.chain(sweep.jobs.iter().map(|job| (job.kind(), job.folder(folder))));
+    if let Some((first_kind, first)) = kinds.next()
+        && let Some((second_kind, second)) = kinds.find(|(kind, _)| *kind != first_kind)
+    {
+        let [first_kind, second_kind] = [first_kind, second_kind].map(Kind::name);
+        return Err(ExperimentError::Mixed { first, first_kind, second, second_kind });
+    }
+    Ok(())
 }
 
 /// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted

@@ -149,6 +149,10 @@ impl CommandPalette {
             self.input = TextInput::new(format!("{before}{text}{end}"));
             self.search();
         } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.same_verb()) {
+            // Arguments that cannot be completed are kept.
+            if self.input.text().strip_prefix(verb.name).is_some_and(|rest| rest.starts_with(' ')) {
+                return;
+            }
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
