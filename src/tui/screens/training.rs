@@ -297,7 +297,11 @@ pub fn compare(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
 /// Shows groups as one curve, or each run.
 pub fn fold(curves: &mut CurvesState) -> Vec<Effect> {
     curves.folded ^= true;
-    vec![Effect::info(if curves.folded { "groups: interquartile mean and quartiles" } else { "single seeds" })]
+    vec![Effect::info(if curves.folded {
+        "groups, but for two runs side by side: interquartile mean and quartiles"
+    } else {
+        "single seeds"
+    })]
 }
 
 /// Moves the crosshair to an episode; the scene follows if the watched run has episodes.
