@@ -26,11 +26,12 @@
 //!
 //! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
-// `nn::kernel` allows it, with a justification.
+// `nn::kernel` and `memory` allow it, with a justification.
 #![deny(unsafe_code)]
 
 pub use mge_agent as agent;
 mod cli;
+mod memory;
 pub use mge_dynamics as dynamics;
 pub use mge_env as env;
 pub use mge_figures as figures;
@@ -56,6 +57,10 @@ pub use mge_workbench as workbench;
 
 /// Runs the `mge` program with the arguments of this process.
 pub use cli::run as run_program;
+
+/// For the benchmarks, which measure what the program does.
+#[doc(hidden)]
+pub use memory::keep_freed_blocks;
 
 /// The terminal's screens without a terminal, for the benchmarks.
 #[doc(hidden)]

@@ -122,6 +122,7 @@ fn works() -> Vec<Work> {
 }
 
 fn main() {
+    mge::keep_freed_blocks();
     let Arguments { only, threads, .. } = Arguments::parse();
     let works = works();
     let begins = |work: &Work, only: &String| work.name.starts_with(only);

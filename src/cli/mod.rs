@@ -34,6 +34,7 @@ use interrupt::brief;
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 128 and
 /// the number of a signal: ended by it (one line on stderr tells how to continue).
 pub fn run() -> ExitCode {
+    crate::memory::keep_freed_blocks();
     mge_base::identity::set_version(env!("MGE_VERSION"));
     let parsed =
         adjusted(Arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
