@@ -93,18 +93,11 @@ impl Session {
         let (directory, task) = (run.directory().clone(), run.config().task.clone());
         let number = self.runs.add(run.with_log_unread());
         let report = format!("opened {}", folder.display());
-        let (is_opened, before) = (matches!(command, Command::Open(_)), self.runs.current);
         let work = move |reporter: &Reporter| Recorded::read(&directory, &task, reporter.stop());
         self.start_job(command, work, move |session, recorded| {
             // The run may have been deleted meanwhile.
             let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
-            let taken = run.take_recorded(recorded);
-            // A run that cannot be read is not opened; one to be continued stays, with its failure.
-            if taken.is_err() && is_opened {
-                session.runs.remove(Some(number));
-                session.runs.current = session.runs.current.or(before);
-            }
-            taken.map(|()| report)
+            run.take_recorded(recorded).map(|()| report)
         });
         Ok(number)
     }
