@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::charges::Charges;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use mge_base::text::natural_key;
@@ -138,10 +137,6 @@ impl RunReader {
                 }
             }
             on_progress(runs.len() + unreadable.len());
-        }
-        let mut charges = Charges::default();
-        for run in &mut runs {
-            run.trained.row.charged = charges.of(&run.config);
         }
         distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
         ReadRuns { runs, unreadable }

@@ -19,7 +19,6 @@
 
 #![deny(unsafe_code)]
 
-mod charges;
 mod comparison;
 mod composition;
 mod error;

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
-use mge_run::RunHistory;
+use mge_run::{EpisodeRecord, RunHistory};
 use mge_stats::efficiency::{Efficiency, efficiency};
 use mge_stats::rolling::{WINDOW, rolling_mean};
 use mge_trainer::RunConfig;
@@ -66,7 +66,7 @@ const GREEDY_POINTS: usize = 1000;
 pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 
 impl TrainedRun {
-    /// The run with this configuration and history, without charged actions.
+    /// The run with this configuration and history.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         // Runs of a group have points at the same episodes, including unfinished ones.
         let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
@@ -106,7 +106,7 @@ impl LearningRow {
             episodes: successes.len() as u64,
             efficiency,
             actions_to_80: at_80.map(|record| record.environment_steps),
-            charged: 0,
+            charged: history.records.last().map_or(0, outside_training),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
         }
     }
@@ -122,6 +122,11 @@ impl LearningRow {
     pub fn with_progress(self, episodes: u64, success: Option<f64>) -> Self {
         Self { episodes, efficiency: Efficiency { final_success: success, ..Efficiency::default() }, ..self }
     }
+}
+
+/// Actions that are charged, but were not taken in episodes or practice.
+fn outside_training(record: &EpisodeRecord) -> u64 {
+    record.charged_actions.map_or(0, |charged| charged.saturating_sub(record.environment_steps))
 }
 
 #[cfg(test)]

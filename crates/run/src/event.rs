@@ -67,6 +67,9 @@ pub struct EpisodeRecord {
     pub placed: u32,
     /// [`Metric::Blocked`](super::Metric::Blocked).
     pub blocked: u32,
+    /// [`Metric::ChargedActions`](super::Metric::ChargedActions); none in logs of earlier versions.
+    #[serde(default)]
+    pub charged_actions: Option<u64>,
 }
 
 /// Results of the practice before the first episode.
@@ -423,7 +426,7 @@ mod tests {
                 truncated: true,
                 ..Default::default()
             }),
-            r#"{"time":1.5,"type":"episode_finished","episode":2,"steps":20,"environment_steps":31,"return":-0.25,"goal":false,"subgoals":0,"subgoals_total":0,"guided":false,"epsilon":0.0,"noise_sigma":0.0,"critic_loss":0.5,"mean_q":null,"max_q":null,"actor_loss":null,"action_saturation":null,"rolling_success":0.0,"terminated":false,"truncated":true,"end":"time limit","placed":0,"blocked":0}"#,
+            r#"{"time":1.5,"type":"episode_finished","episode":2,"steps":20,"environment_steps":31,"return":-0.25,"goal":false,"subgoals":0,"subgoals_total":0,"guided":false,"epsilon":0.0,"noise_sigma":0.0,"critic_loss":0.5,"mean_q":null,"max_q":null,"actor_loss":null,"action_saturation":null,"rolling_success":0.0,"terminated":false,"truncated":true,"end":"time limit","placed":0,"blocked":0,"charged_actions":null}"#,
         );
     }
 

@@ -141,6 +141,10 @@ metrics! {
     /// Actions that were blocked or invalid, so that no tool was placed.
     Blocked: "blocked", "blocked actions", "actions", Lower, None, Some("train/blocked"),
         "count", |record| Some(record.blocked.into());
+    /// Every action in the environment that the run has cost so far: those of its episodes and of practice, the real
+    /// rollouts for its clusters, and the launches of its dynamics model.
+    ChargedActions: "charged_actions", "charged actions", "actions", Neutral, None, None,
+        "Σ T + rollouts + launches", |record| record.charged_actions.map(|charged| charged as f64);
     /// Share of the task's subgoals that were reached; derived, no column of its own.
     SubgoalShare: "subgoal_share", "hits by subgoal", "share", Higher, SHARE, None,
         "`subgoals` / `subgoals_total`", |record| Some(f64::from(record.subgoals) / f64::from(record.subgoals_total.max(1)));
@@ -203,6 +207,7 @@ mod tests {
             end: "goal".into(),
             placed: 2,
             blocked: 6,
+            charged_actions: Some(170),
         }
     }
 

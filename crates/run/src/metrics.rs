@@ -5,6 +5,9 @@ use std::path::Path;
 use super::event::EpisodeRecord;
 use super::{Result, RunError, file};
 
+/// The last column, which tables of earlier versions do not have.
+const NEWEST_COLUMN: &str = ",charged_actions";
+
 /// Checks that the table begins with the rows of these episodes, which are those of the event log.
 ///
 /// # Errors
@@ -13,8 +16,10 @@ pub(super) fn check(path: &Path, records: &[&EpisodeRecord]) -> Result<()> {
     let bytes = file::read_optional(path)?.unwrap_or_default();
     let (table, expected) = (file::whole_lines(&bytes), rows(true, records.iter().copied())?);
     let [table, expected] = [table, &expected].map(String::from_utf8_lossy);
+    let is_older = table.lines().next().is_some_and(|header| !header.ends_with(NEWEST_COLUMN));
     let mut table = table.lines();
     for (number, row) in (1..).zip(expected.lines()) {
+        let row = if is_older { row.rsplit_once(',').map_or(row, |(row, _)| row) } else { row };
         let (line, damage) = match table.next() {
             Some(line) if is_same(line, row) => continue,
             Some(_) => (Some(number), "it differs from events.jsonl".to_owned()),
@@ -51,10 +56,12 @@ pub(super) fn rows<'a>(header: bool, records: impl IntoIterator<Item = &'a Episo
     text.map_err(|reason| RunError::malformed(Path::new("metrics.csv"), None, reason))
 }
 
-/// Whether a file begins with the header of a table.
+/// Whether a file begins with the header of a table, of this or an earlier version.
 pub(super) fn is_table(bytes: &[u8]) -> bool {
-    let header = rows(true, [&EpisodeRecord::default()]).unwrap_or_default();
-    header.split_inclusive(|byte| *byte == b'\n').next().is_some_and(|header| bytes.starts_with(header))
+    let text = rows(true, [&EpisodeRecord::default()]).unwrap_or_default();
+    let first = |text: &[u8]| text.split(|byte| *byte == b'\n').next().map(<[u8]>::to_vec).unwrap_or_default();
+    let (header, found) = (first(&text), first(bytes));
+    found == header || Some(&*found) == header.strip_suffix(NEWEST_COLUMN.as_bytes())
 }
 
 #[cfg(test)]
@@ -79,15 +86,16 @@ mod tests {
             terminated: true,
             placed: 3,
             blocked: 9,
+            charged_actions: Some(100 + 12 * episode),
             ..Default::default()
         }
     }
 
     const GOLDEN: &str = "\
 episode,steps,environment_steps,return,goal,subgoals,subgoals_total,guided,epsilon,noise_sigma,\
-critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated,truncated,end,placed,blocked
-1,12,12,0.1,false,1,2,true,0.8,0.2,,,,,,0.0,true,false,\"left the screen, twice\",3,9
-2,12,24,0.2,true,1,2,true,0.8,0.2,NaN,1e-9,,,,0.0,true,false,\"left the screen, twice\",3,9
+critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated,truncated,end,placed,blocked,charged_actions
+1,12,12,0.1,false,1,2,true,0.8,0.2,,,,,,0.0,true,false,\"left the screen, twice\",3,9,112
+2,12,24,0.2,true,1,2,true,0.8,0.2,NaN,1e-9,,,,0.0,true,false,\"left the screen, twice\",3,9,124
 ";
 
     #[test]
@@ -125,10 +133,15 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
         // As earlier versions wrote them.
         std::fs::write(&path, GOLDEN.replace(",0.8,0.2,", ",0.800000011920929,0.20000000298023224,")).unwrap();
         check(&path, &[&record(1), &record(2)]).unwrap();
+        let older: String = GOLDEN.lines().map(|row| row.rsplit_once(',').unwrap().0.to_owned() + "\n").collect();
+        std::fs::write(&path, &older).unwrap();
+        check(&path, &[&record(1), &record(2)]).unwrap();
+        assert!(is_table(older.as_bytes()));
         for other in [
+            older.replace(",12,24,", ",12,25,"),
             GOLDEN.replace(",12,24,", ",12,24.0,"),
-            GOLDEN.replace("blocked\n", "banned\n"),
-            GOLDEN.replace(",9\n", "\n"),
+            GOLDEN.replace("charged_actions\n", "charges\n"),
+            GOLDEN.replace(",112\n", "\n"),
         ] {
             std::fs::write(&path, other).unwrap();
             assert!(check(&path, &[&record(1), &record(2)]).is_err());

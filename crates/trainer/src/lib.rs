@@ -42,6 +42,7 @@
 
 pub mod batch;
 
+mod charges;
 mod composition;
 mod config;
 mod defaults;

@@ -47,6 +47,10 @@ struct TrainingState {
     seed: Option<u64>,
     episode: u64,
     environment_steps: u64,
+    /// Actions that the run is charged for: see [`Metric::ChargedActions`](mge_run::Metric::ChargedActions). None in
+    /// checkpoints of earlier versions.
+    #[serde(default)]
+    charged_actions: Option<u64>,
     recent: RollingRate,
     streams: Streams,
     epsilon: EpsilonSchedule,
@@ -63,6 +67,14 @@ struct TrainingState {
     /// Actions of the first successful episode, for [`Actor::FirstSuccess`] to repeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     first_success: Option<Vec<Action>>,
+}
+
+impl TrainingState {
+    /// Counts actions of practice or of an episode.
+    fn take_actions(&mut self, actions: u64) {
+        self.environment_steps += actions;
+        self.charged_actions = self.charged_actions.map(|charged| charged + actions);
+    }
 }
 
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
@@ -96,6 +108,7 @@ impl Training {
             seed: Some(config.seed),
             episode: 0,
             environment_steps: 0,
+            charged_actions: None,
             recent: RollingRate::default(),
             streams: Streams::new(config.seed),
             epsilon: config.epsilon.clone(),
@@ -109,7 +122,9 @@ impl Training {
     }
 
     /// Assembles a training between two episodes.
-    fn assembled(config: RunConfig, learner: Learner, progress: TrainingState) -> Result<Self, TrainingError> {
+    fn assembled(config: RunConfig, learner: Learner, mut progress: TrainingState) -> Result<Self, TrainingError> {
+        let before = || config.charged_before_episodes() + progress.environment_steps;
+        progress.charged_actions = Some(progress.charged_actions.unwrap_or_else(before));
         let parts = Composition::of(&config)?;
         let env = Environment::new(config.played_task());
         let (stop, phase) = (Stop::default(), SharedPhase::default());
@@ -250,7 +265,7 @@ impl Training {
         let snapshot = self.env.snapshot();
         let steps = trace.steps.len() as u64;
         progress.episode += 1;
-        progress.environment_steps += steps;
+        progress.take_actions(steps);
         if matches!(self.parts.actor, Actor::FirstSuccess) && snapshot.goal_reached() {
             let actions = || trace.steps.iter().map(|step| step.action).collect();
             progress.first_success.get_or_insert_with(actions);
@@ -281,6 +296,7 @@ impl Training {
             end: last.end.map(|end| end.to_string()).unwrap_or_default(),
             placed,
             blocked,
+            charged_actions: progress.charged_actions,
         }
     }
 }

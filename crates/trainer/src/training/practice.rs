@@ -37,7 +37,7 @@ impl Training {
                 break;
             }
         }
-        self.progress.environment_steps = practised.actions;
+        self.progress.take_actions(practised.actions);
         self.phase.set(Phase::Training);
         Ok(Some(practised))
     }
