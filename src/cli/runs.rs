@@ -47,6 +47,9 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
     })
 }
 
+/// Success rate of a solved task.
+const SOLVED: &str = "0.8";
+
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| "runs".into()))?;
@@ -57,6 +60,7 @@ pub fn train(arguments: &Train) -> Outcome {
         ("episodes", "--episodes", arguments.episodes.is_some()),
         ("epsilon", "--epsilon", arguments.epsilon.is_some()),
         ("prior", "--model", arguments.model.is_some()),
+        ("stop.success", "--until-solved", arguments.until_solved),
     ];
     let own = definitions(&arguments.settings, "--set", &given)?;
     let options = given.iter().filter(|(_, _, is_given)| *is_given).map(|(key, ..)| *key);
@@ -69,6 +73,9 @@ pub fn train(arguments: &Train) -> Outcome {
     commands.extend([command::Seed(seed).into(), command::Episodes(episodes).into()]);
     commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
     commands.extend(arguments.model.clone().map(|source| command::Model(source).into()));
+    if arguments.until_solved {
+        commands.push(command::Set { key: "stop.success".to_owned(), value: SOLVED.to_owned() }.into());
+    }
     for command in commands {
         session.apply(command)?;
     }

@@ -105,7 +105,8 @@ fn check(task: Task) {
 
 #[test]
 fn every_shipped_task_keeps_the_contract_with_and_without_noise() {
-    for mut task in shipped() {
+    let tuning = (1..=6).map(|number| load(&format!("tune{number}")).unwrap());
+    for mut task in shipped().into_iter().chain(tuning) {
         check(task.clone());
         task.rules.start_noise = 0.05;
         check(task);

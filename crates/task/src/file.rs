@@ -24,6 +24,16 @@ const SHIPPED: [(&str, &str); 6] = [
     ("task6", include_str!("../tasks/task6.json")),
 ];
 
+/// Six tasks on which settings are tuned, so that the shipped ones stay unseen. They are loaded by name, but not listed.
+const TUNING: [(&str, &str); 6] = [
+    ("tune1", include_str!("../tasks/tuning/tune1.json")),
+    ("tune2", include_str!("../tasks/tuning/tune2.json")),
+    ("tune3", include_str!("../tasks/tuning/tune3.json")),
+    ("tune4", include_str!("../tasks/tuning/tune4.json")),
+    ("tune5", include_str!("../tasks/tuning/tune5.json")),
+    ("tune6", include_str!("../tasks/tuning/tune6.json")),
+];
+
 /// Why a task cannot be loaded or saved.
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
@@ -75,12 +85,17 @@ pub fn shipped() -> Vec<Task> {
     SHIPPED.iter().map(|(name, text)| parse(text, name).expect("shipped tasks are valid")).collect()
 }
 
-/// The task with a shipped name, or the one in the file at that path.
+/// Names and texts of the tasks in `tasks/` and `tasks/tuning/`.
+fn built_in() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    SHIPPED.iter().chain(&TUNING)
+}
+
+/// The task with the name of a shipped or a tuning task, or the one in the file at that path.
 ///
 /// # Errors
 /// When there is neither, or the file is not a valid task.
 pub fn load(name: &str) -> Result<Task, TaskError> {
-    if let Some((name, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
+    if let Some((name, text)) = built_in().find(|(built_in, _)| *built_in == name) {
         return parse(text, name);
     }
     if let Some(level) = name.strip_prefix("create/") {
@@ -107,12 +122,16 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
-/// The file that [`load`] reads for this name; None for a shipped task or level.
+/// Whether [`load`] finds this name within the program.
+pub fn is_built_in(name: &str) -> bool {
+    let level = name.strip_prefix("create/").map(|level| level.strip_suffix("-random").unwrap_or(level));
+    built_in().any(|(known, _)| *known == name) || level_names().any(|known| Some(known) == level)
+}
+
+/// The file that [`load`] reads for this name; None for a task or level within the program.
 pub fn file_of(name: &str) -> Option<PathBuf> {
     let path = expanded(name);
-    let level = name.strip_prefix("create/").map(|level| level.strip_suffix("-random").unwrap_or(level));
-    let is_built_in = shipped_names().any(|known| known == name) || level_names().any(|known| Some(known) == level);
-    (path.is_file() && !is_built_in).then_some(path)
+    (path.is_file() && !is_built_in(name)).then_some(path)
 }
 
 /// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles;
@@ -122,7 +141,7 @@ pub fn file_of(name: &str) -> Option<PathBuf> {
 /// When a file cannot be read or is not a valid task, or the folder has none.
 pub fn load_all(place: &str) -> Result<Vec<Task>, TaskError> {
     let path = expanded(place);
-    if !path.is_dir() || SHIPPED.iter().any(|(shipped, _)| *shipped == place) {
+    if !path.is_dir() || built_in().any(|(built_in, _)| *built_in == place) {
         return Ok(vec![load_regular(place)?]);
     }
     let unreadable = |source| TaskError::Io { path: path.clone(), source };
@@ -155,10 +174,10 @@ pub fn load_regular(name: &str) -> Result<Task, TaskError> {
     }
 }
 
-/// The name by which [`load`] loads an equal task, if it is shipped or a level of CREATE.
+/// The name by which [`load`] loads an equal task, if it is within the program.
 pub fn name_of(task: &Task) -> Option<String> {
     let levels = level_names().flat_map(|level| ["", "-random"].map(|end| format!("create/{level}{end}")));
-    let mut names = shipped_names().map(str::to_owned).chain(levels);
+    let mut names = built_in().map(|(name, _)| (*name).to_owned()).chain(levels);
     names.find(|name| load(name).is_ok_and(|known| known == *task))
 }
 
@@ -251,11 +270,21 @@ mod tests {
 
     #[test]
     fn tasks_are_known_by_the_name_they_were_loaded_by_until_edited() {
-        for name in ["task4", "create/Push", "create/Push-random"] {
+        for name in ["task4", "tune4", "create/Push", "create/Push-random"] {
             let mut task = load(name).unwrap();
             assert_eq!(name_of(&task).as_deref(), Some(name));
             task.goal.position[0] += 0.1;
             assert_eq!(name_of(&task), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn tuning_tasks_are_loaded_by_name_and_not_listed() {
+        for (name, _) in TUNING {
+            let task = load(name).unwrap();
+            assert_eq!(task.name, name);
+            assert!((1..=2).contains(&task.subgoals.len()));
+            assert!(file_of(name).is_none() && shipped_names().all(|listed| listed != name));
         }
     }
 

@@ -31,7 +31,7 @@ mod validate;
 
 pub use edit::{Draft, Edit, Editor};
 pub use file::{
-    FORMAT, TaskError, file_of, level_names, load, load_all, load_regular, name_of, parse, save, shipped,
+    FORMAT, TaskError, file_of, is_built_in, level_names, load, load_all, load_regular, name_of, parse, save, shipped,
     shipped_names, to_json,
 };
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};

@@ -8,13 +8,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use super::method::{Method, PriorSource};
-use super::parts::{Evaluation, Fork, Granularity, NoiseDecay, Practice, Refinement};
+use super::parts::{Evaluation, Fork, Granularity, NoiseDecay, Practice, Refinement, StopRule};
 use super::removed;
 use mge_agent::{self as agent, DdpgConfig};
 use mge_base::json;
 use mge_base::validation::{Range, Setting, ValidationError, check_settings};
 use mge_guidance::{self as guidance, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use mge_run::Retention;
+use mge_stats::rolling::{RollingRate, WINDOW};
 use mge_task::Task;
 
 /// The complete description of a training. Deserialisation validates it, so that no file or text can
@@ -31,6 +32,8 @@ pub struct RunConfig {
     pub seed: u64,
     /// Episodes to train.
     pub episodes: u32,
+    /// When to end before.
+    pub stop: StopRule,
     /// Schedule of the epsilon threshold; see [`Method::uses`].
     pub epsilon: EpsilonSchedule,
     /// How often epsilon is drawn.
@@ -97,9 +100,14 @@ impl Serialize for RunConfig {
 }
 
 /// The numeric settings of the run itself.
-const SETTINGS: [Setting; 17] = [
+const SETTINGS: [Setting; 18] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
+    Setting {
+        path: "stop.success",
+        range: Range::NumberOrNull(0.0, 1.0),
+        about: "success rate of the last 100 episodes at which the run is finished; null to play all",
+    },
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
     Setting::number(
         "noise_decay.share",
@@ -175,6 +183,7 @@ impl RunConfig {
             method: Method::default(),
             seed: 0,
             episodes: 2000,
+            stop: StopRule::default(),
             epsilon: EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 },
             granularity: Granularity::default(),
             noise_decay: NoiseDecay::default(),
@@ -194,10 +203,28 @@ impl RunConfig {
         }
     }
 
-    /// The configuration of a run whose number of episodes is raised: in its earlier episodes nothing changes.
+    /// The configuration of a run that plays this many episodes, whatever its success: in its earlier episodes nothing
+    /// changes.
     #[must_use]
     pub fn extended(self, episodes: u32) -> Self {
-        Self { noise_decay: self.noise_decay.extended(self.episodes, episodes), episodes, ..self }
+        let noise_decay = self.noise_decay.extended(self.episodes, episodes);
+        Self { noise_decay, episodes, stop: StopRule::default(), ..self }
+    }
+
+    /// Whether [`extended`](Self::extended) lets a run with this configuration play on.
+    pub fn extends_to(&self, episodes: u32) -> bool {
+        episodes > self.episodes || (episodes == self.episodes && self.stop.success.is_some())
+    }
+
+    /// Whether a finished run of `done` episodes has others left, because it was extended.
+    pub fn has_more(&self, done: u64) -> bool {
+        self.stop.success.is_none() && done < u64::from(self.episodes)
+    }
+
+    /// Whether a run is finished after `episode` episodes, of which these were the last.
+    pub fn is_finished(&self, episode: u64, recent: &RollingRate) -> bool {
+        let is_solved = |success| recent.of_full(WINDOW).is_some_and(|rate| rate >= success);
+        episode >= u64::from(self.episodes) || self.stop.success.is_some_and(is_solved)
     }
 
     /// Checks all ranges.

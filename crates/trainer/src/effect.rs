@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::config::RunConfig;
 use super::method::{Method, PriorSource};
 use mge_guidance::EpsilonSchedule;
+use mge_stats::rolling::WINDOW;
 
 /// A configuration, and the settings in it that somebody set, by JSON path.
 pub type Chosen<'a> = (&'a RunConfig, &'a BTreeSet<String>);
@@ -82,7 +83,7 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
     let is_uniform = config.rollout_source() == PriorSource::Uniform;
     let has_subgoals = !config.task.subgoals.is_empty();
     let periodic = u64::from(*episodes) < config.checkpoints.periodic_every;
-    let idle: [(&[&str], bool, &str); 17] = [
+    let idle: [(&[&str], bool, &str); 18] = [
         (&["guidance", "prior", "practice", "refinement"], is_unguided, "without clusters, as epsilon is always 0"),
         (&["hold_tolerance", "mastered_update_interval"], !by_need, "epsilon does not depend on need"),
         (&["noise_decay", "ddpg.ou"], !is_noisy, "epsilon leaves no share to the noise"),
@@ -103,6 +104,7 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
             "no batch may follow the first",
         ),
         (&["guidance.longest_horizon"], guidance.longest_horizon <= guidance.horizon, "`guidance.horizon` is as long"),
+        (&["stop"], (*episodes as usize) < WINDOW.get(), "the run is shorter than 100 episodes"),
         (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
         (&["refinement.every"], refinement.every > *episodes, "it is longer than the run"),
@@ -196,7 +198,7 @@ mod tests {
         use Method::*;
         /// A method, settings, and what the line has.
         type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
-        let cases: [Case; 23] = [
+        let cases: [Case; 24] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
             (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
@@ -221,6 +223,7 @@ mod tests {
             (DdpgUniform, &[("guidance.std_floor", "0.1")], "nothing refines them"),
             (DdpgUniformAdaptive, &[("guidance.model_rollouts", "50")], "there are no rollouts"),
             (DdpgMge, &[("guidance.longest_horizon", "4")], "`guidance.horizon` is as long"),
+            (Ddpg, &[("episodes", "99"), ("stop.success", "0.8")], "shorter than 100 episodes"),
             (DdpgMge, &[("evaluation.every", "5000")], "`evaluation.every` has no effect: it is longer than the run"),
             (DdpgMge, &[("checkpoints.periodic_kept", "5")], "`checkpoints.periodic_every` is 0"),
             (Ddpg, &[("ddpg.batch_size", "64"), ("ddpg.replay_capacity", "50")], "64 is above"),

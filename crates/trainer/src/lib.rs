@@ -72,7 +72,7 @@ pub use fork::{ForkError, fork};
 pub use method::{Method, PriorSource};
 pub use mge_run::Source;
 pub use model_file::ModelFile;
-pub use parts::{Evaluation, Fork, Granularity, NoiseDecay, PastTask, Practice, Refinement};
+pub use parts::{Evaluation, Fork, Granularity, NoiseDecay, PastTask, Practice, Refinement, StopRule};
 pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
 pub use removed::RemovedSetting;
 pub use run_loop::{Control, Ending, TrainerError, check_continuation, checked_history, train};

@@ -52,7 +52,7 @@ impl NoiseDecay {
     /// The same scale in every episode, for a run whose number of episodes is raised.
     #[must_use]
     pub fn extended(self, from: u32, to: u32) -> Self {
-        if self.final_scale >= 1.0 { self } else { Self { share: self.span(from) / to as f32, ..self } }
+        if self.final_scale >= 1.0 || from == to { self } else { Self { share: self.span(from) / to as f32, ..self } }
     }
 }
 
@@ -70,6 +70,14 @@ impl Default for Evaluation {
     fn default() -> Self {
         Self { every: 50, episodes: 1 }
     }
+}
+
+/// When a run ends before its last episode.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StopRule {
+    /// Success rate of the last 100 episodes at which the run is finished; none to play all episodes.
+    pub success: Option<f64>,
 }
 
 /// Refinement of clusters from the agent's own rewarding actions during training (the

@@ -13,7 +13,7 @@ use super::config::RunConfig;
 use super::panic_message;
 use super::prior::PriorError;
 use super::trace::Trace;
-use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings};
+use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings, is_finished_at};
 use super::watch::{LiveView, Phase, Watch};
 use mge_base::identity::{Origin, version};
 use mge_base::stop::Pieces;
@@ -30,7 +30,7 @@ use controls::Next;
 /// How a training ended without error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
-    /// All episodes are done.
+    /// All episodes are done, or it has the success of its stop rule.
     Finished,
     /// Stopped by a control.
     Stopped,
@@ -80,7 +80,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         && last == Some(episode)
         && checkpoint.as_ref().is_some_and(|checkpoint| writer.has_logs_of(checkpoint));
     if let Some(checkpoint) = &checkpoint {
-        let is_finished = checkpoint.episode >= u64::from(config.episodes);
+        let is_finished = is_finished_at(&config, checkpoint)?;
         writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
     }
     // An unreadable `best` is replaced by the next one.

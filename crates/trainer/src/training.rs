@@ -34,7 +34,7 @@ use mge_stats::rolling::{RollingRate, WINDOW};
 pub use error::TrainingError;
 pub use evaluation::greedy_episode;
 use means::UpdateMeans;
-pub use saved::{CONFIG_SECTION, NETWORKS_SECTION, PROGRESS_SECTION, check_settings, prior_at};
+pub use saved::{CONFIG_SECTION, NETWORKS_SECTION, PROGRESS_SECTION, check_settings, is_finished_at, prior_at};
 
 /// Length of an action: a position.
 const ACTION_LEN: usize = 2;
@@ -141,9 +141,9 @@ impl Training {
         self.progress.episode
     }
 
-    /// Whether all episodes are done.
+    /// Whether all episodes are done, or the success is that of the stop rule.
     pub fn is_finished(&self) -> bool {
-        self.progress.episode >= u64::from(self.config.episodes)
+        self.config.is_finished(self.progress.episode, &self.progress.recent)
     }
 
     /// Number of transitions recorded so far.

@@ -21,6 +21,9 @@ pub struct Train {
     /// Episodes to train [default: 2000]
     #[arg(long)]
     pub episodes: Option<u32>,
+    /// End once 80 % of the last 100 episodes reached the goal (`stop.success`)
+    #[arg(long)]
+    pub until_solved: bool,
     /// Master seed [default: 0]
     #[arg(long)]
     pub seed: Option<u64>,
@@ -65,7 +68,7 @@ pub struct Resume {
     /// Keep training when the terminal is closed
     #[arg(long)]
     pub detached: bool,
-    /// New number of episodes, for runs that have fewer
+    /// New number of episodes, for runs that have fewer or ended before at the success of `stop.success`
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub episodes: Option<u32>,
 }

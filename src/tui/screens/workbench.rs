@@ -18,7 +18,7 @@ use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 use mge_base::text::printable;
 use mge_run::Metric;
-use mge_task::{level_names, shipped_names};
+use mge_task::is_built_in;
 
 /// Rows of the status pane, without those of practice and need.
 const STATUS: u16 = 13;
@@ -112,8 +112,7 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
     put(&format!("\n{}", printable(&view.task.description)), Style::new());
     let placeable = view.task.placeable;
-    let is_shipped =
-        || shipped_names().chain(level_names()).any(|name| view.task.name.trim_end_matches("-random") == name);
+    let is_shipped = || is_built_in(&view.task.name) || is_built_in(&format!("create/{}", view.task.name));
     let file = match &view.file {
         Some(file) => file.display().to_string(),
         None if is_shipped() => "shipped with the program".to_owned(),

@@ -35,6 +35,31 @@ fn all_files_of_a_resumed_run_equal_those_of_an_uninterrupted_one() {
 }
 
 #[test]
+fn a_run_that_ends_at_its_success_is_the_beginning_of_a_longer_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = config(Method::OpenLoop, 150);
+    let mut short = long.clone();
+    short.stop.success = Some(0.9);
+    let [whole, ended] = [("whole", &long), ("ended", &short)].map(|(name, config)| {
+        let run = new_run(folder.path(), name, config);
+        assert_eq!(finish(&run), Ending::Finished);
+        run
+    });
+    let records = |run| RunHistory::read(run).unwrap().records;
+    let (all, first) = (records(&whole), records(&ended));
+    let solved = all.iter().position(|record| record.episode >= 100 && record.rolling_success >= 0.9).unwrap();
+    assert!(solved < 140 && first[..] == all[..=solved], "{solved}, {}", first.len());
+    assert_eq!(ended.status().unwrap().state, RunState::Finished);
+    // It is finished, until it is given all its episodes.
+    assert_eq!(finish(&ended), Ending::Finished);
+    assert_eq!(records(&ended), first);
+    assert!(short.extends_to(150) && !short.extends_to(149) && !short.has_more(first.len() as u64));
+    ended.replace_config(&short.extended(150)).unwrap();
+    assert_eq!(finish(&ended), Ending::Finished);
+    assert_eq!((metrics(&ended), networks(&ended)), (metrics(&whole), networks(&whole)));
+}
+
+#[test]
 fn a_resumed_run_does_not_replace_a_better_best() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 12));

@@ -15,6 +15,7 @@ use mge_base::stop::Stop;
 use mge_env::observation_len;
 use mge_guidance::ActionPrior;
 use mge_run::{Checkpoint, RunError};
+use mge_stats::rolling::RollingRate;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
@@ -34,6 +35,18 @@ pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, Run
     checkpoint.json(PROGRESS_SECTION).map(|WithPrior { prior }| prior)
 }
 
+/// Whether a run is finished at a checkpoint.
+///
+/// # Errors
+/// When the checkpoint is damaged.
+pub fn is_finished_at(config: &RunConfig, checkpoint: &Checkpoint) -> Result<bool, RunError> {
+    #[derive(Deserialize)]
+    struct Recent {
+        recent: RollingRate,
+    }
+    checkpoint.json(PROGRESS_SECTION).map(|Recent { recent }| config.is_finished(checkpoint.episode, &recent))
+}
+
 /// The checkpoint section that holds the configuration of the run, as JSON.
 pub const CONFIG_SECTION: &str = "config.json";
 
@@ -47,7 +60,7 @@ pub fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(),
         return Ok(());
     }
     let mut saved: RunConfig = checkpoint.json(CONFIG_SECTION)?;
-    if saved.episodes < config.episodes {
+    if config.stop.success.is_none() && saved.extends_to(config.episodes) {
         saved = saved.extended(config.episodes);
     }
     if saved == *config {

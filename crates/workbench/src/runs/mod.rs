@@ -49,13 +49,13 @@ impl Session {
         self.start_run(number, command.until, &report)
     }
 
-    /// The number of episodes to which continuing extends a run that has fewer; None unless it was set explicitly.
+    /// The number of episodes to which continuing extends a run; None unless it was set explicitly.
     pub fn extends_to(&self) -> Option<u32> {
         Some(self.setup.config.episodes).filter(|_| self.setup.set.contains("episodes"))
     }
 
-    /// Raises the number of episodes of a run to the number set in the session, if that was set explicitly and is
-    /// larger; returns it then. Otherwise refuses a run of which no episode is left.
+    /// Lets a run play the number of episodes set in the session, if that was set explicitly and the run ends before;
+    /// returns it then. Otherwise refuses a run of which no episode is left.
     fn extend(&mut self, directory: &RunDirectory) -> Result<Option<u32>, SessionError> {
         directory.check_free()?;
         let config = RunConfig::of(directory)?;
@@ -65,10 +65,10 @@ impl Session {
         if is_finished && directory.checkpoints().names()?.is_empty() {
             return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
         }
-        let Some(episodes) = self.extends_to().filter(|episodes| *episodes > config.episodes) else {
+        let Some(episodes) = self.extends_to().filter(|episodes| config.extends_to(*episodes)) else {
             // A run that was extended before, but not started, has episodes left, and a damaged one may be mended.
             let done = status.last_episode.map_or(0, |record| record.episode);
-            if !is_finished || done < u64::from(config.episodes) || checked_history(directory, &config).is_err() {
+            if !is_finished || config.has_more(done) || checked_history(directory, &config).is_err() {
                 return Ok(None);
             }
             return Err(SessionError::Finished { run, episodes: done });

@@ -47,8 +47,8 @@ fn is_going(run: &RunSummary) -> bool {
 /// Continues runs; of several, not those that are finished and get no more episodes.
 pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let is_over = |run: &&RunSummary| {
-        let gets_more = ui.view.extends_to.is_some_and(|episodes| u64::from(episodes) > run.episodes());
-        runs.len() > 1 && run.state == RunState::Finished && run.done >= run.episodes() && !gets_more
+        let gets_more = ui.view.extends_to.is_some_and(|episodes| run.config.extends_to(episodes));
+        runs.len() > 1 && run.state == RunState::Finished && !run.config.has_more(run.done) && !gets_more
     };
     let (over, others): (Vec<&RunSummary>, Vec<&RunSummary>) = runs.iter().copied().partition(is_over);
     let resumed = |run: &RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
