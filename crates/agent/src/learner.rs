@@ -162,8 +162,16 @@ impl Learner {
     /// # Errors
     /// If learning has diverged.
     pub fn learn(&mut self) -> Result<Vec<UpdateMetrics>, UpdateError> {
+        self.update(self.ddpg.config().updates_per_step)
+    }
+
+    /// Like [`learn`](Self::learn), with another number of updates.
+    ///
+    /// # Errors
+    /// If learning has diverged.
+    pub fn update(&mut self, count: usize) -> Result<Vec<UpdateMetrics>, UpdateError> {
         let config = self.ddpg.config();
-        let (count, batch_size) = (config.updates_per_step, config.batch_size);
+        let batch_size = config.batch_size;
         if self.replay.is_empty() || self.recorded < config.warmup_steps as u64 {
             return Ok(Vec::new());
         }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::config::RunConfig;
-use super::method::Method;
+use super::method::{Method, PriorSource};
 use super::setting::non_default_settings;
 use super::settings_file;
 use mge_guidance::EpsilonSchedule;
@@ -53,8 +53,10 @@ static ADAPTIVE: LazyLock<RunConfig> = LazyLock::new(|| {
 /// Gives a configuration the settings of the adaptive methods.
 fn adapt(config: &mut RunConfig) {
     *config = RunConfig { task: config.task.clone(), method: config.method, ..ADAPTIVE.clone() };
-    if !config.method.has_clusters() {
-        // Stronger noise takes over their share of the exploration.
+    // Without guidance, rewards are found only by exploring more, and without any clusters by stronger noise.
+    if config.method.fixed_source() == Some(PriorSource::Uniform) {
+        config.epsilon = EpsilonSchedule::Need { clusters: 0.5, noise: 0.25, attempts: 20 };
+    } else if !config.method.has_clusters() {
         config.epsilon = EpsilonSchedule::Need { clusters: 0.0, noise: 0.75, attempts: 20 };
         config.ddpg.ou.sigma = 0.3;
     }

@@ -29,16 +29,18 @@ impl Training {
         if step.reached_stage() {
             self.learner.reach(stage);
         }
-        Ok(if self.skips_update(interval) { Vec::new() } else { self.learner.learn()? })
+        Ok(self.learner.update(self.updates(interval))?)
     }
 
-    /// Whether no update follows the latest transition, because every stage is mastered.
-    fn skips_update(&self, interval: u64) -> bool {
-        if self.learner.recorded().is_multiple_of(interval) {
-            return false;
+    /// Number of updates after the latest transition. With exploration by need, it is proportional to the greatest need
+    /// of a stage, rounded up; while every stage is mastered, one update follows every `interval`th transition.
+    fn updates(&self, interval: u64) -> usize {
+        let most = self.config.ddpg.updates_per_step;
+        match self.needs().into_iter().reduce(f32::max) {
+            None => most,
+            Some(0.0) => usize::from(self.learner.recorded().is_multiple_of(interval)),
+            Some(need) => (need * most as f32).ceil() as usize,
         }
-        let needs = self.needs();
-        !needs.is_empty() && needs.iter().all(|need| *need == 0.0)
     }
 
     fn keep_rewarding(&mut self, stage: usize, actions: Vec<Action>) {

@@ -111,19 +111,23 @@ fn a_held_policy_acts_until_it_fails() {
 }
 
 #[test]
-fn a_mastered_task_needs_fewer_updates() {
-    let learned = |interval, schedule: &str| {
+fn the_less_a_task_needs_exploration_the_fewer_updates_follow() {
+    let learned = |interval, updates_per_step, schedule: &str| {
         let mut config = RunConfig { method: Method::DdpgAdaptive, mastered_update_interval: interval, ..easy() };
-        config.ddpg.warmup_steps = 0;
+        (config.ddpg.warmup_steps, config.ddpg.updates_per_step) = (0, updates_per_step);
         let mut training = Training::new(config, None).unwrap();
         training.set_schedule(schedule.parse().unwrap());
         (0..12).for_each(|_| drop(training.run_episode().unwrap()));
         (training.transitions(), training.ddpg().updates())
     };
-    let (steps, updates) = learned(4, "need:0:0:1");
+    let (steps, updates) = learned(4, 1, "need:0:0:1");
     assert_eq!((steps, updates), (24, 7), "the first of all steps, then every fourth");
     for (interval, schedule) in [(1, "need:0:0:1"), (4, "need:0:0:20"), (4, "0")] {
-        let (steps, updates) = learned(interval, schedule);
+        let (steps, updates) = learned(interval, 1, schedule);
         assert_eq!(updates, steps, "{interval} {schedule}");
     }
+    assert_eq!(learned(4, 4, "0"), (24, 96));
+    // The need falls by 1/20 with every episode.
+    let expected = (0..12).map(|episode: u64| (20 - episode).div_ceil(5) + (19 - episode).div_ceil(5)).sum();
+    assert_eq!(learned(4, 4, "need:0:0:20"), (24, expected));
 }
