@@ -127,7 +127,12 @@ pub const SETTINGS: [Setting; 18] = [
     ),
     Setting::count("replay_capacity", 1, MAX_CAPACITY as u64, "transitions that the replay buffer holds"),
     Setting::count("warmup_steps", 0, 1_000_000_000, "transitions recorded before the first update"),
-    Setting::count("updates_per_step", 1, 1000, "updates for every transition recorded after that"),
+    Setting::count(
+        "updates_per_step",
+        1,
+        1000,
+        "updates for every transition recorded after that; with exploration by need at most, in proportion to the need",
+    ),
     Setting {
         path: "target_clamp",
         range: Range::IntervalOrNull(-1e9, 1e9),
