@@ -5,12 +5,15 @@ mod clusters;
 mod control;
 mod dynamics;
 mod interrupt;
+mod listing;
 mod manual;
 mod output;
 mod physics;
 mod progress;
+mod provenance;
 mod puzzles;
 mod runs;
+mod session;
 mod settings;
 mod studies;
 mod sweeps;
@@ -104,6 +107,10 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Config(config) => brief(|| settings::print(&config.name)),
         Command::Resume(resume) => runs::resume(&resume),
         Command::Fork(fork) => runs::fork(&fork),
+        Command::Runs(runs) => brief(|| listing::runs(&runs)),
+        Command::Show(show) => brief(|| listing::show(&show)),
+        Command::Compare(compare) => brief(|| listing::compare(&compare)),
+        Command::Delete(delete) => brief(|| runs::delete(&delete)),
         Command::Pause(on) => brief(|| control::pause(&on.run)),
         Command::Stop(on) => brief(|| control::stop(&on.run)),
         Command::Epsilon(epsilon) => brief(|| control::epsilon(&epsilon.run, &epsilon.schedule)),

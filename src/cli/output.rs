@@ -39,6 +39,21 @@ pub fn lines(text: impl Display) -> Result<(), OutputError> {
     Ok(out.flush()?)
 }
 
+/// Writes a table of results, with aligned columns.
+///
+/// # Errors
+/// When standard output is closed or full.
+pub fn table<const N: usize>(rows: &[[String; N]]) -> Outcome {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    let cells = |row: &[String; N]| row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+    let line = |row: &[String; N]| {
+        let cells: Vec<String> = cells(row);
+        cells.join("  ").trim_end().to_owned() + "\n"
+    };
+    Ok(lines(rows.iter().map(line).collect::<String>())?)
+}
+
 /// Standard output for streams of JSON Lines.
 pub fn stream() -> impl Write {
     BufWriter::new(io::stdout().lock())

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions};
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
+use super::provenance;
 use super::runs::definitions;
 use super::sweeps;
 use mge_experiments::ExperimentError;
@@ -79,33 +80,15 @@ fn index_of(arguments: &SubgoalOptions) -> Result<Index, Box<dyn std::error::Err
     Ok(Index::load(&arguments.puzzles)?.ok_or_else(missing)?)
 }
 
-/// The command `mge puzzles bench` with the search for subgoals and further options with their values.
-fn command(search: &SubgoalOptions, options: impl IntoIterator<Item = (&'static str, String)>) -> String {
-    let SubgoalOptions { puzzles, model, subgoals } = search;
-    let words = ["mge", "puzzles", "bench", &puzzles.display().to_string()].map(str::to_owned).into_iter();
-    let of_search = [("--model", model.clone()), ("--subgoals", subgoals.to_string())];
-    let options = of_search.into_iter().chain(options).flat_map(|(name, value)| [name.to_owned(), value]);
-    shell_words::join(words.chain(options))
-}
-
 /// Writes the report of the finished trainings.
 fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
     let out = &arguments.out;
     let folders: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(out)).filter(|folder| folder.exists()).collect();
     let mut runs = mge_results::read_runs(&folders)?;
     runs.retain(|run| run.state == RunState::Finished);
-    let methods = arguments.methods.iter().map(|method| ("--method", method.name().to_owned()));
-    let options = [
-        ("--seeds", arguments.seeds.to_string()),
-        ("--episodes", arguments.episodes.to_string()),
-        ("--out", out.display().to_string()),
-    ];
-    let settings = arguments.settings.iter().map(|setting| ("--set", setting.clone()));
-    let command = command(&arguments.search, methods.chain(options).chain(settings));
-    let command = command + &arguments.print.option();
     let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
     let rows = runs.into_iter().map(|run| run.trained.row).collect();
     let folder = mge_results::ReportFolder::new(arguments.force.target(out))?;
-    BenchResults::new(&command, index, rows).write(&folder, &hash, arguments.print.dpi)?;
+    BenchResults::new(&provenance::command(), index, rows).write(&folder, &hash, arguments.print.dpi)?;
     Ok(output::line(out.join("report.md").display())?)
 }

@@ -1,19 +1,18 @@
 //! Commands on runs: `train`, `resume`, `fork`, `evaluate`, `export`, `figures`, `script`, and the
 //! workbench itself.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Duration;
 
 use serde_json::json;
 
-use super::arguments::{Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
+use super::arguments::{Delete, Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
 use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
-use super::progress::Progress;
+use super::session::{RUNS, Viewer, apply_settings, follow, perform, use_folder};
 use super::settings;
 use crate::tui;
 use mge_agent::Ddpg;
@@ -21,14 +20,15 @@ use mge_base::paths::{fitting, given};
 use mge_base::text::printable;
 use mge_figures::DEFAULT_DPI;
 use mge_results::Composition;
-use mge_run::{Event, RunError, RunState};
+use mge_run::RunError;
 use mge_task as task;
 use mge_trainer::{Method, set_the_same};
-use mge_workbench::{self as workbench, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
+use mge_workbench::{self as workbench, Command, FigureKind, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
-    let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
+    let mut session = Session::on_task(&arguments.task, RUNS.into())?;
+    use_folder(&mut session, &arguments.runs)?;
     let first_start = !arguments.runs.exists();
     let options = tui::Options {
         keys: arguments.keys.clone(),
@@ -52,7 +52,7 @@ const SOLVED: &str = "0.8";
 
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| "runs".into()))?;
+    let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()))?;
     let mut session = Session::on_task(&arguments.task, runs)?;
     let given = [
         ("method", "--method", arguments.method.is_some()),
@@ -65,8 +65,10 @@ pub fn train(arguments: &Train) -> Outcome {
     let own = definitions(&arguments.settings, "--set", &given)?;
     let options = given.iter().filter(|(_, _, is_given)| *is_given).map(|(key, ..)| *key);
     let keys: Vec<&str> = options.chain(own.iter().map(|(key, _)| key.as_str())).collect();
-    let of_file = arguments.config.as_deref().map(|file| settings::of_file(file, &keys)).transpose()?;
-    let settings = of_file.unwrap_or_default().into_iter().chain(own).collect();
+    let file = arguments.config.as_deref();
+    let of_file = file.map(|file| settings::of_file(file, &keys)).transpose()?.unwrap_or_default();
+    let is_of_file = |key: &str| of_file.iter().any(|(known, _)| known == key);
+    let settings = of_file.iter().cloned().chain(own).collect();
     let method = arguments.method.unwrap_or(Method::USUAL);
     let mut commands: Vec<Command> = vec![command::Method(method).into()];
     let (seed, episodes) = (arguments.seed.unwrap_or(0), arguments.episodes.unwrap_or(2000));
@@ -79,25 +81,12 @@ pub fn train(arguments: &Train) -> Outcome {
     for command in commands {
         session.apply(command)?;
     }
-    apply_settings(&mut session, settings)?;
+    apply_settings(&mut session, settings).map_err(|(key, error)| match file.filter(|_| is_of_file(&key)) {
+        Some(file) => format!("{}: {error}", file.display()),
+        None => error.to_string(),
+    })?;
     session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, interrupt)
-}
-
-/// Applies `--set` options in their order. A setting that is out of range only because of a later one is tried again
-/// after it.
-fn apply_settings(session: &mut Session, mut left: Vec<(String, String)>) -> Outcome {
-    while !left.is_empty() {
-        let (count, mut refusal) = (left.len(), None);
-        left.retain(|(key, value)| {
-            let set = command::Set { key: key.clone(), value: value.clone() };
-            session.apply(set).map_err(|error| refusal.get_or_insert(error)).is_err()
-        });
-        if let Some(error) = refusal.filter(|_| left.len() == count) {
-            return Err(error.into());
-        }
-    }
-    Ok(())
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
@@ -167,139 +156,10 @@ pub fn fork(arguments: &Fork) -> Outcome {
         changes.push(("task".to_owned(), "edited".to_owned()));
     }
     let folder = arguments.out.clone();
-    let fork = Command::from(command::Fork { episode: arguments.at, changes, folder, until: None });
-    session.apply(fork.clone())?;
-    interrupt.result(repeat(&mut session, &fork, arguments.quiet, interrupt), |_| true)?;
+    let fork = command::Fork { episode: arguments.at, changes, folder, until: None };
+    perform(&mut session, fork, "repeating episodes", arguments.quiet)?;
     // Run 0 of the session is the source of the fork.
     follow(&mut session, 1, arguments.quiet, interrupt)
-}
-
-/// Shows progress on stderr while a fork repeats the episodes of its source.
-fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interrupt) -> Result<(), SessionError> {
-    let mut progress = Progress::new(1, quiet);
-    loop {
-        for notice in session.poll() {
-            match notice {
-                Notice::Progress { progress: now, .. } => {
-                    progress.set(now.done as u64, now.total as u64, "repeating episodes");
-                }
-                Notice::Warning(text) => progress.warn(&text),
-                Notice::Finished { command, outcome } if command == *fork => {
-                    return outcome.map(drop).map_err(SessionError::Failed);
-                }
-                _ => {}
-            }
-        }
-        if interrupt.is_requested() {
-            session.cancel(fork);
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-}
-
-/// Shows the progress of the session's runs from number `first` on, on stderr, and their results on stdout.
-fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
-    let followed = |run: &&RunView| run.number() >= first;
-    let episodes = session.runs().iter().filter(followed).map(|run| u64::from(run.config().episodes)).sum();
-    let mut viewer = Viewer::new(episodes, quiet);
-    let mut stopping = false;
-    loop {
-        // Checked before polling, so that the final events are not missed. A run that another process has
-        // paused is waited for, too.
-        let idle = session.is_idle() && !session.runs().iter().any(RunView::is_active);
-        session.poll().iter().for_each(|notice| viewer.show(notice));
-        if idle {
-            break;
-        }
-        if interrupt.is_requested() && !stopping {
-            stopping = true;
-            let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();
-            for run in runs {
-                // Fails if the run has just ended.
-                let _ = session.apply(command::Watch(run)).and_then(|_| session.apply(command::Stop));
-            }
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    drop(viewer);
-    let mut outcome = Ok(());
-    for run in session.runs().iter().filter(followed) {
-        // All problems are shown, the last one as the error of the program.
-        if let Err(problem) = result(run, stopping, interrupt)
-            && let Err(earlier) = std::mem::replace(&mut outcome, Err(problem))
-        {
-            output::message(earlier);
-        }
-    }
-    outcome
-}
-
-/// Prints the result of a run on stdout.
-fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
-    let episodes = run.config().episodes;
-    if let Some(failure) = run.failure() {
-        return Err(format!("{}: {failure}", run.directory().path().display()).into());
-    }
-    if stopping && run.state() != RunState::Finished {
-        let folder = run.directory().path().display().to_string();
-        let resume = shell_words::join(["mge", "resume", &folder]);
-        let done = run.episodes();
-        let message = format!("stopped after {done} of {episodes} episodes: continue with `{resume}`");
-        return Err(interrupt.ended(message).into());
-    }
-    let last = run.records().last();
-    let result = json!({
-        "run": run.directory().path().display().to_string(),
-        "episodes": run.episodes(),
-        "rolling_success": last.map(|record| record.rolling_success),
-        "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
-    });
-    Ok(output::line(result)?)
-}
-
-/// Shows the notices of a session on stderr.
-struct Viewer {
-    progress: Progress,
-    /// Number of episodes of each run.
-    episodes: BTreeMap<usize, u64>,
-    /// The warnings shown.
-    warned: BTreeSet<String>,
-}
-
-impl Viewer {
-    fn new(length: u64, quiet: bool) -> Self {
-        Self { progress: Progress::new(length, quiet), episodes: BTreeMap::new(), warned: BTreeSet::new() }
-    }
-
-    /// Shows a warning once, with the line of a script that it is about.
-    fn warn(&mut self, place: Option<&str>, text: &str) {
-        if self.warned.insert(text.to_owned()) {
-            self.progress.warn(&place.map_or_else(|| text.to_owned(), |place| format!("{place}: {text}")));
-        }
-    }
-
-    fn show(&mut self, notice: &Notice) {
-        match notice {
-            Notice::Progress { command: Command::Clusters(_), progress: stages } => {
-                self.progress.set(stages.done as u64, stages.total as u64, "clusters");
-            }
-            Notice::Run { run, event: Event::EpisodeFinished(record) } => {
-                let message = format!("success {:.0} %, return {:.2}", 100.0 * record.rolling_success, record.return_);
-                let episodes = self.episodes.get(run).copied().unwrap_or(record.episode);
-                self.progress.set(record.episode, episodes, &message);
-            }
-            Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } => {}
-            Notice::Progress { .. } | Notice::Changed => {}
-            Notice::Warning(text) => self.warn(None, text),
-            Notice::Run { run, event } => {
-                if let Event::Started { episodes, .. } = event {
-                    self.episodes.insert(*run, *episodes);
-                }
-                self.progress.say(&event.to_string());
-            }
-            Notice::Finished { outcome: Ok(text) | Err(text), .. } => self.progress.say(text),
-        }
-    }
 }
 
 pub fn evaluate(arguments: &Evaluate) -> Outcome {
@@ -338,9 +198,7 @@ pub fn figures(arguments: &Figures) -> Outcome {
     // clap requires at least one.
     let mut session = Session::on_run(&arguments.runs[0])?;
     for run in &arguments.runs {
-        let open = Command::from(command::Open(run.clone()));
-        session.apply(open.clone())?;
-        session.wait_for(&open)?;
+        perform(&mut session, command::Open(run.clone()), "reading", true)?;
         // Before anything is drawn.
         if let Some(checkpoint) = arguments.checkpoint {
             session.apply(command::Checkpoint(checkpoint))?;
@@ -385,9 +243,7 @@ pub fn figures(arguments: &Figures) -> Outcome {
 /// Writes a figure, and prints its path on stdout.
 fn export(session: &mut Session, figure: command::Figure) -> Outcome {
     let path = figure.to.path.clone();
-    let figure = Command::from(figure);
-    session.apply(figure.clone())?;
-    session.wait_for(&figure)?;
+    perform(session, figure, "drawing", true)?;
     Ok(output::line(path.display())?)
 }
 
@@ -400,11 +256,24 @@ fn figure_path(out: Option<&Path>, run: &Path, figure: &str, extension: &str) ->
     }
 }
 
+pub fn delete(arguments: &Delete) -> Outcome {
+    let mut session = Session::on_task(workbench::FIRST_TASK, RUNS.into())?;
+    for run in &arguments.runs {
+        let report = match arguments.restore {
+            true => session.apply(command::Restore(Some(run.clone()))),
+            false => session.apply(command::Delete(run.clone())),
+        };
+        output::line(report?)?;
+    }
+    Ok(())
+}
+
 pub fn script(arguments: &Script) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let variables = definitions(&arguments.variables, "--define", &[])?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
-    let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
+    let mut session = Session::new(task::load(workbench::FIRST_TASK)?, RUNS.into());
+    use_folder(&mut session, &arguments.runs)?;
     session.interrupt_with(interrupt.stop());
     let mut viewer = Viewer::new(0, arguments.quiet);
     let outcome = script.run(&mut session, |output| match output {

@@ -4,6 +4,7 @@ use super::arguments::{Report, Reproduce};
 use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::progress::Progress;
+use super::provenance;
 use mge_base::text::counted;
 use mge_experiments::ExperimentError;
 use mge_experiments::study::{self, Study};
@@ -13,8 +14,8 @@ use mge_stats::Bootstrap;
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let Reproduce { quick, seed, print, .. } = arguments;
-    let (study, option) = if *quick { (Study::quick(), " --quick") } else { (Study::full(), "") };
-    let command = format!("mge reproduce{option} --seed {seed}{}", print.option());
+    let study = if *quick { Study::quick() } else { Study::full() };
+    let command = provenance::command();
     let out = arguments.force.target(&arguments.out);
     in_batch(
         arguments.threads,
@@ -26,17 +27,8 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
 }
 
 pub fn report(arguments: &Report) -> Outcome {
-    let words = ["mge", "report"].map(str::to_owned).into_iter();
-    let folders = arguments.runs.iter().map(|folder| folder.display().to_string());
-    let mut command = shell_words::join(words.chain(folders));
+    let command = provenance::command();
     let bootstrap = Bootstrap { resamples: arguments.resamples, seed: arguments.seed, ..Bootstrap::default() };
-    if bootstrap != Bootstrap::default() {
-        command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
-    }
-    if let Some(label) = &arguments.reference {
-        command += &format!(" --reference {}", shell_words::quote(label));
-    }
-    command += &arguments.print.option();
     let out = arguments.force.target(&arguments.out);
     if hold_measured(&arguments.runs)? {
         if arguments.reference.is_some() {

@@ -6,6 +6,7 @@ use super::arguments::Sweep as Arguments;
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use mge_base::atomic::Target;
+use mge_base::text::counted;
 use mge_experiments::ExperimentError;
 use mge_experiments::sweep::{self, Sweep};
 use mge_run::RunError;
@@ -84,9 +85,16 @@ pub fn work(
 fn collect(folders: &[PathBuf], to: &Target) -> Outcome {
     let out = &to.path;
     sweep::check_results(to)?;
-    let runs = sweep::collect(folders, out)?;
-    output::message(format_args!("{} holds {runs} runs", out.display()));
-    Ok(output::line(sweep::write_results(to)?.display())?)
+    let collected = sweep::collect(folders, out)?;
+    for error in &collected.damaged {
+        output::message(format_args!("left out: {error}"));
+    }
+    output::message(format_args!("{} holds {}", out.display(), counted(collected.runs, "run")));
+    output::line(sweep::write_results(to)?.display())?;
+    match collected.damaged.len() {
+        0 => Ok(()),
+        damaged => Err(format!("{} left out, as their configurations cannot be read", counted(damaged, "run")).into()),
+    }
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

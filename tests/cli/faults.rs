@@ -216,7 +216,6 @@ fn a_signal_ends_every_long_command_with_one_line() {
     let folder = tempfile::tempdir().unwrap();
     succeed(mge(&folder, train("run", "5")));
     for line in [
-        "tasks audit task1 --episodes 1000000",
         "tasks propose task2 --subgoals 50",
         "clusters task5",
         "evaluate run --episodes 1000000",

@@ -15,6 +15,7 @@ mod learning;
 mod python;
 mod regressions;
 mod rliable;
+mod runs;
 mod script;
 #[cfg(target_os = "linux")]
 mod soak;

@@ -176,23 +176,23 @@ fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
 #[test]
 fn suspending_and_continuing_restores_the_screen() {
     let folder = tempfile::tempdir().unwrap();
-    let mut terminal = open(folder.path(), &[]);
-    terminal.wait_for("welcome");
-    terminal.signal("TSTP");
-    terminal.wait_until_restored();
-    terminal.wait_until_stopped();
-    terminal.signal("CONT");
-    terminal.wait_until_taken();
+    // A shell with job control, which continues the workbench at the enter key.
+    let mut command = CommandBuilder::new("sh");
+    command.args(["-m", "-c", "$0; echo back in the shell; read line; fg; echo again; read line; fg", MGE]);
+    command.cwd(folder.path());
+    let mut terminal = Terminal::start(command, PLAIN);
     terminal.wait_for("welcome");
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
-    // Ctrl-Z
-    terminal.type_text("\x1a");
-    terminal.wait_until_restored();
-    terminal.wait_until_stopped();
-    terminal.signal("CONT");
-    terminal.wait_until_taken();
-    terminal.wait_for("no episodes yet");
+    for shell in ["back in the shell", "again"] {
+        // Ctrl-Z
+        terminal.type_text("\x1a");
+        terminal.wait_for(shell);
+        terminal.wait_until("the screen to be left", |screen| !screen.alternate_screen() && !screen.hide_cursor());
+        terminal.type_text("\r");
+        terminal.wait_until_taken();
+        terminal.wait_for("no episodes yet");
+    }
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);
     terminal.wait_until_restored();

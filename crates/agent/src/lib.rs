@@ -91,8 +91,6 @@ mod config;
 mod ddpg;
 mod learner;
 mod noise;
-#[cfg(test)]
-mod probe;
 mod replay;
 mod segments;
 mod state;

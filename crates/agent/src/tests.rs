@@ -1,5 +1,7 @@
 //! The agent's guarantees: target update, reproducible runs, exact resuming, clear errors.
 
+mod probe;
+
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

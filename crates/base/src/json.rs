@@ -119,6 +119,11 @@ pub fn text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
+/// The value of a text: JSON, or a string without its quotes.
+pub fn value_of(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| text.into())
+}
+
 /// The paths, such as `ddpg.gamma`, and values of everything in a JSON value that is not an object.
 pub fn leaf_values(value: &Value) -> Vec<(String, &Value)> {
     fn walk<'a>(value: &'a Value, path: &str, leaves: &mut Vec<(String, &'a Value)>) {

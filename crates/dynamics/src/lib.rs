@@ -77,7 +77,6 @@ mod tool_set;
 mod train;
 mod train_to_file;
 mod true_scenes;
-mod variant;
 mod variety;
 
 pub use config::{
@@ -99,7 +98,6 @@ pub use shipped::{file_of, named, shipped, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
 pub use train::{Progress, Training, TrainingOutcome};
 pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};
-pub use variant::Variant;
 pub use variety::Variety;
 #[cfg(test)]
 mod tests;

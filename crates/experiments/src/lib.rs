@@ -2,7 +2,6 @@
 //!
 //! - [`sweep`]: a file of settings with lists of values, trained in every combination;
 //! - [`study`]: the sweeps of the paper's study, with their report;
-//! - [`audit()`]: hits of random and of truly guided play on tasks;
 //! - [`puzzles`]: layouts to which no method was tuned, and the results of methods on them.
 //!
 //! All are batches of jobs (see [`mge_trainer::batch`]) in a folder. The folder is the only state: what is
@@ -21,13 +20,11 @@
 
 #![deny(unsafe_code)]
 
-mod audit;
 mod error;
 mod hits;
 pub mod puzzles;
 pub mod study;
 pub mod sweep;
 
-pub use audit::{AuditRow, audit};
 pub use error::ExperimentError;
 pub use hits::HitCounts;

@@ -17,7 +17,7 @@ pub enum EvidenceError {
     #[error("none of the runs has finished enough episodes for a curve")]
     NothingStarted,
     /// A chosen label does not exist.
-    #[error("no runs are labelled `{label}`{hint}: there are {known}")]
+    #[error("no runs are labelled `{label}`: use one of {known}{hint}")]
     NoLabel {
         /// The label given.
         label: String,

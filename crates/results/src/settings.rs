@@ -448,6 +448,20 @@ mod tests {
     }
 
     #[test]
+    fn settings_without_effect_are_no_difference() {
+        let config = |settings: &[(&str, &str)]| {
+            let start = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+            settings.iter().fold(start, |config, (key, value)| config.with_setting(key, value).unwrap())
+        };
+        let found = |first: &[(&str, &str)], second: &[(&str, &str)]| differences(&config(first), &config(second));
+        let plain = ("method", "ddpg");
+        assert_eq!(found(&[plain, ("guidance.horizon", "3")], &[plain, ("guidance.horizon", "4")]), []);
+        let other = found(&[plain], &[("epsilon", "0.2"), ("guidance.horizon", "4")]);
+        let (_, values) = other.iter().find(|(path, _)| path == "guidance.horizon").unwrap();
+        assert_eq!(*values, [String::new(), "4".to_owned()], "plain DDPG has no horizon");
+    }
+
+    #[test]
     fn models_are_named_by_their_ablation_on_all_tasks() {
         let labels = |models: &[(&str, &str)]| -> Vec<String> {
             let folder = tempfile::tempdir().unwrap();

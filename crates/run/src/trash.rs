@@ -60,8 +60,9 @@ pub fn restore(path: &Path) -> Result<()> {
 /// trash itself stays.
 ///
 /// # Errors
-/// [`RunError::Io`]: then some of them may be left.
+/// [`RunError::Io`]: there is no such folder, or some of them are left.
 pub fn empty_trash(folder: &Path) -> Result<usize> {
+    fs::metadata(folder).map_err(RunError::io("read", folder))?;
     let trash = folder.join(TRASH);
     folder::check(&trash)?;
     let mut count = 0;
@@ -90,10 +91,11 @@ fn trash_of(path: &Path) -> Result<(PathBuf, PathBuf)> {
 /// The numbers of the deletions in the trash.
 fn numbers(trash: &Path) -> Result<impl Iterator<Item = u64>> {
     let entries = match fs::read_dir(trash) {
-        Err(error) if error.kind() == ErrorKind::NotFound => None,
-        entries => Some(entries.map_err(RunError::io("read", trash))?),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        entries => entries.and_then(Iterator::collect),
     };
-    Ok(entries.into_iter().flatten().flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok()))
+    let entries: Vec<fs::DirEntry> = entries.map_err(RunError::io("read", trash))?;
+    Ok(entries.into_iter().filter_map(|entry| entry.file_name().to_str()?.parse().ok()))
 }
 
 #[cfg(test)]

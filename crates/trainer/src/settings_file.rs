@@ -1,10 +1,12 @@
 //! Files of settings: a JSON object with the keys of `--set`, which may be grouped, as `{"ddpg": {"gamma": 0.9}}`.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::setting::set_the_same;
+use super::config::RunConfig;
+use super::setting::{SettingError, set_the_same};
 use mge_base::bounded;
 use mge_base::json::{self, Entries, SyntaxError};
 use mge_base::paths::expanded;
@@ -32,12 +34,16 @@ pub enum SettingsFileError {
     /// Two of its settings contradict each other.
     #[error("{origin}: `{first}` and `{second}` set the same: give one of them")]
     Twice { origin: String, first: String, second: String },
+    /// A setting does not exist, or its value has the wrong type; `origin` is the file and the line.
+    #[error("{origin}: {source}")]
+    Setting { origin: String, source: SettingError },
 }
 
 /// The settings in a file, or in the shipped one of this name: their paths and values.
 ///
 /// # Errors
-/// When the file cannot be read, is not a JSON object, or sets the same twice.
+/// When the file cannot be read, is not a JSON object, sets the same twice, or has an unknown setting or a value of the
+/// wrong type. Ranges are not checked: they may depend on other settings.
 pub fn settings_of(name: &Path) -> Result<Vec<(String, Value)>, SettingsFileError> {
     let origin = name.display().to_string();
     if let Some((_, text)) = CONFIGS.iter().find(|(known, _)| Path::new(known) == name) {
@@ -47,7 +53,16 @@ pub fn settings_of(name: &Path) -> Result<Vec<(String, Value)>, SettingsFileErro
         let hint = did_you_mean(CONFIGS.map(|(name, _)| name), &origin);
         SettingsFileError::Io { name: origin.clone(), source, hint }
     })?;
-    parsed(&text, &origin)
+    let settings = parsed(&text, &origin)?;
+    let start = mge_task::shipped().into_iter().next().map(|task| RunConfig::usual_for(Arc::new(task)));
+    settings.iter().try_fold(start, |config, (key, value)| {
+        let changed = config.map(|config| config.with_unchecked_setting(key, &json::text(value))).transpose();
+        changed.map_err(|source| {
+            let line = json::line_of(&text, key).unwrap_or(1);
+            SettingsFileError::Setting { origin: format!("{origin}:{line}"), source }
+        })
+    })?;
+    Ok(settings)
 }
 
 /// The settings in the text of a file; `origin` names it in errors.

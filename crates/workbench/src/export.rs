@@ -277,6 +277,23 @@ mod tests {
     }
 
     #[test]
+    fn the_dashboard_of_a_run_that_is_being_read_is_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut trained = session(folder.path());
+        run(&mut trained, "train\nwait");
+        let path = trained.run().unwrap().directory().path().to_owned();
+        let mut opened = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
+        let gate = opened.gate.clone();
+        let held = gate.lock().unwrap();
+        opened.apply(crate::command::Open(path)).unwrap();
+        assert!(opened.run().unwrap().is_unread());
+        let draw = opened.figure(FigureKind::Dashboard, &Composition::default()).unwrap();
+        let drawn = draw(&mut |_, _| ()).map(|drawn| drawn.figure.table().to_csv()).unwrap();
+        assert_eq!(drawn, dashboard(trained.run().unwrap()).table().to_csv());
+        drop(held);
+    }
+
+    #[test]
     fn unfinished_runs_are_shown_only_if_none_of_their_group_is_finished() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());

@@ -6,9 +6,11 @@ use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, write_file};
 use mge_base::atomic::{Format, Target};
+use mge_base::json;
 use mge_dynamics::{
-    self as dynamics, Evaluation, EvaluationConfig, Model, ModelConfig, TrainConfig, TrainingOutcome, train_to_file,
+    self as dynamics, DynamicsError, Evaluation, EvaluationConfig, Model, TrainingOutcome, train_to_file,
 };
+use mge_experiments::sweep::ModelJob;
 use mge_run::RunError;
 use mge_task as task;
 
@@ -37,8 +39,18 @@ fn name(command: &Command) -> String {
 impl Session {
     /// Starts training a model, written to a file.
     pub(super) fn train_model(&mut self, command: &ModelTrain) -> Result<String, SessionError> {
-        let (seed, train) = (self.config().seed, command.clone());
-        self.start_model_job(command.clone().into(), move |reporter| train_into_file(&train, seed, reporter))
+        let ModelTrain { tools, to, epochs, settings } = command.clone();
+        let (tools, seed) = (tools.to_string(), self.config().seed.to_string());
+        let epochs = epochs.iter().map(|epochs| ("epochs".to_owned(), epochs.to_string()));
+        let settings: Vec<(String, String)> = epochs.chain(settings).collect();
+        let own = settings.iter().map(|(key, value)| (key.as_str(), value));
+        let all = [("tools", &tools), ("seed", &seed)].into_iter().chain(own);
+        let job = ModelJob::of(&all.map(|(key, text)| (key, json::value_of(text))).collect::<Vec<_>>())?;
+        let set = settings.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]);
+        let file = to.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let words = ["mge", "dynamics", "train", "--tools", &tools, "--seed", &seed].map(str::to_owned).into_iter();
+        let made_by = shell_words::join(words.chain(set).chain(["--out".to_owned(), file]));
+        self.start_model_job(command.clone().into(), move |reporter| train_into_file(job, &to, &made_by, reporter))
     }
 
     /// Starts evaluating a model, shipped or from a file.
@@ -94,24 +106,21 @@ fn evaluation_of(name: &str) -> PathBuf {
     if dynamics::shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() }
 }
 
-fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result<String, String> {
-    let ModelTrain { tools, to, epochs } = train;
+fn train_into_file(job: ModelJob, to: &Target, made_by: &str, reporter: &Reporter) -> Result<String, String> {
     let path = &to.path;
-    let mut settings = TrainConfig { seed, ..TrainConfig::default() };
-    settings.epochs = epochs.unwrap_or(settings.epochs);
-    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let file = shell_words::quote(&file);
-    let command = format!("mge dynamics train --tools {tools} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let on_progress = |now: &dynamics::Progress| {
         reporter.note(now.loss);
         reporter.progress(now.epoch as usize, now.epochs as usize);
     };
-    let (config, stop) = (tools.apply(ModelConfig::default()), reporter.stop());
-    let trained = train_to_file(to, config, settings, tools.kinds(), &command, stop, on_progress)
-        .map_err(|error| failed(&error))?;
+    let trained = train_to_file(to, job.model, job.training, &job.tools, made_by, reporter.stop(), on_progress)
+        .map_err(|error| match error {
+            DynamicsError::Stopped => failed(&"stopped before the first epoch: the same command starts again"),
+            error => failed(&error),
+        })?;
     if trained.ended == TrainingOutcome::Stopped {
-        return Err(failed(&"stopped before its training was complete; train it again to continue"));
+        let epoch = trained.training.epoch();
+        return Err(failed(&format!("stopped after epoch {epoch}: the same command continues it")));
     }
     if let Some(reason) = trained.finish() {
         return Err(failed(&reason));
@@ -132,7 +141,7 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
         let (model, baseline) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
         format!("{} {:.4} ({:.4})", launches.tool, model.mean, baseline.mean)
     });
-    write_file(&to, mge_base::json::pretty(&evaluation).as_bytes(), &EVALUATION).map_err(|error| error.to_string())?;
+    write_file(&to, json::pretty(&evaluation).as_bytes(), &EVALUATION).map_err(|error| error.to_string())?;
     let scenes = evaluation.scenes.iter().filter_map(|scene| {
         let error = &scene.rollout.model.first()?;
         Some(format!("{} {:.4}", scene.task, error.mean))

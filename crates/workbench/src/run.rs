@@ -403,6 +403,12 @@ impl RunView {
         self.failure.as_ref().or_else(of_prior).map(String::as_str)
     }
 
+    /// Whether its log cannot be read, or not completely.
+    pub fn is_damaged(&self) -> bool {
+        let has_failed = matches!(self.log.history.last, Some(Event::Failed { .. }));
+        !self.trained_here && !has_failed && self.failure.is_some()
+    }
+
     /// Whether it is being trained, or how it ended.
     pub fn state(&self) -> RunState {
         let on_disk = || self.directory.status().map_or(RunState::Interrupted, |status| status.state);

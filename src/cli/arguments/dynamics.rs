@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::{Force, Print, count};
-use mge_dynamics::{Loss, ToolSet, Variant};
+use mge_dynamics::ToolSet;
 use mge_trainer::PriorSource;
 
 #[derive(Debug, Subcommand)]
@@ -41,21 +41,15 @@ pub struct DynamicsTrain {
     /// Observations in a batch (paper: 128, chosen from 32, 64, 128, 256)
     #[arg(long)]
     pub batch: Option<usize>,
-    /// Optimiser: adam, sgd or rmsprop (paper: adam)
-    #[arg(long)]
-    pub optimiser: Option<String>,
     /// One-step observations of each tool
     #[arg(long)]
     pub observations: Option<usize>,
     /// Share of samples in which a second tool is near the ball without touching it
     #[arg(long)]
     pub bystanders: Option<f32>,
-    /// Loss of the normalised outputs: squared or huber:WIDTH
-    #[arg(long)]
-    pub loss: Option<Loss>,
-    /// Switch off a structural assumption: shared-edges, fully-connected or absolute
-    #[arg(long)]
-    pub ablate: Option<Variant>,
+    /// Any other setting by its name in a sweep file, such as edges=fully_connected, loss=huber:0.5, optimiser=sgd
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
     /// Follow the paper literally: one prediction per action, positions only, trained with the
     /// squared error and a constant learning rate
     #[arg(long)]

@@ -8,7 +8,7 @@ mod tasks;
 
 pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
 pub use physics::{Env, Play};
-pub use runs::{Config, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
+pub use runs::{Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Runs, Show, Train};
 pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions, Tasks, TasksCommand};
 
@@ -63,19 +63,20 @@ impl Force {
     }
 }
 
+/// The option to print data for programs.
+#[derive(Debug, Args)]
+pub struct Format {
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Options for figures.
 #[derive(Debug, Args)]
 pub struct Print {
     /// Dots per inch of PNGs
     #[arg(long, default_value_t = DEFAULT_DPI, value_parser = clap::value_parser!(u32).range(1..=2400))]
     pub dpi: u32,
-}
-
-impl Print {
-    /// The option as part of the command that reproduces a figure; empty for the default.
-    pub fn option(&self) -> String {
-        if self.dpi == DEFAULT_DPI { String::new() } else { format!(" --dpi {}", self.dpi) }
-    }
 }
 
 #[derive(Debug, Args)]
@@ -100,7 +101,7 @@ pub struct Workbench {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// List, check and audit tasks
+    /// List and check tasks, and propose subgoals
     Tasks(Tasks),
     /// Generate puzzles, and train methods on them
     #[command(subcommand)]
@@ -129,6 +130,14 @@ pub enum Command {
     Resume(Resume),
     /// Train a new run that branches off another at an episode, with other settings
     Fork(Fork),
+    /// List runs: their states, progress, success and the time since they last changed
+    Runs(Runs),
+    /// Show a run: state, settings that are not the usual ones, results, notes
+    Show(Show),
+    /// Compare two runs: the settings in which they differ, and their results
+    Compare(Compare),
+    /// Move runs to the trash beside them, or bring them back
+    Delete(Delete),
     /// Pause a run that another process trains, after its current episode
     Pause(OnRun),
     /// Stop a run that another process trains, with a checkpoint

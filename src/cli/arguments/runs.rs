@@ -1,11 +1,10 @@
-//! Arguments of the commands on runs: `train`, `resume`, `fork`, `pause`, `stop`, `epsilon`, `evaluate`, `export`
-//! and `figures`.
+//! Arguments of the commands on runs.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Force, Print, first_seed};
+use super::{Force, Format, Print, first_seed};
 use mge_guidance::EpsilonSchedule;
 use mge_run::CheckpointName;
 use mge_trainer::{Method, PriorSource};
@@ -92,6 +91,43 @@ pub struct Fork {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Runs {
+    /// Runs, or folders of runs such as those of sweeps
+    #[arg(env = "MGE_RUNS", default_value = "runs", value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    #[command(flatten)]
+    pub format: Format,
+}
+
+#[derive(Debug, Args)]
+pub struct Show {
+    /// The run's folder
+    pub run: PathBuf,
+    #[command(flatten)]
+    pub format: Format,
+}
+
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// Folder of the first run
+    pub first: PathBuf,
+    /// Folder of the second run
+    pub second: PathBuf,
+    #[command(flatten)]
+    pub format: Format,
+}
+
+#[derive(Debug, Args)]
+pub struct Delete {
+    /// Folders of runs
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
+    /// Bring deleted runs back to these folders instead
+    #[arg(long)]
+    pub restore: bool,
 }
 
 /// A run that another process trains.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
-use super::{Force, Print, count, threads};
+use super::{Force, Format, Print, count, threads};
 use mge_experiments::puzzles::{START_NOISE, Split};
 use mge_physics::MAX_OBJECTS;
 use mge_trainer::{Method, PriorSource};
@@ -15,9 +15,8 @@ use mge_trainer::{Method, PriorSource};
 pub struct Tasks {
     #[command(subcommand)]
     pub command: Option<TasksCommand>,
-    /// As JSON
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub format: Format,
 }
 
 #[derive(Debug, Subcommand)]
@@ -46,20 +45,6 @@ pub enum TasksCommand {
         out: Option<PathBuf>,
         #[command(flatten)]
         force: Force,
-    },
-    /// Count how often exploration at random and guided by the true physics reaches each stage
-    Audit {
-        /// Names of shipped tasks, or task files [default: all shipped tasks]
-        tasks: Vec<String>,
-        /// Episodes per seed and kind of exploration
-        #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-        episodes: u32,
-        /// Number of seeds, counted from 0
-        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
-        seeds: u64,
-        /// As JSON
-        #[arg(long)]
-        json: bool,
     },
 }
 

@@ -148,13 +148,16 @@ impl Screen {
         execute!(io::stdout(), Print(notification(how, text)))
     }
 
-    /// Restores the terminal and stops the process until the shell continues it.
+    /// Restores the terminal and stops the process until the shell continues it. Where no shell could (the process group
+    /// is orphaned) the process goes on.
     ///
     /// # Errors
     /// When the terminal cannot be written to.
     pub fn suspend(&mut self) -> io::Result<()> {
         leave();
-        signal_hook::low_level::emulate_default_handler(signal_hook::consts::SIGTSTP)?;
+        // SIGTSTP has a handler, and SIGSTOP would stop an orphan for good. SIGTTIN has its default action, which is to
+        // stop, but which the system discards in an orphaned process group.
+        signal_hook::low_level::raise(signal_hook::consts::SIGTTIN)?;
         self.reenter()
     }
 

@@ -260,3 +260,14 @@ wait
     let config = String::from_utf8_lossy(&files["runs/task1-ddpg-mge-seed0-2/config.json"]).into_owned();
     assert!(config.contains("\"epsilon\": \"0.4\""), "{recorded}");
 }
+
+#[test]
+fn the_folder_for_runs_is_repeated() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("s.mge"), format!("{QUICK}method ddpg\ntrain\nwait\nrecord recorded.mge\n")).unwrap();
+    succeed(mge(here, ["script", "s.mge", "--quiet", "--runs", "mine"]));
+    std::fs::remove_dir_all(here.join("mine")).unwrap();
+    succeed(mge(here, ["script", "recorded.mge", "--quiet"]));
+    assert!(here.join("mine/task1-ddpg-seed0").is_dir() && !here.join("runs").exists());
+}

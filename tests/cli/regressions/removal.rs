@@ -401,3 +401,10 @@ fn puzzles_replace_no_file_of_the_user() {
     fail(mge(here, "puzzles generate --count 1 --out . --quiet".split(' ')), "choose a folder that `mge puzzles");
     assert_eq!(fs::read_to_string(here.join("index.json")).unwrap(), "{\"mine\": 1}");
 }
+
+#[test]
+fn the_trash_of_a_folder_that_does_not_exist_is_not_emptied() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.mge"), "empty-trash nowhere\n").unwrap();
+    fail(mge(&folder, ["script", "s.mge"]), "nowhere");
+}

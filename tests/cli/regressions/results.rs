@@ -151,9 +151,8 @@ fn the_reference_of_a_report_can_be_chosen() {
     let label = "DDPG, uniform exploration, epsilon 0.5";
     succeed(mge(here, report.into_iter().chain([label])));
     assert!(read(here.join("report/report.md")).contains(&format!("P(better than {label})")));
-    let message =
-        fail(mge(here, report.into_iter().chain(["DDGP"])), "no runs are labelled `DDGP`: did you mean `DDPG`?");
-    assert!(message.contains(label), "{message}");
+    let message = fail(mge(here, report.into_iter().chain(["DDGP"])), "no runs are labelled `DDGP`: use one of");
+    assert!(message.contains(label) && message.ends_with(": did you mean `DDPG`?\n"), "{message}");
 }
 
 #[test]
@@ -258,4 +257,86 @@ fn settings_of_a_file_give_way_to_options_and_to_those_of_a_sweep() {
     assert_eq!(printed["ddpg.hidden"], json!({"value": 128, "source": "method"}));
     assert_eq!(printed["guidance.horizon"]["source"], "default");
     fail(mge(here, ["train", "task1", "--config", "papr"]), "did you mean `paper`?");
+}
+
+#[test]
+fn a_mistake_in_a_file_of_settings_is_named_with_the_file_and_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let write = |text: &str| std::fs::write(here.join("c.json"), text).unwrap();
+    write("{\n\"method\": \"ddpg\",\n\"ddpg\": {\"gama\": 0.9}}");
+    let sweep = r#"{"task": "task1", "config": "c.json"}"#;
+    for command in
+        [&["train", "task1", "--config", "c.json"][..], &["config", "c.json"], &["sweep", "--one", sweep, "--out", "s"]]
+    {
+        let message = fail(mge(here, command), "c.json:3: there is no setting `ddpg.gama`");
+        assert!(message.contains("did you mean `ddpg.gamma`?"), "{message}");
+    }
+    write("{\"episodes\": \"many\"}");
+    fail(mge(here, ["train", "task1", "--config", "c.json"]), "c.json:1: `episodes` cannot be `many`");
+    write("{\"ddpg.gamma\": 7}");
+    fail(mge(here, ["train", "task1", "--config", "c.json"]), "c.json: ddpg.gamma");
+}
+
+#[test]
+fn a_missing_model_is_named_with_its_entry_in_the_sweep_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = "{\"task\": \"task1\",\n\"model\": [\"learned\",\n\"models/gone.safetensors\"]}";
+    std::fs::write(folder.path().join("s.json"), sweep).unwrap();
+    let message = fail(mge(&folder, ["sweep", "s.json"]), "s.json:3: model[1]");
+    assert!(message.contains("models/gone.safetensors"), "{message}");
+}
+
+#[test]
+fn a_damaged_run_is_named_and_the_others_are_collected() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "a", r#""method": "ddpg", "seed": [0, 1]"#);
+    sweep(here, "b", r#""method": "ddpg", "seed": [1]"#);
+    std::fs::write(here.join("a/runs/task1-ddpg-seed1/config.json"), "{").unwrap();
+    let output = mge(here, ["sweep", "--collect", "a", "b", "--out", "all"]);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("left out: a/runs/task1-ddpg-seed1/config.json"), "{message}");
+    assert_eq!(column(&here.join("all"), "seed").0, [json!(0), json!(1)], "there is a copy of the damaged run");
+}
+
+#[test]
+fn several_kinds_of_work_are_not_mixed_in_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "all", r#""method": "ddpg", "seed": [0]"#);
+    std::fs::write(here.join("hits.json"), r#"{"kind": "hits", "task": "task1", "policy": "uniform"}"#).unwrap();
+    let hits = ["sweep", "hits.json", "--quiet", "--out", "all"];
+    fail(mge(here, hits), "holds an agent and all/runs/task1-uniform-seed0 a count of hits");
+    assert_eq!(std::fs::read_dir(here.join("all/runs")).unwrap().count(), 1, "nothing was counted");
+    // A folder that cannot be listed may hold anything.
+    std::fs::write(here.join("taken"), "").unwrap();
+    assert!(!mge(here, ["sweep", "hits.json", "--quiet", "--out", "taken"]).status.success());
+}
+
+#[test]
+fn a_damaged_result_is_left_out_of_a_report_which_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let counts = r#"{"kind": "hits", "task": "task1", "policy": "uniform", "episodes": 5, "seed": [0, 1]}"#;
+    std::fs::write(here.join("hits.json"), counts).unwrap();
+    succeed(mge(here, ["sweep", "hits.json", "--quiet", "--out", "hits"]));
+    std::fs::write(here.join("hits/runs/task1-uniform-seed1/result.json"), "{").unwrap();
+    let output = mge(here, ["report", "hits", "--resamples", "10"]);
+    assert!(text(&output.stderr).contains("1 left out"), "{}", text(&output.stderr));
+    succeed(output);
+    let report = read(here.join("report/report.md"));
+    assert!(report.contains("Left out, as it is damaged: hits/runs/task1-uniform-seed1/result.json"), "{report}");
+}
+
+#[test]
+fn a_figure_is_drawn_again_with_another_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    sweep(here, "all", r#""method": "ddpg", "seed": [0]"#);
+    let figures = ["figures", "all/runs/task1-ddpg-seed0", "--out", "drawn"];
+    succeed(mge(here, figures));
+    succeed(mge(here, figures.into_iter().chain(["--set", "against=steps"])));
+    assert!(read(here.join("drawn/learning.csv")).contains("environment_steps"));
 }

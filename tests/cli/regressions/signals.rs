@@ -16,6 +16,7 @@ use portable_pty::{CommandBuilder, PtySize, native_pty_system};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::program::{MGE, command, fail, mge, succeed, text};
+use crate::terminal::Terminal;
 
 /// A small training of a million episodes into `run`.
 const ENDLESS: &str = "train task1 --method ddpg --episodes 1000000 --quiet --set ddpg.hidden=4 --out run";
@@ -77,7 +78,6 @@ const COMMANDS: [&str; 17] = [
     "dynamics train --tools box --observations 3000 --batch 65536 --layers 64 --quiet --out OUT",
     "dynamics evaluate bucket-box --launches 1000000 --quiet",
     "clusters task5",
-    "tasks audit task1 --episodes 1000000",
     "puzzles generate --count 4 --quiet --out OUT",
     "reproduce --quick --quiet --out OUT",
 ];
@@ -371,4 +371,25 @@ fn a_terminal_of_billions_of_cells_takes_little_memory() {
     assert!(peak < 500_000, "{peak} kB");
     opened.signal(Signal::USR1);
     assert_eq!(opened.child.wait().unwrap().exit_code(), 138);
+}
+
+#[test]
+fn a_workbench_without_a_shell_to_continue_it_is_not_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut program = CommandBuilder::new(MGE);
+    program.cwd(folder.path());
+    // The program leads a session of its own, so that its process group is orphaned.
+    let mut terminal = Terminal::start(program, "\x1b[?62;22c");
+    terminal.wait_for("welcome");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    // Ctrl-Z
+    terminal.type_text("\x1a");
+    terminal.wait_until_written("\x1b[?1049l");
+    terminal.wait_until_taken();
+    terminal.signal("TSTP");
+    terminal.type_text("8");
+    terminal.wait_for("Nothing has happened yet");
+    terminal.type_text("q");
+    assert_eq!(terminal.wait_for_exit(), 0);
 }

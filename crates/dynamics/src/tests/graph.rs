@@ -18,7 +18,7 @@ fn active(graphs: &Graphs) -> Vec<usize> {
 fn edges_belong_to_the_function_of_their_pair_of_types() {
     // Two boxes and a floor are near the ball.
     assert_eq!(active(&graphs(&small(), &tools())), [2, 1]);
-    assert_eq!(active(&graphs(&Variant::SharedEdges.apply(small()), &tools())), [3]);
+    assert_eq!(active(&graphs(&ModelConfig { edge_functions: EdgeFunctions::Shared, ..small() }, &tools())), [3]);
     let graphs = graphs(&small(), &tools());
     let layout = GraphBuilder::new(small(), TOOLS.to_vec()).layout();
     for (edges, kind) in graphs.edges.iter().zip(TOOLS) {
@@ -56,7 +56,8 @@ fn edges_are_active_up_to_the_cutoff_from_the_surface() {
     for (gap, expected) in [(4.9, [1, 0]), (5.1, [0, 0])] {
         assert_eq!(active(&graphs(&config, &[above(gap)])), expected, "{gap}");
     }
-    assert_eq!(active(&graphs(&Variant::FullyConnected.apply(config), &[above(40.0)])), [1, 0]);
+    let connected = ModelConfig { edges: EdgeActivation::FullyConnected, ..config };
+    assert_eq!(active(&graphs(&connected, &[above(40.0)])), [1, 0]);
 }
 
 #[test]

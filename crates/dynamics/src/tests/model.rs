@@ -88,7 +88,7 @@ fn objects_beyond_the_cutoff_have_no_effect() {
     let mut with_far = tools();
     with_far.push(Tool::new(ToolKind::Box, [70.0, 48.0]));
     assert_eq!(predict(model, ball(), &with_far), near);
-    let connected = Variant::FullyConnected.apply(small());
+    let connected = ModelConfig { edges: EdgeActivation::FullyConnected, ..small() };
     let training = self::training(connected, quick());
     assert!(predict(training.model(), ball(), &with_far) != predict(training.model(), ball(), &tools()));
 }

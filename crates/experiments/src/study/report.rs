@@ -10,7 +10,6 @@ use crate::error::ExperimentError;
 use crate::hits::HitCounts;
 use crate::sweep::{HitJob, ModelJob, ModelResult, Summary, Sweep, Work, result_in, results_of};
 use mge_base::markdown;
-use mge_dynamics::Variant;
 use mge_results::{Comparison, EvidenceError, FoundRun, LearningRow, TrainedRun, read_runs};
 use mge_run::RunError;
 use mge_stats::Bootstrap;
@@ -67,7 +66,7 @@ impl Results {
             hits: hits.clone(),
         };
         let model_row = |(job, result): &(ModelJob, ModelResult)| ModelRow {
-            structure: Variant::Full.label().to_owned(),
+            structure: "full".to_owned(),
             tools: job.tools.iter().map(ToString::to_string).collect(),
             one_step_error: result.one_step_error,
             rollout_error: result.rollout_error.clone(),

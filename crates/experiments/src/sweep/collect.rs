@@ -15,21 +15,30 @@ use mge_dynamics::{Model, Provenance, checkpoint_of};
 use mge_run::{self as run, Event, LoggedEvent, RunDirectory, RunError, RunState, read_events, read_optional};
 use mge_trainer::RunConfig;
 
+/// What was collected.
+#[derive(Debug)]
+pub struct Collected {
+    /// The number of runs.
+    pub runs: usize,
+    /// Why each damaged run was left out.
+    pub damaged: Vec<RunError>,
+}
+
 /// Copies the runs of several sweep folders into the folder `out`, which may already hold runs. Of
-/// several copies of a run, the one with the most episodes or epochs is kept. Returns the number of
-/// runs in `out`.
+/// several copies of a run, the one with the most episodes or epochs is kept. Runs without a valid configuration are
+/// left out.
 ///
 /// # Errors
 /// Before anything is copied: when runs of the same name have different settings or results, when a
 /// run is still being trained, or when a folder holds no runs. Later: when a file cannot be copied.
-pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, ExperimentError> {
+pub fn collect(folders: &[PathBuf], out: &Path) -> Result<Collected, ExperimentError> {
     // Conflicts are found before anything is created.
     furthest_copies(folders, out)?;
     let runs = out.join("runs");
     fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
     let _alone = hold_folder(out, || true).map_err(RunError::io("write into", out))?;
     // Another process may have collected meanwhile.
-    let best = furthest_copies(folders, out)?;
+    let (best, damaged) = furthest_copies(folders, out)?;
     remove_leftovers(&runs);
     for (name, path) in &best {
         let target = runs.join(name);
@@ -37,11 +46,15 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, ExperimentError
             replace(path, &target)?;
         }
     }
-    Ok(best.len())
+    Ok(Collected { runs: best.len(), damaged })
 }
 
-/// Of each run in the folders and in `out`, the copy with the most episodes or epochs, by name.
-fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, PathBuf>, ExperimentError> {
+/// Of each run in the folders and in `out`, the copy with the most episodes or epochs, by name; and why the damaged runs
+/// cannot be used.
+fn furthest_copies(
+    folders: &[PathBuf],
+    out: &Path,
+) -> Result<(BTreeMap<String, PathBuf>, Vec<RunError>), ExperimentError> {
     let mut all: Vec<PathBuf> = Vec::new();
     let is_out = |folder: &Path| fs::canonicalize(folder).ok() == fs::canonicalize(out).ok();
     for folder in folders.iter().filter(|folder| !is_out(folder) || !out.exists()) {
@@ -62,7 +75,12 @@ fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, P
         common_kind(&all)?;
     }
     let mut best: BTreeMap<String, PathBuf> = BTreeMap::new();
+    let mut damaged = Vec::new();
     for path in all {
+        if let Err(error) = check_config(&path) {
+            damaged.push(error);
+            continue;
+        }
         if RunDirectory::open(&path)?.is_locked()? {
             return Err(ExperimentError::Busy(path));
         }
@@ -73,7 +91,15 @@ fn furthest_copies(folders: &[PathBuf], out: &Path) -> Result<BTreeMap<String, P
         };
         best.insert(name, further);
     }
-    Ok(best)
+    Ok((best, damaged))
+}
+
+/// Checks that a run has a valid configuration.
+fn check_config(path: &Path) -> Result<(), RunError> {
+    match kind_of(path)? {
+        Kind::Agent => RunConfig::of(&RunDirectory::open(path)?).map(drop),
+        Kind::Model | Kind::Hits => Ok(()),
+    }
 }
 
 /// Epochs in the checkpoint of an unfinished model; 0 if there is none.

@@ -65,7 +65,7 @@ impl HitJob {
         }
         job.build = build.filter(|_| job.policy == Policy::Guided).unwrap_or(job.seed);
         if job.policy == Policy::Guided {
-            agents.check_model(grid, &job.clusters())?;
+            agents.check_model(grid, combination, &job.clusters())?;
         } else {
             job.prior = PriorSource::Uniform;
         }

@@ -72,25 +72,37 @@ pub struct ModelResult {
 impl ModelJob {
     /// The job of a combination of settings.
     pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, ValidationError> {
+        let chosen = || grid.axes.iter().zip(combination);
+        let settings: Vec<(&str, Value)> =
+            chosen().map(|(axis, value)| (axis.key.as_str(), axis.values[*value].clone())).collect();
+        Self::of(&settings).map_err(|error| {
+            let of_list = chosen().find(|(axis, _)| axis.key == error.path);
+            let path = of_list.map_or_else(|| error.path.clone(), |(axis, value)| axis.path(*value));
+            ValidationError::new(path, error.message)
+        })
+    }
+
+    /// The job with these settings, by their names in a sweep file.
+    ///
+    /// # Errors
+    /// The name of the setting that does not exist or cannot have its value.
+    pub fn of(settings: &[(&str, Value)]) -> Result<Self, ValidationError> {
         let mut job = Self::default();
-        let chosen = || grid.axes.iter().zip(combination).map(|(axis, &value)| (axis, &axis.values[value], value));
+        let named = |name: &str| settings.iter().find(|(key, _)| *key == name).map(|(_, value)| value);
         // `literal` and `tools` select the defaults that the other settings change, whatever their positions.
-        if let Some((axis, literal, number)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
-            let wrong = || ValidationError::new(axis.path(number), "must be true or false");
-            if literal.as_bool().ok_or_else(wrong)? {
-                (job.model, job.training) = (ModelConfig::literal(), TrainConfig::literal());
-            }
+        if let Some(literal) = named("literal")
+            && literal.as_bool().ok_or_else(|| ValidationError::new("literal", "must be true or false"))?
+        {
+            (job.model, job.training) = (ModelConfig::literal(), TrainConfig::literal());
         }
-        if let Some((axis, tools, number)) = chosen().find(|(axis, _, _)| axis.key == "tools") {
-            let wrong = |message: String| ValidationError::new(axis.path(number), message);
+        if let Some(tools) = named("tools") {
+            let wrong = |message: String| ValidationError::new("tools", message);
             let set: ToolSet = json::text(tools).parse().map_err(wrong)?;
             job.tools = canonical_tool_set(set.kinds()).map_err(|error| wrong(error.to_string()))?;
             job.model = set.apply(job.model);
         }
-        let is_default = |key: &str| ["literal", "tools"].contains(&key);
-        for (axis, value, number) in chosen().filter(|(axis, _, _)| !is_default(&axis.key)) {
-            let wrong = |message: String| ValidationError::new(axis.path(number), message);
-            job = job.with_setting(&axis.key, value).map_err(wrong)?;
+        for (key, value) in settings.iter().filter(|(key, _)| !["literal", "tools"].contains(key)) {
+            job = job.with_setting(key, value).map_err(|message| ValidationError::new(*key, message))?;
         }
         if job.tools.is_empty() {
             return Err(ValidationError::new("tools", "is missing: name a tool set, such as \"box,bucket\""));

@@ -1,8 +1,9 @@
 //! Results over the seeds, of dynamics models and of counts of hits: their report.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::results::{Kind, Results, common_kind, results_of};
 use crate::error::ExperimentError;
@@ -10,13 +11,16 @@ use mge_base::atomic::Target;
 use mge_base::json;
 use mge_base::markdown;
 use mge_results::{ReportFolder, find_runs};
-use mge_stats::{Bootstrap, Estimate, StatsError};
+use mge_stats::{Bootstrap, Estimate, StatsError, TaskScores, aggregate};
 
 /// The finished work of a sweep in groups, which differ only in the seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// The groups, in the order of their first rows.
     pub groups: Vec<Group>,
+    /// Of dynamics models with several tool sets: for each combination of the other settings that all tool sets have, the
+    /// mean over the tool sets.
+    pub over_tools: Vec<Group>,
     /// Names of the settings in which they differ.
     settings: Vec<String>,
     /// Names of what was measured.
@@ -57,7 +61,7 @@ impl Summary {
     /// When a statistic cannot be computed.
     pub fn new(results: &Results, bootstrap: &Bootstrap) -> Result<Self, StatsError> {
         let (settings, measures) = (results.settings.clone(), results.measures.clone());
-        let mut rows: Vec<(Vec<(String, String)>, Vec<_>)> = Vec::new();
+        let mut rows: Vec<(Choice, Vec<&Row>)> = Vec::new();
         for row in results.rows.iter().filter(|row| row["state"] != "not finished") {
             let own = settings.iter().map(|name| (name.clone(), json::text(&row[name]))).collect();
             match rows.iter_mut().find(|(known, _)| *known == own) {
@@ -65,17 +69,21 @@ impl Summary {
                 None => rows.push((own, vec![row])),
             }
         }
-        let group = |(settings, rows): (_, Vec<&std::collections::BTreeMap<String, serde_json::Value>>)| {
+        let group = |settings: Choice, strata: &[&[&Row]]| {
             let estimate = |name: &String| {
-                let values: Vec<f64> = rows.iter().filter_map(|row| row[name].as_f64()).collect();
-                let estimate = (!values.is_empty()).then(|| bootstrap.mean(&values)).transpose()?;
-                Ok((name.clone(), estimate))
+                let values = |rows: &&[&Row]| rows.iter().filter_map(|row| row[name].as_f64()).collect();
+                let values: Vec<Vec<f64>> = strata.iter().map(values).collect();
+                let is_measured = values.iter().all(|values| !values.is_empty());
+                let mean = || bootstrap.stratified(&TaskScores::new(values)?, aggregate::mean);
+                Ok((name.clone(), is_measured.then(mean).transpose()?))
             };
             let measures = measures.iter().map(estimate).collect::<Result<_, StatsError>>()?;
-            Ok(Group { settings, count: rows.len(), measures })
+            Ok(Group { settings, count: strata.iter().map(|rows| rows.len()).sum(), measures })
         };
-        let groups = rows.into_iter().map(group).collect::<Result<_, StatsError>>()?;
-        Ok(Self { groups, settings, measures })
+        let over_tools = over_tools(&rows).into_iter().map(|(settings, strata)| group(settings, &strata));
+        let over_tools = over_tools.collect::<Result<_, StatsError>>()?;
+        let groups = rows.into_iter().map(|(settings, rows)| group(settings, &[&rows]));
+        Ok(Self { groups: groups.collect::<Result<_, StatsError>>()?, over_tools, settings, measures })
     }
 
     /// The summary as a Markdown table.
@@ -83,13 +91,37 @@ impl Summary {
         let (settings, measures) = (self.settings.iter(), self.measures.iter());
         let mut text =
             markdown::header(settings.map(String::as_str).chain(["seeds"]).chain(measures.map(String::as_str)));
-        for Group { settings, count, measures } in &self.groups {
+        for Group { settings, count, measures } in self.groups.iter().chain(&self.over_tools) {
             let cells = measures.iter().map(|(_, estimate)| estimate.map_or_else(|| "none".to_owned(), format_mean));
             let first = settings.iter().map(|(_, value)| value.clone()).chain([count.to_string()]);
             text += &markdown::row(first.chain(cells));
         }
         text + "\n"
     }
+}
+
+/// The values of settings, by name.
+type Choice = Vec<(String, String)>;
+/// A row of results.
+type Row = BTreeMap<String, Value>;
+
+/// The rows of each tool set, for each combination of the other settings that all tool sets have; none if there is only
+/// one tool set.
+fn over_tools<'a>(rows: &'a [(Choice, Vec<&Row>)]) -> Vec<(Choice, Vec<&'a [&'a Row]>)> {
+    const TOOLS: &str = "tools";
+    let tools = |choice: &Choice| choice.iter().find(|(name, _)| name == TOOLS).map(|(_, value)| value.clone());
+    let sets: BTreeSet<String> = rows.iter().filter_map(|(choice, _)| tools(choice)).collect();
+    let mut found: Vec<(Choice, Vec<&[&Row]>)> = Vec::new();
+    for (choice, rows) in rows.iter().filter(|_| sets.len() > 1) {
+        let mut choice = choice.clone();
+        choice.iter_mut().filter(|(name, _)| name == TOOLS).for_each(|(_, value)| *value = "mean".to_owned());
+        match found.iter_mut().find(|(known, _)| *known == choice) {
+            Some((_, strata)) => strata.push(rows),
+            None => found.push((choice, vec![rows])),
+        }
+    }
+    found.retain(|(_, strata)| strata.len() == sets.len());
+    found
 }
 
 /// A mean with its interval: counts without decimals, errors and shares with four.

@@ -7,8 +7,10 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::results::{Results, readable_results};
+use super::summary::Group;
 use super::*;
 use crate::error::ExperimentError;
+use crate::hits::Policy;
 use mge_base::stop::Stop;
 use mge_dynamics::{ModelConfig, TrainConfig};
 use mge_run::{RunDirectory, RunState};
@@ -264,6 +266,25 @@ fn a_run_that_another_process_works_on_is_waited_for() {
 }
 
 #[test]
+fn random_play_hardly_solves_the_tasks_and_truly_guided_play_does() {
+    let file = include_bytes!("../../../../assets/sweeps/audit.json");
+    let mut jobs = Sweep::parse(file, "audit.json").unwrap().jobs;
+    jobs.retain(|job| job.name.ends_with("-seed0"));
+    assert_eq!(jobs.len(), 18);
+    for job in &jobs {
+        let Work::Hits(count) = &job.work else { panic!("{}", job.name) };
+        let goal = HitJob { episodes: 200, ..HitJob::clone(count) }.count(&Stop::default()).unwrap().goal;
+        let findable = ["task1", "task3"].contains(&count.task.name.as_str());
+        let expected = match (count.policy, findable) {
+            (Policy::Guided, _) => 10..=200,
+            (_, true) => 0..=8,
+            (_, false) => 0..=1,
+        };
+        assert!(expected.contains(&goal), "{}: {goal}", job.name);
+    }
+}
+
+#[test]
 fn literal_models_have_the_settings_of_the_literal_training() {
     let literal = |value: bool| {
         let sweep = sweep(&json!({"kind": "dynamics", "tools": "box", "literal": value, "seed": 3}));
@@ -368,7 +389,7 @@ fn the_copy_with_more_progress_is_collected_without_its_lock() {
     assert!(job.folder(&finished).join("lock").exists());
     for (n, folders) in [[&finished, &killed], [&killed, &finished]].into_iter().enumerate() {
         let out = folder.path().join(format!("out{n}"));
-        assert_eq!(collect(&folders.map(Clone::clone), &out).unwrap(), 1);
+        assert_eq!(collect(&folders.map(Clone::clone), &out).unwrap().runs, 1);
         let run = RunDirectory::open(job.folder(&out)).unwrap();
         assert_eq!(run.status().unwrap().state, RunState::Finished);
         assert!(!run.path().join("lock").exists(), "a lock belongs to the process that made it");
@@ -384,14 +405,14 @@ fn collected_runs_are_merged_and_conflicts_are_refused() {
     finish(&half(0..3), &a);
     finish(&half(3..4), &b);
     stop_at(&all.jobs[0], &b, 3);
-    assert_eq!(collect(&[b.clone(), a.clone()], &out).unwrap(), 4);
+    assert_eq!(collect(&[b.clone(), a.clone()], &out).unwrap().runs, 4);
     for job in &all.jobs {
         let state = RunDirectory::open(job.folder(&out)).unwrap().status().unwrap().state;
         assert_eq!(state, RunState::Finished, "{}", job.name);
     }
     assert_eq!(metrics(&out, &all.jobs[0].name), metrics(&a, &all.jobs[0].name));
     assert_eq!(finish(&all, &out), [], "nothing is left to do");
-    assert_eq!(collect(&[a.clone(), b.clone()], &out).unwrap(), 4, "collecting again changes nothing");
+    assert_eq!(collect(&[a.clone(), b.clone()], &out).unwrap().runs, 4, "collecting again changes nothing");
 
     let refused = |expected: &str| {
         let fresh = folder.path().join("fresh");
@@ -516,6 +537,13 @@ fn models_are_reported_by_the_settings_in_which_they_differ() {
     }
     let text = std::fs::read_to_string(out.path.join("report.md")).unwrap();
     assert!(text.contains("| square,floor | fully_connected | 2 |"), "{text}");
+    let mean = |groups: &[Group]| {
+        let of = groups.iter().filter(|group| group.setting("edges") == Some("dynamic"));
+        let values: Vec<f64> = of.map(|group| group.measures_like("validation_loss")[0].value).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    assert!((mean(&summary.over_tools) - mean(&summary.groups)).abs() < 1e-9);
+    assert!(text.contains("| mean | dynamic | 4 |") && text.contains("| mean | fully_connected | 4 |"), "{text}");
     std::fs::remove_file(sweep.jobs[0].folder(folder.path()).join("result.json")).unwrap();
     assert_eq!(report(), 1);
 }

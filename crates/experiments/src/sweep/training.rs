@@ -105,7 +105,7 @@ impl Agents {
         if !config.method.uses("epsilon") {
             config.epsilon = EpsilonSchedule::Constant(0.0);
         }
-        self.check_model(grid, &config)?;
+        self.check_model(grid, combination, &config)?;
         Ok(config)
     }
 
@@ -165,13 +165,20 @@ impl Agents {
     }
 
     /// Checks that the model exists and covers the tools, before the run would fail.
-    pub fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
+    pub fn check_model(
+        &mut self,
+        grid: &Grid,
+        combination: &Combination,
+        config: &RunConfig,
+    ) -> Result<(), ValidationError> {
         let RunConfig { task, method, prior, .. } = config;
         let key = format!("{:?}", (&task.name, method, prior, config.is_guided()));
         if self.models.contains(&key) {
             return Ok(());
         }
-        let path = grid.axes.iter().find(|axis| setting(&axis.key) == "prior").map_or("task", |axis| &axis.key);
+        let mut chosen = grid.axes.iter().zip(combination);
+        let entry = |(axis, value): (&Axis, &usize)| axis.path(*value);
+        let path = chosen.find(|(axis, _)| setting(&axis.key) == "prior").map_or_else(|| "task".to_owned(), entry);
         check_model(config).map_err(|error| ValidationError::new(path, error))?;
         self.models.insert(key);
         Ok(())

@@ -148,7 +148,13 @@ pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
         checked => checked,
     })?;
     // The results of a folder are one table.
-    let held = runs_of(folder).unwrap_or_default().into_iter().filter_map(|path| Some((kind_of(&path).ok()?, path)));
+    let held = if runs.exists() { runs_of(folder) } else { Ok(Vec::new()) };
+    let held = match held {
+        Err(RunError::NoRuns(_)) => Vec::new(),
+        held => held?,
+    };
+    // A damaged run has no kind.
+    let held = held.into_iter().filter_map(|path| Some((kind_of(&path).ok()?, path)));
     let mut kinds = held.chain(sweep.jobs.iter().map(|job| (job.kind(), job.folder(folder))));
     if let Some((first_kind, first)) = kinds.next()
         && let Some((second_kind, second)) = kinds.find(|(kind, _)| *kind != first_kind)

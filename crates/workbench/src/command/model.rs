@@ -1,6 +1,6 @@
 //! Commands that train and evaluate dynamics models in the background.
 
-use super::arguments::{Argument, Named, Number, Output, Parsed, Text, Words, optional};
+use super::arguments::{Argument, Changes, Named, Number, Optional, Output, Parsed, Text, Words, is_option};
 use super::{Command, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
@@ -14,8 +14,10 @@ command! {
         /// The file.
         to: Target = Output(Model::FORMAT),
         /// Number of epochs; None for the default.
-        epochs: Option<u32> = optional(Number("number of epochs")),
-    }: "model train" "TYPE,... FILE [force] [EPOCHS]" "train a dynamics model of these tool types, in the background";
+        epochs: Option<u32> = Optional(Number("number of epochs"), is_option),
+        /// Other settings and their values, by their names in a sweep file.
+        settings: Vec<(String, String)> = Changes,
+    }: "model train" "TYPE,... FILE [force] [EPOCHS] [KEY=VALUE]..." "train a dynamics model of these tool types, in the background";
     execute = |this, session| session.train_model(this);
     script_role = |_| ScriptRole { awaits: WaitFor::Work, ..ScriptRole::default() };
 }

@@ -2,6 +2,8 @@
 //! thousands.
 
 use std::collections::BTreeMap;
+use std::fs::DirEntry;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
@@ -61,11 +63,14 @@ fn is_worked_on(run: &RunSummary) -> bool {
 impl Folder {
     /// The folder `path` now, given how a scan `before` has found it or another one, and some runs `elsewhere`. Reads
     /// what may have changed, for about `slice`; what is left is read by the next scan.
-    pub fn scan(before: Option<&Self>, path: &Path, elsewhere: &[PathBuf], slice: Duration) -> Self {
+    ///
+    /// # Errors
+    /// When the folder exists, but cannot be listed.
+    pub fn scan(before: Option<&Self>, path: &Path, elsewhere: &[PathBuf], slice: Duration) -> Result<Self, RunError> {
         let known = before.filter(|before| before.path == path).cloned();
         let mut folder = known.unwrap_or_else(|| Self { path: path.to_owned(), ..Self::default() });
         let begun = Instant::now();
-        folder.is_new = before.is_none_or(|before| before.path != path) | folder.list(elsewhere);
+        folder.is_new = before.is_none_or(|before| before.path != path) | folder.list(elsewhere)?;
         for path in folder.due() {
             folder.is_new |= folder.read(&path);
             if begun.elapsed() >= slice {
@@ -76,7 +81,7 @@ impl Folder {
         // The last part is news: nothing is left to read.
         folder.is_new |= unread != folder.unread;
         folder.unread = unread;
-        folder
+        Ok(folder)
     }
 
     /// What is known of the entries of the folder itself.
@@ -105,25 +110,29 @@ impl Folder {
     }
 
     /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
-    fn list(&mut self, elsewhere: &[PathBuf]) -> bool {
+    fn list(&mut self, elsewhere: &[PathBuf]) -> Result<bool, RunError> {
         let modified = std::fs::metadata(&self.path).and_then(|data| data.modified()).ok();
         let is_same = modified.is_some() && modified == self.modified;
         if is_same && elsewhere.iter().all(|path| self.known.contains_key(path)) {
-            return false;
+            return Ok(false);
         }
         // A folder changed just now may change again without a change of its modification time.
         self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= MTIME_RESOLUTION));
-        let entries = std::fs::read_dir(&self.path).into_iter().flatten().flatten();
+        let entries: Vec<DirEntry> = match std::fs::read_dir(&self.path) {
+            // It is made by the first training.
+            Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+            entries => entries.and_then(Iterator::collect).map_err(RunError::io("read", &self.path))?,
+        };
         let mut listed: BTreeMap<PathBuf, Known> = BTreeMap::new();
         let mut changed = false;
-        for path in entries.map(|entry| entry.path()).chain(elsewhere.iter().cloned()) {
+        for path in entries.into_iter().map(|entry| entry.path()).chain(elsewhere.iter().cloned()) {
             let known = self.known.remove(&path);
             changed |= known.is_none() && !listed.contains_key(&path);
             listed.entry(path).or_insert_with(|| known.unwrap_or_default());
         }
         changed |= !self.known.is_empty();
         self.known = listed;
-        changed
+        Ok(changed)
     }
 
     /// Entries to read now: all but most of the runs at rest, some of which are read in turn.
@@ -144,7 +153,7 @@ impl Folder {
         if known.stamp == stamp && !known.run.as_ref().is_some_and(|run| is_worked_on(run)) {
             return false;
         }
-        let (run, damage) = match summary(path) {
+        let (run, damage) = match read_run(path) {
             Ok(run) => (run.map(Arc::new), None),
             Err(error) => (None, Some(error.to_string())),
         };
@@ -164,7 +173,7 @@ impl Folder {
 ///
 /// # Errors
 /// When the run is damaged.
-fn summary(path: &Path) -> Result<Option<RunSummary>, RunError> {
+pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     if !is_listed_run(path) {
         return Ok(None);
     }
@@ -203,7 +212,7 @@ mod tests {
 
     /// Scans a folder again; the names and episodes of its runs if something is new.
     fn scan(folder: &mut Folder, path: &Path) -> Option<Vec<(String, u64)>> {
-        *folder = Folder::scan(Some(folder), path, &[], Duration::MAX);
+        *folder = Folder::scan(Some(folder), path, &[], Duration::MAX).unwrap();
         assert_eq!(folder.unread, 0);
         folder.is_new.then(|| folder.runs().map(|run| (run.name.clone(), run.done)).collect())
     }
@@ -307,10 +316,20 @@ mod tests {
         }
         let mut folder = Folder::default();
         let mut parts = || {
-            folder = Folder::scan(Some(&folder), directory.path(), &[], Duration::ZERO);
+            folder = Folder::scan(Some(&folder), directory.path(), &[], Duration::ZERO).unwrap();
             (folder.runs().count(), folder.unread, folder.is_new)
         };
         assert_eq!([parts(), parts(), parts(), parts()], [(1, 2, true), (1, 1, true), (1, 0, true), (1, 0, false)]);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_listed_is_not_an_empty_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("runs");
+        assert_eq!(Folder::scan(None, &path, &[], Duration::MAX).unwrap().runs().count(), 0);
+        std::fs::write(&path, "").unwrap();
+        let error = Folder::scan(None, &path, &[], Duration::MAX).unwrap_err().to_string();
+        assert!(error.contains("runs"), "{error}");
     }
 
     #[test]
@@ -319,10 +338,11 @@ mod tests {
         let other = make(directory.path(), "other").path().to_owned();
         let runs = directory.path().join("runs");
         make(&runs, "a");
-        let folder = Folder::scan(None, &runs, &[other.clone(), runs.join("a")], Duration::MAX);
+        let scan = |before, elsewhere: &[PathBuf]| Folder::scan(before, &runs, elsewhere, Duration::MAX).unwrap();
+        let folder = scan(None, &[other.clone(), runs.join("a")]);
         assert_eq!(folder.runs().map(|run| &*run.name).collect::<Vec<_>>(), ["a"]);
         assert!(folder.run(&other).is_some());
-        let without = Folder::scan(Some(&folder), &runs, &[], Duration::MAX);
-        assert_eq!(Folder::scan(Some(&without), &runs, &[other], Duration::MAX).runs().count(), 1);
+        let without = scan(Some(&folder), &[]);
+        assert_eq!(scan(Some(&without), &[other]).runs().count(), 1);
     }
 }

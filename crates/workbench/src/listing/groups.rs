@@ -149,6 +149,7 @@ impl Grouping {
         for task in all.tasks() {
             for label in all.labels() {
                 let mut indices = all.indices(task, label).to_vec();
+                indices.retain(|index| !runs[*index].damaged);
                 if !indices.is_empty() {
                     let counted = one_per_seed(&indices, runs);
                     indices.sort_by_key(|index| runs[*index].config.seed);
@@ -188,7 +189,7 @@ impl Grouping {
             && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes()))
     }
 
-    /// The group of a run, if it has been grouped.
+    /// The group of a run, if it has been grouped and is not damaged.
     pub fn of(&self, run: &Path) -> Option<&RunGroup> {
         self.of.get(run).map(|index| &self.groups[*index])
     }
@@ -315,7 +316,7 @@ fn key_of(runs: &[Arc<RunSummary>], baseline: Option<&str>) -> u64 {
     let mut hasher = DefaultHasher::new();
     baseline.hash(&mut hasher);
     for run in runs {
-        (&run.path, run.done, run.episodes(), run.curves.last_episode()).hash(&mut hasher);
+        (&run.path, run.done, run.episodes(), run.curves.last_episode(), run.damaged).hash(&mut hasher);
     }
     hasher.finish()
 }

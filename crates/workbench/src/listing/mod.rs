@@ -15,6 +15,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use curves::Curves;
+pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use marks::{Mark, marks};
 pub use models::ModelSummary;
@@ -75,16 +76,25 @@ impl Listing {
 
     /// Number of runs in the session's folder that have not been read yet; at least 1 before they have been counted.
     pub fn unread(&self, session: &Session) -> usize {
-        self.folder_of(session).map_or(1, |folder| folder.unread)
+        self.scanned(session).map_or(1, |scanned| scanned.as_ref().map_or(0, |folder| folder.unread))
     }
 
-    /// Why each damaged run of the session's folder cannot be read.
+    /// Why each damaged run of the session's folder, or the folder itself, cannot be read.
     pub fn damaged(&self, session: &Session) -> Vec<String> {
-        self.folder_of(session).into_iter().flat_map(|folder| folder.damaged()).cloned().collect()
+        match self.scanned(session) {
+            Some(Ok(folder)) => folder.damaged().cloned().collect(),
+            Some(Err(reason)) => vec![reason.clone()],
+            None => Vec::new(),
+        }
+    }
+
+    /// The latest scan of the session's folder, if there was one, or why it failed.
+    fn scanned(&self, session: &Session) -> Option<&Result<Arc<Folder>, String>> {
+        Some(self.folder.latest(|path| path == session.folder())?.1)
     }
 
     fn folder_of(&self, session: &Session) -> Option<&Arc<Folder>> {
-        self.folder.latest(|path| path == session.folder())?.1.as_ref().ok()
+        self.scanned(session)?.as_ref().ok()
     }
 
     /// Requests the curves of the runs in these folders.
@@ -106,7 +116,7 @@ impl Listing {
     /// Takes over what was read, and reads on. True if something is new.
     pub fn poll(&mut self, session: &Session) -> bool {
         let is_new = [
-            self.folder.poll() && self.folder_of(session).is_some_and(|folder| folder.is_new),
+            self.folder.poll() && self.folder_of(session).is_none_or(|folder| folder.is_new),
             self.histories.poll(),
             self.grouper.poll(&self.runs),
         ];
@@ -121,12 +131,18 @@ impl Listing {
         }
         let opened: Vec<PathBuf> = session.runs().iter().map(|run| run.directory().path().to_owned()).collect();
         let before = self.folder_of(session).cloned();
-        let is_complete =
-            before.as_ref().is_some_and(|before| before.unread == 0 && opened.iter().all(|run| before.has(run)));
+        let is_complete = match self.scanned(session) {
+            Some(Ok(before)) => before.unread == 0 && opened.iter().all(|run| before.has(run)),
+            Some(Err(_)) => true,
+            None => false,
+        };
         let age = if self.is_due || !is_complete { Duration::ZERO } else { SCAN };
         self.is_due = false;
         let path = session.folder().to_owned();
-        let scan = move |_: &_| Ok(Arc::new(Folder::scan(before.as_deref(), &path, &opened, SLICE)));
+        let scan = move |_: &_| {
+            let scanned = Folder::scan(before.as_deref(), &path, &opened, SLICE);
+            scanned.map(Arc::new).map_err(|error| error.to_string())
+        };
         self.folder.request(session.folder().to_owned(), age, scan);
     }
 
@@ -143,7 +159,8 @@ impl Listing {
                 (path, Arc::new(self.opened(run, curves, session)))
             })
             .collect();
-        let folder = self.folder.latest(|path| path == session.folder()).and_then(|(_, folder)| folder.as_ref().ok());
+        let folder = self.folder_of(session).cloned();
+        let folder = folder.as_ref();
         // A run keeps its place in the list.
         let is_on_disk = |path: &Path| folder.is_some_and(|folder| folder.runs().any(|run| run.path == path));
         self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).map(|path| path.to_path_buf()));
@@ -184,6 +201,7 @@ impl Listing {
             opened: true,
             active: run.is_active(),
             queued: run.is_queued(),
+            damaged: run.is_damaged(),
             preparing: run.phase().as_ref().and_then(Phase::preparation),
             done: run.episodes(),
             success: records.last().map(|record| record.rolling_success as f32),

@@ -28,6 +28,8 @@ pub struct RunSummary {
     pub active: bool,
     /// It waits for a free core.
     pub queued: bool,
+    /// Its log was read and is damaged: it belongs to no group, as it is left out of reports.
+    pub damaged: bool,
     /// Method, threshold and seed in words, as in legends.
     pub label: String,
     /// Its state.
@@ -62,6 +64,7 @@ impl RunSummary {
             opened: false,
             active: false,
             queued: false,
+            damaged: false,
             label: run_label(&config),
             state,
             preparing: None,

@@ -4,7 +4,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, OuConfig, Transition, UpdateMetrics};
+use crate::{Batch, Ddpg, DdpgConfig, Learner, LearnerStreams, OuConfig, Transition, UpdateMetrics};
 
 fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)

@@ -1,0 +1,69 @@
+//! Runs on the command line: `mge runs`, `mge show`, `mge compare` and `mge delete`.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::program::{fail, mge, succeed, text};
+
+fn train(here: &Path, run: &str, settings: &[&str]) {
+    let quick = ["--method", "ddpg", "--episodes", "4", "--quiet", "--set", "ddpg.hidden=8", "--out", run];
+    succeed(mge(here, [&["train", "task1"], &quick[..], settings].concat()));
+}
+
+fn json_of(here: &Path, command: &[&str]) -> Value {
+    serde_json::from_str(&succeed(mge(here, command))).unwrap()
+}
+
+#[test]
+fn runs_are_listed_with_their_states_and_damaged_ones_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "runs/a", &["--seed", "3"]);
+    train(here, "runs/b", &[]);
+    let listed = succeed(mge(here, ["runs"]));
+    let lines: Vec<&str> = listed.lines().collect();
+    assert!(lines.len() == 3 && lines[0].starts_with("run ") && lines[1].starts_with("runs/a"), "{listed}");
+    assert!(lines[1].contains("finished") && lines[1].contains("4/4") && lines[1].ends_with("task1"), "{listed}");
+    let rows = json_of(here, &["runs", "runs", "--json"]);
+    assert_eq!(
+        [&rows[0]["seed"], &rows[1]["episodes_done"], &rows[1]["state"]],
+        [&json!(3), &json!(4), &json!("finished")]
+    );
+    std::fs::write(here.join("runs/b/config.json"), "{").unwrap();
+    let output = mge(here, ["runs", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("runs/b/config.json"), "{}", text(&output.stderr));
+    assert_eq!(serde_json::from_slice::<Value>(&output.stdout).unwrap().as_array().unwrap().len(), 1);
+    fail(mge(here, ["runs", "nowhere"]), "nowhere");
+}
+
+#[test]
+fn a_run_is_shown_and_two_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "a", &[]);
+    train(here, "b", &["--set", "ddpg.gamma=0.5"]);
+    let shown = json_of(here, &["show", "b", "--json"]);
+    assert_eq!([&shown["settings"]["ddpg.gamma"], &shown["results"]["episodes"]], [&json!("0.5"), &json!(4)]);
+    let lines = succeed(mge(here, ["show", "b"]));
+    assert!(lines.lines().any(|line| line.starts_with("settings.ddpg.gamma ") && line.ends_with(" 0.5")), "{lines}");
+    let compared = json_of(here, &["compare", "a", "b", "--json"]);
+    assert_eq!(compared["settings"], json!({"ddpg.gamma": ["0.95", "0.5"]}));
+    let lines = succeed(mge(here, ["compare", "a", "b"]));
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    assert!(lines.lines().any(|line| words(line) == ["ddpg.gamma", "0.95", "0.5"]), "{lines}");
+}
+
+#[test]
+fn runs_are_deleted_and_brought_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "runs/a", &[]);
+    let config = std::fs::read(here.join("runs/a/config.json")).unwrap();
+    assert!(succeed(mge(here, ["delete", "runs/a"])).contains("to the trash"));
+    assert!(!here.join("runs/a").exists());
+    fail(mge(here, ["delete", "runs/a"]), "runs/a");
+    succeed(mge(here, ["delete", "--restore", "runs/a"]));
+    assert!(std::fs::read(here.join("runs/a/config.json")).unwrap() == config);
+}
