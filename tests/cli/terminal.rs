@@ -10,6 +10,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, SlavePty, native_pty_system};
+use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 
 /// Longest wait for a condition.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -156,6 +157,13 @@ impl Terminal {
     pub fn signal(&self, signal: &str) {
         let id = self.child.process_id().unwrap().to_string();
         assert!(Command::new("kill").args([format!("-{signal}"), id]).status().unwrap().success());
+    }
+
+    /// Waits until a signal has stopped the program: if it were continued earlier, it would stop afterwards.
+    pub fn wait_until_stopped(&self) {
+        let process = Pid::from_raw(self.process() as i32).unwrap();
+        let options = WaitIdOptions::STOPPED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        self.wait_until("the program to stop", |_| waitid(WaitId::Pid(process), options).unwrap().is_some());
     }
 
     /// The program's process number.

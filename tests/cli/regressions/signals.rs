@@ -61,7 +61,7 @@ fn has_episodes(run: &Path) -> bool {
 }
 
 /// Long commands. Each is run in a folder that has what `prepare` makes.
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 16] = [
     "train task1 --method ddpg-mge --quiet --out OUT --set ddpg.hidden=8",
     "train task2 --quiet --out OUT --set guidance.model_rollouts=100000 \
      --set guidance.most_model_rollouts=100000 --set guidance.horizon=100",

@@ -267,7 +267,7 @@ fn a_run_that_another_process_works_on_is_waited_for() {
 
 #[test]
 fn random_play_hardly_solves_the_tasks_and_truly_guided_play_does() {
-    let file = include_bytes!("../../../../assets/sweeps/audit.json");
+    let file = include_bytes!("../../sweeps/audit.json");
     let mut jobs = Sweep::parse(file, "audit.json").unwrap().jobs;
     jobs.retain(|job| job.name.ends_with("-seed0"));
     assert_eq!(jobs.len(), 18);
