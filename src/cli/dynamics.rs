@@ -80,7 +80,7 @@ mod tests {
     use mge_dynamics::{Model, Training, TrainingOutcome, checkpoint_of};
 
     fn arguments(line: &str) -> DynamicsTrain {
-        match Arguments::try_parse_from(line.split(' ')).unwrap().command {
+        match Arguments::try_parse_from(shell_words::split(line).unwrap()).unwrap().command {
             Some(Command::Dynamics { command: Dynamics::Train(train) }) => train,
             other => panic!("{line}: {other:?}"),
         }

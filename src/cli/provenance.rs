@@ -3,9 +3,10 @@
 use std::path::Path;
 
 /// Options that change no result, and whether they take a value.
-const WITHOUT_EFFECT: [(&str, bool); 3] = [("--quiet", false), ("--force", false), ("--threads", true)];
-/// Options that name a file or folder to write to, of which only the name is stored.
-const OUTPUTS: [&str; 2] = ["--out", "--figure"];
+const WITHOUT_EFFECT: [(&str, bool); 4] =
+    [("--quiet", false), ("--force", false), ("--threads", true), ("--out", true)];
+/// The option that names the file of a figure, of which only the name is stored.
+const FIGURE: &str = "--figure";
 
 /// The command line of this process, as far as it determines the results.
 pub fn command() -> String {
@@ -24,9 +25,9 @@ fn reproducing(arguments: impl IntoIterator<Item = String>) -> String {
             words.by_ref().take(usize::from(*takes_value)).for_each(drop);
             continue;
         }
-        let is_output = OUTPUTS.contains(&word.as_str());
+        let is_figure = word == FIGURE;
         kept.push(word);
-        if let Some(path) = words.by_ref().take(usize::from(is_output)).next() {
+        if let Some(path) = words.by_ref().take(usize::from(is_figure)).next() {
             kept.push(Path::new(&path).file_name().map_or(path.clone(), |name| name.to_string_lossy().into_owned()));
         }
     }
@@ -40,10 +41,10 @@ mod tests {
     #[test]
     fn a_command_is_stored_without_what_changes_no_result() {
         let stored = |line: &str| reproducing(shell_words::split(line).unwrap());
-        let line = "dynamics train --tools box --quiet --out=/home/me/m/a.safetensors --force --epochs 7";
-        assert_eq!(stored(line), "mge dynamics train --tools box --out a.safetensors --epochs 7");
+        let line = "dynamics evaluate box --quiet --figure=/home/me/m/a.png --force --seed 7";
+        assert_eq!(stored(line), "mge dynamics evaluate box --figure a.png --seed 7");
         assert_eq!(stored("report 'my runs' --threads 3 --seed 4"), "mge report 'my runs' --seed 4");
         assert_eq!(stored("report a --threads"), "mge report a");
-        assert_eq!(stored("puzzles bench p --set a=1 --out ."), "mge puzzles bench p --set a=1 --out .");
+        assert_eq!(stored("puzzles bench p --set a=1 --out ."), "mge puzzles bench p --set 'a=1'");
     }
 }

@@ -19,7 +19,7 @@ pub fn draw<'a>(
     buffer: &mut Buffer,
 ) -> Vec<(Rect, usize)> {
     let height = usize::from(area.height);
-    let first = selected.map_or(0, |selected| (selected + 1).saturating_sub(height));
+    let first = selected.map_or(0, |selected| (selected + 1).saturating_sub(height).min(selected));
     let shown = first..count.min(first + height);
     let mut state = TableState::new().with_selected(selected.map(|selected| selected - first));
     let table = Table::new(shown.clone().map(row), columns).row_highlight_style(theme.selected().fg(Color::Reset));

@@ -283,7 +283,7 @@ fn a_missing_model_is_named_with_its_entry_in_the_sweep_file() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = "{\"task\": \"task1\",\n\"model\": [\"learned\",\n\"models/gone.safetensors\"]}";
     std::fs::write(folder.path().join("s.json"), sweep).unwrap();
-    let message = fail(mge(&folder, ["sweep", "s.json"]), "s.json:3: model[1]");
+    let message = fail(mge(&folder, ["sweep", "s.json"]), "s.json:3: at model[1]");
     assert!(message.contains("models/gone.safetensors"), "{message}");
 }
 

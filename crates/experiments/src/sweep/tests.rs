@@ -180,7 +180,7 @@ fn mistakes_are_explained_before_any_work() {
         ),
         (
             r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#,
-            "layers: is 0, but must be a whole number from 1 to 64",
+            "layers[0]: is 0, but must be a whole number from 1 to 64",
         ),
         (r#"{"kind": "dynamics", "layers": [5]}"#, "at tools: is missing"),
         (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
