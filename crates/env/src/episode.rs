@@ -91,6 +91,21 @@ impl Snapshot {
         }
     }
 
+    /// A state that a model predicts for an episode of `task`: after `actions` actions, of which `placed` placed tools,
+    /// the first `stage` subgoals are reached, and the ball has this motion.
+    pub fn predicted(task: Arc<Task>, actions: u32, placed: &[Action], stage: usize, ball: BallState) -> Self {
+        let mut state = Self::new(task, [0.0; 2]);
+        for &action in placed {
+            let (action, tool) = clipped(&state.task.placeable.tool([0.0; 2]), action);
+            state.world.add_tool(tool);
+            state.placed.push(action);
+        }
+        state.reached.iter_mut().take(stage).for_each(|reached| *reached = true);
+        state.actions = actions;
+        state.set_ball(ball);
+        state
+    }
+
     /// The task being played, with its random shifts applied.
     pub fn task(&self) -> &Arc<Task> {
         &self.task

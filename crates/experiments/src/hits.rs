@@ -112,16 +112,16 @@ impl FixedPolicy for ActorNoise {
     }
 }
 
-/// Plays episodes until `keep_going`, called with the environment after each of them, returns false.
+/// Plays episodes until `keep_going`, called with the policy and the environment after each of them, returns false.
 ///
 /// # Errors
 /// When `stop` is requested first.
-pub fn play(
+pub fn play<P: FixedPolicy>(
     task: &Arc<Task>,
-    policy: &mut impl FixedPolicy,
+    policy: &mut P,
     seed: u64,
     stop: &Stop,
-    mut keep_going: impl FnMut(&Environment) -> bool,
+    mut keep_going: impl FnMut(&P, &Environment) -> bool,
 ) -> Result<(), Stopped> {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
@@ -131,11 +131,11 @@ pub fn play(
         loop {
             stop.check()?;
             let action = policy.act(&env, &mut rng);
-            if env.step(action).map_or(true, |step| step.end.is_some()) {
+            if env.step_without_observation(action).map_or(true, |step| step.end.is_some()) {
                 break;
             }
         }
-        if !keep_going(&env) {
+        if !keep_going(policy, &env) {
             return Ok(());
         }
     }
@@ -153,7 +153,7 @@ pub fn count_hits(
     stop: &Stop,
 ) -> Result<HitCounts, Stopped> {
     let mut hits = HitCounts { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
-    play(task, policy, seed, stop, |env| {
+    play(task, policy, seed, stop, |_, env| {
         hits.episodes += 1;
         hits.goal += u32::from(env.snapshot().goal_reached());
         for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {

@@ -71,7 +71,7 @@ pub(super) fn build_stages(
 
 /// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
 /// while too few reach the stage, and longer ones if none does.
-fn imagine(
+pub(super) fn imagine(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
     config: &GuidanceConfig,

@@ -5,7 +5,7 @@
 //!
 //! [`fn@build`] turns rollouts into an [`ActionPrior`]: for every stage of a task, clusters of the actions that were
 //! predicted to reach it, from which exploration draws. It depends only on task, model, settings and seed, not on the
-//! number of threads. [`plan`] and [`propose_subgoals`] use the same rollouts.
+//! number of threads. [`plan`] and [`choose_subgoals`] use the same rollouts.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -28,11 +28,10 @@ mod clusters;
 mod config;
 mod planner;
 mod prior;
-mod proposal;
 mod rewarding;
 mod rollout;
 mod schedule;
-mod subgoal_search;
+mod subgoals;
 #[cfg(test)]
 mod tests;
 
@@ -41,8 +40,7 @@ pub use clusters::{Cluster, ClusterCount};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
-pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};
 pub use rollout::{RapierPhysics, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
-pub use subgoal_search::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
+pub use subgoals::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};

@@ -11,8 +11,8 @@ use mge_stats::{Bootstrap, StatsError, TaskScores};
 const STEPS: u64 = 50;
 
 impl BenchResults {
-    /// The share of puzzles that each method has solved, against episodes: of all puzzles, and by the fewest actions
-    /// of guided play.
+    /// The share of puzzles that each method has solved, against episodes: of all puzzles, and by the success of
+    /// uniform play.
     ///
     /// # Errors
     /// When a statistic cannot be computed.
@@ -25,7 +25,7 @@ impl BenchResults {
         for (group, (_, name)) in GROUPS.iter().enumerate() {
             let rows = of_group(Some(group));
             if !rows.is_empty() {
-                panels.push(self.panel(&format!("{name} actions"), &rows, bootstrap)?);
+                panels.push(self.panel(&name, &rows, bootstrap)?);
             }
         }
         Ok(LearningCurves {

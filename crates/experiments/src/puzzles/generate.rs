@@ -1,4 +1,4 @@
-//! Generates random layouts, and decides by play which of them are puzzles.
+//! Generates random layouts, and decides by uniformly random play which of them are puzzles.
 
 use std::sync::Arc;
 
@@ -7,53 +7,105 @@ use rand_chacha::ChaCha8Rng;
 
 use super::index::{Index, Puzzle, Split};
 use crate::error::{ExperimentError, finished};
-use crate::hits::{FixedPolicy, Guided, Uniform, play};
+use crate::hits::{FixedPolicy, Uniform, play};
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
 use mge_base::sync::hold_folder;
-use mge_env::Environment;
-use mge_guidance::{self as guidance, GuidanceConfig, TruePhysics, propose_subgoals};
-use mge_physics::ToolKind;
+use mge_base::text::counted;
+use mge_env::{Action, Environment};
+use mge_physics::{ToolKind, to_normalised};
 use mge_run::RunError;
 use mge_task::{
     self as task, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION,
 };
 use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
 
-/// The tool sets of the shipped dynamics models, each with the types that the agent may place. Buckets are
-/// not placeable, as they would only hold the ball.
-const TOOL_SETS: [(&[ToolKind], &[ToolKind]); 3] = [
-    (&[ToolKind::Bucket, ToolKind::Box], &[ToolKind::Box]),
-    (&[ToolKind::Square, ToolKind::Floor], &[ToolKind::Square, ToolKind::Floor]),
-    (&[ToolKind::Box, ToolKind::Wall, ToolKind::Floor], &[ToolKind::Box, ToolKind::Wall, ToolKind::Floor]),
-];
+/// The paper's tools (section 5.1). Every scene has some of them, and the agent places one of them.
+const TOOLS: [ToolKind; 5] = [ToolKind::Bucket, ToolKind::Square, ToolKind::Box, ToolKind::Wall, ToolKind::Floor];
 /// Maximum number of tools in a scene.
-const MAX_TOOLS: usize = 4;
-/// Maximum number of subgoals for guided play.
-const SUBGOALS: usize = 2;
-/// Number of episodes of the first, cheap check of a layout.
-const FIRST_LOOK: u32 = 100;
+const MAX_TOOLS: usize = 6;
+/// A layout is judged early once its number of goals is this many standard deviations away from the limit.
+const CERTAINTY: f64 = 3.0;
+/// Share of the episodes after which a layout is refused if the ball was always far from the goal when an action began.
+const FIRST_LOOK: f64 = 0.1;
+/// Distance that is far, normalised: nearly twice that at which the ball touches the goal.
+const FAR: f32 = 0.35;
 
 /// Usual half width of the uniform noise on the ball's start, normalised.
 pub const START_NOISE: f32 = 0.01;
 
-/// The criteria by which a layout is accepted as a puzzle.
+/// How often uniformly random play must reach the goal of a layout that is accepted as a puzzle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criteria {
-    /// Number of episodes of random and of guided play.
-    pub episodes: u32,
-    /// Maximum number of these in which random play reaches the goal.
-    pub most_random: u32,
-    /// Minimum number of these in which play guided by the true physics reaches the goal.
-    pub least_guided: u32,
-    /// Number of random actions that measure the random hit rate of an accepted puzzle.
+    /// Number of episodes.
+    pub episodes: u64,
+    /// Minimum number of these that reach the goal. Goals must come at this pace from the beginning.
+    pub least: u64,
+    /// Maximum number of these that reach the goal.
+    pub most: u64,
+    /// Number of further random actions that measure the random hit rate of an accepted puzzle.
     pub random_actions: u64,
 }
 
 impl Default for Criteria {
     fn default() -> Self {
-        Self { episodes: 1000, most_random: 1, least_guided: 30, random_actions: 1_000_000 }
+        Self { episodes: 300_000, least: 3, most: 300, random_actions: 1_000_000 }
+    }
+}
+
+/// Why a layout is no puzzle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Refusal {
+    TooEasy,
+    TooHard,
+}
+
+impl Criteria {
+    /// Plays a layout at random until it is decided; None if it is a puzzle.
+    fn refuse(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Refusal>, Stopped> {
+        let (mut policy, mut count, mut verdict) = (Watched { nearest: f32::INFINITY }, Count::default(), None);
+        play(task, &mut policy, seed, stop, |policy, env| {
+            count.episodes += 1;
+            count.goals += u64::from(env.snapshot().goal_reached());
+            verdict = self.judge(count, policy.nearest);
+            verdict.is_none()
+        })?;
+        Ok(verdict.flatten())
+    }
+
+    /// The verdict after some episodes in which the ball came this near to the goal; None as long as it is open.
+    fn judge(&self, Count { episodes, goals }: Count, nearest: f32) -> Option<Option<Refusal>> {
+        let share = episodes as f64 / self.episodes as f64;
+        let limit = share * self.most as f64;
+        let margin = if episodes < self.episodes { CERTAINTY * (limit.sqrt() + 1.0) } else { 0.0 };
+        if goals as f64 > limit + margin {
+            return Some(Some(Refusal::TooEasy));
+        }
+        if goals < self.least * episodes / self.episodes || share >= FIRST_LOOK && nearest > FAR {
+            return Some(Some(Refusal::TooHard));
+        }
+        (goals >= self.least && goals as f64 <= limit - margin).then_some(None)
+    }
+}
+
+/// Episodes, and those of them that reached the goal.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    episodes: u64,
+    goals: u64,
+}
+
+/// Uniformly random play that notes how near the ball comes to the goal.
+struct Watched {
+    nearest: f32,
+}
+
+impl FixedPolicy for Watched {
+    fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action {
+        let ([x, y], goal) = (to_normalised(env.snapshot().ball().position), env.task().goal.position);
+        self.nearest = self.nearest.min((x - goal[0]).hypot(y - goal[1]));
+        Uniform.act(env, rng)
     }
 }
 
@@ -119,13 +171,14 @@ fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, Experime
 }
 
 /// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it.
+/// `on_progress` is called with the number of layouts tried so far.
 ///
 /// # Errors
-/// When guidance fails, or `stop` is requested.
-pub fn random_puzzle(seed: u64, stop: &Stop) -> Result<Task, ExperimentError> {
+/// When `stop` is requested.
+pub fn random_puzzle(seed: u64, stop: &Stop, on_progress: impl Fn(u64)) -> Result<Task, ExperimentError> {
     let index = Index::new(seed, Split::Train, START_NOISE);
     let search = Search { number: 0, index: &index, criteria: &Criteria::default() };
-    Ok(Arc::unwrap_or_clone(search.find(&mut search.rng(), stop)?.0))
+    Ok(Arc::unwrap_or_clone(search.find(&mut search.rng(), stop, on_progress)?.0))
 }
 
 /// The search for one puzzle: draws layouts until one is accepted.
@@ -150,10 +203,10 @@ impl<'a> Search<'a> {
     }
 
     fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, ExperimentError> {
-        handle.report(self.name());
         let mut rng = self.rng();
-        let (task, mut puzzle) = self.find(&mut rng, handle.stop())?;
-        // Other episodes than those by which the puzzle was chosen, which have few goals for that reason.
+        let tell = |tried: u64| handle.report(format!("{}, {} tried", self.name(), counted(tried as usize, "layout")));
+        let (task, mut puzzle) = self.find(&mut rng, handle.stop(), tell)?;
+        // Other episodes than those by which the puzzle was chosen.
         (puzzle.random_episodes, puzzle.random_goals) =
             play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop())?;
         let to = Target { path: puzzle.path(&folder.path), force: folder.force };
@@ -166,68 +219,44 @@ impl<'a> Search<'a> {
     }
 
     /// Draws layouts until one is accepted; returns it with its row of the index, which lacks the random hit rate.
-    fn find(&self, rng: &mut ChaCha8Rng, stop: &Stop) -> Result<(Arc<Task>, Puzzle), ExperimentError> {
+    fn find(
+        &self,
+        rng: &mut ChaCha8Rng,
+        stop: &Stop,
+        on_progress: impl Fn(u64),
+    ) -> Result<(Arc<Task>, Puzzle), ExperimentError> {
+        let (mut too_easy, mut too_hard) = (0, 0);
         loop {
-            stop.check()?;
-            let layout = layout(&self.name(), self.index.start_noise, rng);
+            on_progress(too_easy + too_hard);
+            let task = Arc::new(layout(&self.name(), self.index.start_noise, rng));
             let seed = rng.r#gen();
-            if layout.validate().is_err() {
+            if task.validate().is_err() {
                 continue;
             }
-            let task = Arc::new(layout);
-            if let Some(puzzle) = self.judge(&task, seed, stop)? {
-                return Ok((task, puzzle));
+            match self.criteria.refuse(&task, seed, stop)? {
+                Some(Refusal::TooEasy) => too_easy += 1,
+                Some(Refusal::TooHard) => too_hard += 1,
+                None => {
+                    let (number, name, placeable) = (self.number, task.name.clone(), task.placeable.kind);
+                    let tools = task.tool_set();
+                    let (random_episodes, random_goals) = (0, 0);
+                    let puzzle =
+                        Puzzle { number, name, tools, placeable, too_easy, too_hard, random_episodes, random_goals };
+                    return Ok((task, puzzle));
+                }
             }
         }
-    }
-
-    /// Judges a layout: returns the puzzle without its random hit rate, or None if it is too easy or too hard.
-    fn judge(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Puzzle>, ExperimentError> {
-        let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
-        let is_easy = |episodes| Ok::<_, Stopped>(successes(task, &mut Uniform, episodes, seed, stop)?.0 > most_random);
-        let first = FIRST_LOOK.min(episodes);
-        if is_easy(first)? {
-            return Ok(None);
-        }
-        let config = GuidanceConfig::default();
-        let subgoals = propose_subgoals(task, &TruePhysics, SUBGOALS, &config, seed, stop)?;
-        let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
-        let prior = guidance::build(&staged, &TruePhysics, &config, seed, stop, |_| ())?;
-        let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);
-        // Far fewer successes than expected in the first check mean too few in total.
-        let expected = least_guided as f32 * first as f32 / episodes as f32;
-        if (guided(first)?.0 as f32) < expected / 3.0 {
-            return Ok(None);
-        }
-        let (guided_goals, fewest) = guided(episodes)?;
-        let Some(actions_needed) = fewest.filter(|_| guided_goals >= least_guided) else { return Ok(None) };
-        if is_easy(episodes)? {
-            return Ok(None);
-        }
-        Ok(Some(Puzzle {
-            number: self.number,
-            name: task.name.clone(),
-            tools: task.tool_set(),
-            placeable: task.placeable.kind,
-            subgoals: staged.subgoals.len(),
-            actions_needed,
-            guided_episodes: episodes,
-            guided_goals,
-            random_episodes: 0,
-            random_goals: 0,
-        }))
     }
 }
 
 /// A random scene with the ball in the upper part, a goal, and a tool to place.
 fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
-    // None of the lists is empty.
-    let (set, placeable) = TOOL_SETS[rng.gen_range(0..TOOL_SETS.len())];
-    let placeable = Placeable { kind: placeable[rng.gen_range(0..placeable.len())], form: Form::default() };
+    let kind = |rng: &mut ChaCha8Rng| TOOLS[rng.gen_range(0..TOOLS.len())];
+    let placeable = Placeable { kind: kind(rng), form: Form::default() };
     let count = rng.gen_range(1..=MAX_TOOLS);
     let tools = (0..count)
         .map(|_| ToolSpec {
-            kind: set[rng.gen_range(0..set.len())],
+            kind: kind(rng),
             position: place(rng, [-0.9, 0.9], [-0.9, 0.7]),
             form: Form::default(),
         })
@@ -259,32 +288,11 @@ fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
     [x, y].map(|[from, to]| (rng.gen_range(from..=to) * 100.0).round() / 100.0)
 }
 
-/// The number of episodes that reached the goal, and the minimum number of actions of one that did.
-fn successes(
-    task: &Arc<Task>,
-    policy: &mut impl FixedPolicy,
-    episodes: u32,
-    seed: u64,
-    stop: &Stop,
-) -> Result<(u32, Option<u32>), Stopped> {
-    let (mut played, mut goals, mut fewest) = (0, 0, None);
-    play(task, policy, seed, stop, |env| {
-        played += 1;
-        if env.snapshot().goal_reached() {
-            goals += 1;
-            let actions = env.snapshot().actions();
-            fewest = Some(fewest.map_or(actions, |least: u32| least.min(actions)));
-        }
-        played < episodes
-    })?;
-    Ok((goals, fewest))
-}
-
 /// Plays at random until at least `actions` actions are taken; returns the numbers of episodes, and of those
 /// that reached the goal.
 fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Result<(u64, u64), Stopped> {
     let (mut taken, mut episodes, mut goals) = (0, 0, 0);
-    play(task, &mut Uniform, seed, stop, |env: &Environment| {
+    play(task, &mut Uniform, seed, stop, |_, env| {
         taken += u64::from(env.snapshot().actions());
         episodes += 1;
         goals += u64::from(env.snapshot().goal_reached());

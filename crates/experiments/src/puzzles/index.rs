@@ -15,7 +15,9 @@ use mge_run::RunError;
 use mge_task::{TaskError, check_name};
 
 /// The format version that this program writes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// The version of puzzles that were chosen by the success of guided play, which are read too.
+const GUIDED_VERSION: u32 = 1;
 /// Name of the index in its folder.
 const FILE: &str = "index.json";
 
@@ -63,9 +65,8 @@ pub struct Index {
     pub puzzles: Vec<Puzzle>,
 }
 
-/// A generated puzzle and how difficult it is.
+/// A generated puzzle and how difficult it is. Rows of version 1 have further fields, of guided play.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Puzzle {
     /// Its number, from 0.
     pub number: u64,
@@ -75,14 +76,12 @@ pub struct Puzzle {
     pub tools: Vec<ToolKind>,
     /// Type of the tool that the agent places.
     pub placeable: ToolKind,
-    /// Number of subgoals used by play guided by the true physics.
-    pub subgoals: usize,
-    /// Minimum number of actions in which that play reached the goal.
-    pub actions_needed: u32,
-    /// Number of episodes of that play.
-    pub guided_episodes: u32,
-    /// Number of episodes of that play that reached the goal.
-    pub guided_goals: u32,
+    /// Number of layouts before it that uniformly random play solves too often.
+    #[serde(default)]
+    pub too_easy: u64,
+    /// Number of layouts before it that uniformly random play solves too rarely.
+    #[serde(default)]
+    pub too_hard: u64,
     /// Number of episodes of uniformly random play.
     pub random_episodes: u64,
     /// Number of episodes of uniformly random play that reached the goal.
@@ -90,6 +89,11 @@ pub struct Puzzle {
 }
 
 impl Puzzle {
+    /// The share of episodes of uniformly random play that reach the goal.
+    pub fn random_rate(&self) -> f64 {
+        self.random_goals as f64 / self.random_episodes.max(1) as f64
+    }
+
     /// Its task file in a folder of puzzles.
     pub fn path(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.json", self.name))
@@ -122,7 +126,7 @@ impl Index {
     pub fn parse(text: &[u8], path: &Path) -> Result<Self, ExperimentError> {
         let origin = path.display().to_string();
         let index: Self = json::parse(text, &origin).map_err(ExperimentError::NoIndex)?;
-        if index.version != VERSION {
+        if ![GUIDED_VERSION, VERSION].contains(&index.version) {
             return Err(ExperimentError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
         }
         index.validate().map_err(|error| TaskError::Invalid { origin, error })?;
@@ -148,7 +152,19 @@ impl Index {
 
     /// Whether `other` has the same sequence of puzzles.
     pub(super) fn is_like(&self, other: &Self) -> bool {
-        (self.seed, self.split, self.start_noise) == (other.seed, other.split, other.start_noise)
+        let sequence = |index: &Self| (index.version, index.seed, index.split, index.start_noise);
+        sequence(self) == sequence(other)
+    }
+
+    /// How its puzzles were chosen, in a sentence.
+    pub fn selection(&self) -> String {
+        if self.version == GUIDED_VERSION {
+            return "The puzzles were chosen by the success of guided play.".to_owned();
+        }
+        let count = |of: fn(&Puzzle) -> u64| self.puzzles.iter().map(of).sum::<u64>();
+        let (puzzles, too_easy, too_hard) = (self.puzzles.len(), count(|one| one.too_easy), count(|one| one.too_hard));
+        let drawn = puzzles as u64 + too_easy + too_hard;
+        format!("Of {drawn} layouts, {too_easy} were too easy and {too_hard} too hard for uniform play: {puzzles} are puzzles.")
     }
 }
 

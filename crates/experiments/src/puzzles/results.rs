@@ -16,12 +16,17 @@ use mge_stats::rolling::WINDOW;
 /// Minimum success rate of a solved puzzle.
 pub(super) const SOLVED: f64 = 0.8;
 
-/// Groups of puzzles by the actions needed: the minimum number of each, and its name.
-pub(super) const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
+/// Groups of puzzles by the share of episodes of uniform play that reach the goal: the least of each, and its name.
+pub(super) const GROUPS: [(f64, &str); 4] = [
+    (1.0 / 3e3, "1 of 3,000 or more"),
+    (1.0 / 1e4, "1 of 3,000 to 10,000"),
+    (1.0 / 3e4, "1 of 10,000 to 30,000"),
+    (0.0, "fewer than 1 of 30,000"),
+];
 
-/// The group of a puzzle for which at least this many actions are needed.
-pub(super) fn group_of(actions: u32) -> Option<usize> {
-    GROUPS.iter().rposition(|(least, _)| *least <= actions)
+/// The group of a puzzle with this rate.
+pub(super) fn group_of(rate: f64) -> Option<usize> {
+    GROUPS.iter().position(|(least, _)| *least <= rate)
 }
 
 /// Trainings on generated puzzles.
@@ -74,7 +79,7 @@ impl BenchResults {
             text,
             "{}: {} trainings of {} episodes on {} puzzles (seed {}, start noise {}). A puzzle is \
              solved when {:.0} % of the last {WINDOW} episodes reached the goal, and held when that is so over the \
-             last quarter of the training.\n",
+             last quarter of the training. {}\n",
             markdown::made_by(&self.command, &self.mge_version),
             self.runs.len(),
             self.episodes,
@@ -82,11 +87,12 @@ impl BenchResults {
             self.index.seed,
             self.index.start_noise,
             100.0 * SOLVED,
+            self.index.selection(),
         );
         text += "## Share of trainings that solved their puzzle\n\n";
         self.write_table(&mut text, "method", &[""], |_| Some(0));
-        text += "\n## By the fewest actions with which guided play reached the goal\n\n";
-        self.write_table(&mut text, "actions, method", &GROUPS.map(|(_, name)| name), |row| self.difficulty(row));
+        text += "\n## By the episodes of uniform play that reach the goal\n\n";
+        self.write_table(&mut text, "uniform play, method", &GROUPS.map(|(_, name)| name), |row| self.difficulty(row));
         text += "\n![Share of puzzles solved against episodes](figures/solved.png)\n\n\
                  ![Share of puzzles with a final success rate above each threshold](figures/profile.png)\n";
         text
@@ -95,7 +101,7 @@ impl BenchResults {
     /// The group of a run's puzzle by difficulty.
     pub(super) fn difficulty(&self, row: &LearningRow) -> Option<usize> {
         let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
-        group_of(puzzle.actions_needed)
+        group_of(puzzle.random_rate())
     }
 
     /// Writes a table with one row per group and method; `group` returns the index of a run's group in `names`.

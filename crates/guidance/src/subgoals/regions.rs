@@ -1,28 +1,16 @@
-//! Subgoals proposed by the program (the paper's future work): regions through which rollouts
-//! pass that come near the goal, and that the ball does not reach by itself.
-//!
-//! There are two methods, which rate regions in the same way (`best_region`):
-//!
-//! - [`propose_subgoals`] takes the best region for each subgoal in turn, provided that it is really reached. It costs
-//!   one batch of rollouts per subgoal, which is cheap enough for every layout that the puzzle generator tries.
-//! - [`choose_subgoals`](super::choose_subgoals) tries several regions for each subgoal and compares how often guided
-//!   play reaches them and the goal. It builds clusters for each candidate.
-//!
-//! The search is for people and for training. The proposal decides which generated layouts are puzzles; a puzzle must
-//! stay the same for its seed.
+//! Regions that may become subgoals: rollouts that come near the goal pass them, and the ball does not reach them by
+//! itself.
 
 use std::sync::Arc;
 
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{random_rollouts, random_sequences};
-use super::config::GuidanceConfig;
-use super::rollout::RolloutModel;
+use crate::build::random_rollouts;
+use crate::config::GuidanceConfig;
+use crate::rollout::RolloutModel;
 use mge_base::stop::Stop;
-use mge_base::streams::Stream;
 use mge_dynamics::{Result, Rollout};
-use mge_env::{Action, Environment, Snapshot};
+use mge_env::Snapshot;
 use mge_physics::{Ball, SCREEN};
 use mge_task::{Region, Task};
 
@@ -40,44 +28,6 @@ const MIN_RELATIVE_PASSES: f32 = 0.6;
 const SPACING: f32 = 0.05;
 /// Minimum distance between two regions proposed for the same subgoal, normalised.
 const MIN_SEPARATION: f32 = 0.15;
-
-/// Proposes up to `count` subgoals for the task, in the order in which they are to be
-/// reached, and ignores its present subgoals. Returns fewer if there is no further region
-/// that the ball reaches with the help of tools but not by itself.
-///
-/// # Errors
-/// When the model cannot predict the task, or `stop` is requested.
-pub fn propose_subgoals(
-    task: &Task,
-    model: &dyn RolloutModel,
-    count: usize,
-    config: &GuidanceConfig,
-    seed: u64,
-    stop: &Stop,
-) -> Result<Vec<Region>> {
-    let mut task = Arc::new(Task { subgoals: Vec::new(), ..task.clone() });
-    let mut starts = vec![(Vec::new(), Environment::new(task.clone()).snapshot().clone())];
-    for number in 1..=count {
-        let mut rng = Stream::Proposal { attempt: 0, number }.of(seed);
-        let chosen: Vec<&Reached> =
-            (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
-        let sequences = random_sequences(config, &mut rng);
-        let states: Vec<&Snapshot> = chosen.iter().map(|(_, state)| state).collect();
-        let rollouts = model.rollouts(&states, &sequences, stop)?;
-        let Some(region) = best_region(&task, &rollouts, &[]) else { break };
-        let next = Arc::new(Task { subgoals: [&task.subgoals[..], &[region]].concat(), ..Task::clone(&task) });
-        let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
-        let histories = passing.map(|index| [&chosen[index].0[..], &sequences[index]].concat());
-        let reached = really_reached(&next, stop.until(histories));
-        stop.check()?;
-        if reached.is_empty() {
-            // Predicted to be reached, but never reached in the environment.
-            break;
-        }
-        (task, starts) = (next, reached);
-    }
-    Ok(task.subgoals.clone())
-}
 
 /// Up to `most` regions on the way from `starts`, states of `task`, to its goal, the best first; no two are close to
 /// each other.
@@ -105,24 +55,6 @@ pub(super) fn propose_regions(
         }
     }
     Ok(found)
-}
-
-/// The actions from the start of an episode until the last subgoal was reached, and the state at that point.
-type Reached = (Vec<Action>, Snapshot);
-
-/// Plays `histories` in the environment and returns those that reach the task's last subgoal, cut off at that
-/// point.
-fn really_reached(task: &Arc<Task>, histories: impl Iterator<Item = Vec<Action>>) -> Vec<Reached> {
-    let last = task.subgoals.len();
-    let reach = |mut history: Vec<Action>| {
-        let mut env = Environment::new(task.clone());
-        let taken = history.iter().take_while(|&&action| env.snapshot().stage() < last && env.step(action).is_ok());
-        let taken = taken.count();
-        history.truncate(taken);
-        let state = env.snapshot();
-        (state.stage() == last && state.end().is_none()).then(|| (history, state.clone()))
-    };
-    histories.filter_map(reach).collect()
 }
 
 /// The earliest region, not close to any of `others`, that many of the rollouts nearest to the goal pass on their
@@ -196,7 +128,9 @@ fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mge_base::streams::Stream;
     use mge_dynamics::RolloutAction;
+    use mge_env::{Action, Environment};
 
     /// task1 without subgoals, with its goal at the bottom right.
     fn task() -> Task {
@@ -276,23 +210,6 @@ mod tests {
                 "{found:?}"
             );
         }
-    }
-
-    #[test]
-    fn only_histories_that_really_reach_the_subgoal_are_kept_and_are_cut_there() {
-        let mut task = task();
-        let [x, y] = task.ball.position;
-        // The ball falls into it during the second action.
-        task.subgoals = vec![Region { position: [x, y - 0.3], radius: 4.0 }];
-        let history: Vec<Action> = vec![[-0.9, 0.9]; 4];
-        let played = |task: &Task| really_reached(&Arc::new(task.clone()), [history.clone(), Vec::new()].into_iter());
-        let found = played(&task);
-        let [(actions, state)] = &found[..] else { panic!("{} of 1", found.len()) };
-        assert_eq!((state.stage(), state.actions() as usize, state.end()), (1, actions.len(), None));
-        assert!(!actions.is_empty() && actions.len() < history.len() && history.starts_with(actions));
-        // The goal is reached at the same time, so nothing can follow.
-        (task.goal.position, task.goal.radius) = (task.subgoals[0].position, 4.0);
-        assert!(played(&task).is_empty());
     }
 
     #[test]

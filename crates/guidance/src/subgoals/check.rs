@@ -1,0 +1,73 @@
+//! Real rollouts with the clusters of a candidate.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::candidate::{Candidate, least, rollouts};
+use mge_env::{Environment, Snapshot};
+
+/// Real rollouts towards each stage of a candidate.
+const ROLLOUTS: usize = 8;
+/// Weight of the predicted share of a stage among the real rollouts, as a number of rollouts.
+const PREDICTED_WEIGHT: f32 = 2.0;
+
+/// What real rollouts towards the stages of a candidate reached.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Check {
+    /// For each stage, the numbers of rollouts that reached it and of all rollouts.
+    stages: Vec<(usize, usize)>,
+    /// Number of actions that they took.
+    pub actions: usize,
+}
+
+impl Check {
+    /// Plays guided rollouts from stage to stage, until one is not reached or `most` actions are taken.
+    pub fn of(candidate: &Candidate, horizon: usize, most: usize, rng: &mut ChaCha8Rng) -> Self {
+        let mut check = Self { stages: Vec::new(), actions: 0 };
+        let mut env = Environment::new(candidate.task.clone());
+        let mut starts: Vec<Snapshot> = Vec::new();
+        for (stage, prior) in candidate.stages.iter().enumerate() {
+            let horizon = prior.longer_horizon.unwrap_or(horizon);
+            let (mut hits, mut reached) = (0, Vec::new());
+            let mut played = 0;
+            while played < ROLLOUTS && check.actions < most {
+                match starts.len() {
+                    0 => _ = env.reset(rng),
+                    count => env.restore(&starts[rng.gen_range(0..count)]),
+                }
+                let is_there = |env: &Environment| env.snapshot().stage() > stage || env.snapshot().goal_reached();
+                let mut left = horizon;
+                while left > 0 && !is_there(&env) && env.step_without_observation(prior.sample(rng)).is_ok() {
+                    (left, check.actions) = (left - 1, check.actions + 1);
+                }
+                played += 1;
+                hits += usize::from(is_there(&env));
+                if env.snapshot().stage() > stage && env.snapshot().end().is_none() {
+                    reached.push(env.snapshot().clone());
+                }
+            }
+            check.stages.push((hits, played));
+            starts = reached;
+            if starts.is_empty() {
+                break;
+            }
+        }
+        check
+    }
+
+    /// The smallest share, over all stages, of the rollouts towards a stage that reached it.
+    pub fn least_reached(&self, candidate: &Candidate) -> f32 {
+        let shares = self.stages.iter().map(|(hits, of)| *hits as f32 / (*of).max(1) as f32);
+        let unplayed = if self.stages.len() < candidate.stages.len() { 0.0 } else { 1.0 };
+        least(&shares.collect::<Vec<_>>()).min(unplayed)
+    }
+
+    /// Expected number of rollouts until every stage is reached once, from these rollouts and what the model predicts.
+    pub fn rollouts(&self, candidate: &Candidate) -> f32 {
+        let unplayed = std::iter::repeat(&(0, ROLLOUTS));
+        let share = |((hits, of), predicted): (&(usize, usize), &f32)| {
+            (*hits as f32 + PREDICTED_WEIGHT * predicted) / (*of as f32 + PREDICTED_WEIGHT)
+        };
+        rollouts(&self.stages.iter().chain(unplayed).zip(&candidate.reached).map(share).collect::<Vec<_>>())
+    }
+}
