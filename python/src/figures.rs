@@ -12,9 +12,9 @@ use super::error::exception;
 use super::pool::abandonable;
 use super::runs::found;
 use super::task::Task;
-use mge_figures::{self as figures, DEFAULT_DPI, Provenance, TaskGrid};
+use mge_figures::{self as figures, Against, DEFAULT_DPI, Provenance, TaskGrid};
 use mge_results::TrainedRun;
-use mge_results::figures::{Success, learning_curves, method_scores, step_curves};
+use mge_results::figures::{Success, action_curves, learning_curves, method_scores};
 use mge_stats::Bootstrap;
 
 /// A figure: displayed by notebooks, written by `save`.
@@ -99,7 +99,7 @@ pub fn figure_tasks(tasks: Vec<Task>) -> Figure {
 }
 
 /// Learning curves of the runs in folders: interquartile mean over seeds of the rolling success, against
-/// episodes or, with `steps`, against actions; or of the greedy evaluations.
+/// episodes or, with `steps`, against charged actions; or of the greedy evaluations.
 #[pyfunction]
 #[pyo3(signature = (folders, greedy = false, steps = false))]
 pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, steps: bool) -> PyResult<Figure> {
@@ -110,7 +110,7 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
     let success = if greedy { Success::Greedy } else { Success::Training };
     let bootstrap = Bootstrap::default();
     let curves = abandonable(py, move || match steps {
-        true => step_curves(&runs, &bootstrap),
+        true => action_curves(&runs, &bootstrap, Against::Charged),
         false => learning_curves(&runs, &bootstrap, success),
     })?;
     Ok(Figure::new(curves.map_err(exception)?, "mge.figures.learning_curves()"))

@@ -26,12 +26,13 @@ fn generate(arguments: &PuzzlesGenerate) -> Outcome {
     let wanted = Index::new(arguments.seed, arguments.split, arguments.start_noise);
     let criteria = Criteria { random_actions: arguments.random_actions, ..Criteria::default() };
     let out = arguments.force.target(&arguments.out);
-    in_batch(
+    let index = in_batch(
         arguments.threads,
         arguments.quiet,
         |batch, on_progress| puzzles::generate(&wanted, arguments.count, &criteria, &out, batch, on_progress),
         ExperimentError::is_interruption,
     )?;
+    output::message(index.selection());
     Ok(output::line(arguments.out.join("index.json").display())?)
 }
 

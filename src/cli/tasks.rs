@@ -86,7 +86,7 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, to: Opti
     let mut session = guided(name, Some(model.clone()), seed)?;
     let report = perform(&mut session, command::Propose(Some(subgoals)), "candidates", false)?;
     output::message(report);
-    let task = Task { subgoals: session.proposed().to_vec(), ..session.task().clone() };
+    let task = session.with_proposals();
     match to {
         Some(to) => task::save(&task, to)?,
         None => output::lines(task::to_json(&task))?,

@@ -106,7 +106,7 @@ pub enum ExperimentError {
     EarlierStudy(PathBuf),
 
     /// The folder holds puzzles of another sequence.
-    #[error("{}: these puzzles have another seed, split or start noise: choose another folder with --out", .0.display())]
+    #[error("{}: these puzzles have another seed, split, start noise or format: choose another folder with --out", .0.display())]
     OtherPuzzles(PathBuf),
     /// Another file is in the place of a puzzle's task.
     #[error("{}: is not the puzzle of this name: remove it, and the puzzle is generated again, or choose another folder with --out", .0.display())]

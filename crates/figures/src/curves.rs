@@ -61,21 +61,29 @@ pub enum Against {
     /// Episodes of training.
     #[default]
     Episodes,
-    /// All actions in the real environment: of training, of the rollouts from which the action clusters were built,
-    /// and of the launches on which the dynamics model was trained.
-    Steps,
+    /// Actions of episodes and practice.
+    Actions,
+    /// All actions in the real environment: of episodes, of practice, of the rollouts from which the action clusters
+    /// were built, of the launches on which the dynamics model was trained, and of the search for subgoals.
+    Charged,
 }
 
 impl Against {
+    /// The name of one of them, as on the axis.
+    pub fn label(self) -> &'static str {
+        self.words()[0]
+    }
+
     /// The axis label, the CSV column, and a sentence for the caption.
     fn words(self) -> [&'static str; 3] {
         match self {
             Self::Episodes => ["episode", "episode", ""],
-            Self::Steps => [
-                "environment steps",
-                "environment_steps",
-                " Steps are all actions in the real environment: training, the rollouts behind the clusters, and the \
-                 launches behind the model.",
+            Self::Actions => ["action", "actions", " Actions are those of episodes and practice."],
+            Self::Charged => [
+                "charged action",
+                "charged_actions",
+                " Charged are all actions in the real environment: episodes, practice, the rollouts behind the \
+                 clusters, the launches behind the model, and the search for subgoals.",
             ],
         }
     }

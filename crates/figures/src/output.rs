@@ -120,7 +120,8 @@ pub(super) fn write_with_table(to: &Target, bytes: &[u8], table: &Table) -> Resu
     // A table has nothing that tells its origin but its columns. Those of learning curves name the chosen axis.
     let columns = |text: &[u8]| {
         let first = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
-        String::from_utf8_lossy(first).replace("environment_steps", "episode")
+        let axes = ["environment_steps", "charged_actions", "actions"];
+        axes.iter().fold(String::from_utf8_lossy(first).into_owned(), |text, axis| text.replace(axis, "episode"))
     };
     let has_columns = |found: &[u8]| columns(found) == columns(&text);
     let format = Format { name: "the table of such a figure", suffix: "", is: &has_columns };

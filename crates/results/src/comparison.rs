@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::EvidenceError;
 use super::found::FoundRun;
-use super::groups::{AREA, FINAL, Groups, HELD, Score};
+use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score};
 use super::row::LearningRow;
 use super::settings::training_key;
 use mge_run::RunState;
@@ -56,7 +56,7 @@ pub struct ExcludedRun {
 pub struct AggregateRow {
     /// Its label.
     pub method: String,
-    /// The aggregated measure: `auc`, `final_success` or `held_success`.
+    /// The aggregated measure: `charged_area`, `auc`, `final_success` or `held_success`.
     pub measure: String,
     /// Number of runs.
     pub runs: usize,
@@ -80,7 +80,7 @@ pub struct ImprovementRow {
     pub method: String,
     /// Label of the method it is compared with.
     pub over: String,
-    /// The compared measure: `auc`.
+    /// The compared measure: `charged_area`, or `auc` in reports of earlier versions.
     pub measure: String,
     /// The probability; a tie counts one half.
     pub probability: Estimate,
@@ -96,7 +96,8 @@ pub(super) struct Measure {
 }
 
 /// The scores that are aggregated over tasks.
-pub(super) const MEASURES: [Measure; 3] = [
+pub(super) const MEASURES: [Measure; 4] = [
+    Measure { key: "charged_area", label: "area over charged actions", score: CHARGED_AREA },
     Measure { key: "auc", label: "area under the curve", score: AREA },
     Measure { key: "final_success", label: "final success", score: FINAL },
     Measure { key: "held_success", label: "held success", score: HELD },
@@ -180,9 +181,10 @@ impl Comparison {
         let mut improvements = Vec::new();
         for method in groups.labels() {
             for over in groups.labels().iter().filter(|over| *over != method) {
-                let probability = improvement_interval(&scores(method, AREA)?, &scores(over, AREA)?, bootstrap)?;
+                let probability =
+                    improvement_interval(&scores(method, CHARGED_AREA)?, &scores(over, CHARGED_AREA)?, bootstrap)?;
                 let (method, over) = (method.clone(), over.clone());
-                improvements.push(ImprovementRow { method, over, measure: "auc".to_owned(), probability });
+                improvements.push(ImprovementRow { method, over, measure: "charged_area".to_owned(), probability });
             }
         }
         (report.aggregates, report.improvements, report.common_tasks) = (aggregates, improvements, common_tasks);

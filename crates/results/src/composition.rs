@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use super::comparison::without_duplicates;
 use super::error::EvidenceError;
 use super::estimates::CurveEstimates;
-use super::figures::{Success, learning_curves, step_curves};
+use super::figures::{Success, action_curves, learning_curves};
 use super::found::{FoundRun, RunReader, find_runs};
 use super::groups::Groups;
 use super::row::TrainedRun;
@@ -53,7 +53,7 @@ pub const OPTIONS: [(&str, &str); 9] = [
     ("name", "another name for the preceding curve"),
     ("reference", "the label of the curve that the others are compared with"),
     ("success", "training or greedy"),
-    ("against", "episodes or steps"),
+    ("against", "episodes, actions or charged"),
     ("width", "single or double: the columns of the page"),
     ("font", "size of the labels in points, from 4 to 16"),
     ("axis", "linear or log"),
@@ -61,7 +61,13 @@ pub const OPTIONS: [(&str, &str); 9] = [
 
 /// Options with two values, the default first.
 const SUCCESS: [(&str, Success); 2] = [("training", Success::Training), ("greedy", Success::Greedy)];
-const AGAINST: [(&str, Against); 2] = [("episodes", Against::Episodes), ("steps", Against::Steps)];
+/// `steps` is the name of charged actions in scripts of earlier versions.
+const AGAINST: [(&str, Against); 4] = [
+    ("episodes", Against::Episodes),
+    ("actions", Against::Actions),
+    ("charged", Against::Charged),
+    ("steps", Against::Charged),
+];
 const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
 const AXIS: [(&str, bool); 2] = [("linear", false), ("log", true)];
 
@@ -116,7 +122,7 @@ impl Composition {
                 return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
             }
         }
-        if self.success == Success::Greedy && self.against == Against::Steps {
+        if self.success == Success::Greedy && self.against != Against::Episodes {
             return Err("greedy evaluations are drawn against episodes".to_owned());
         }
         Ok(())
@@ -166,7 +172,7 @@ impl Composition {
         let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
         let curves = match self.against {
             Against::Episodes => learning_curves(&runs, estimates, self.success)?,
-            Against::Steps => step_curves(&runs, estimates)?,
+            against => action_curves(&runs, estimates, against)?,
         };
         let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
         let (legend, reference, style) = (legend.collect(), self.reference.clone(), self.style);

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::curve::height;
 use super::estimates::{CurveEstimates, points};
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
@@ -68,45 +69,46 @@ pub fn learning_curves(
     Ok(LearningCurves { measure, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
 
-/// Interquartile mean of the rolling success over seeds, against all actions in the real environment,
-/// including charged ones. The success of a run is 0 before its first action in training.
+/// Interquartile mean of the rolling success over seeds, against actions or charged actions. The success of a run is 0
+/// before its first point.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
-pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Result<LearningCurves, StatsError> {
+pub fn action_curves(
+    runs: &[TrainedRun],
+    estimates: &impl CurveEstimates,
+    against: Against,
+) -> Result<LearningCurves, StatsError> {
+    let points = |run: &TrainedRun| match against {
+        Against::Charged => run.charged.clone(),
+        Against::Actions => run.actions.clone(),
+        Against::Episodes => run.training.clone(),
+    };
     let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
     let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
     // The seeds of a group need common points, so curves end with the shortest run.
     let mut ends: HashMap<(String, String), f64> = HashMap::new();
     for (run, label) in runs.iter().zip(&labels) {
-        let end = run.steps.last().map_or(0.0, |[steps, _]| steps + run.row.charged as f64);
+        let end = points(run).last().map_or(0.0, |[x, _]| *x);
         ends.entry(group(run, label)).and_modify(|least| *least = least.min(end)).or_insert(end);
     }
     let resampled = runs.iter().zip(&labels).map(|(run, label)| {
-        let end = ends[&group(run, label)];
-        let x = |point: usize| end * point as f64 / STEP_POINTS as f64;
-        let y = |x: f64| height(&run.steps, x - run.row.charged as f64);
-        let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
+        let (points, end) = (points(run), ends[&group(run, label)]);
+        let x = |point: usize| end * point as f64 / ACTION_POINTS as f64;
+        let training = match end > 0.0 {
+            true => (1..=ACTION_POINTS).map(|n| [x(n), height(&points, x(n))]).collect(),
+            false => Vec::new(),
+        };
         TrainedRun { training, ..run.clone() }
     });
     let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, Success::Training)?;
     // The number of points with a partial window is unknown.
     curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
-    Ok(LearningCurves { against: Against::Steps, ..curves })
+    Ok(LearningCurves { against, ..curves })
 }
 
-/// Number of points of a curve against steps.
-const STEP_POINTS: usize = 100;
-
-/// The value of a curve at `x`, interpolated linearly; 0 before the first point, constant after the last.
-fn height(curve: &[[f64; 2]], x: f64) -> f64 {
-    let after = curve.partition_point(|point| point[0] <= x);
-    match (after.checked_sub(1).map(|before| curve[before]), curve.get(after)) {
-        (None, _) => 0.0,
-        (Some([_, y]), None) => y,
-        (Some([x0, y0]), Some([x1, y1])) => y0 + (y1 - y0) * (x - x0) / (x1 - x0),
-    }
-}
+/// Number of points of a curve against actions.
+const ACTION_POINTS: usize = 100;
 
 /// Area under the curve of every method on every task and, if all methods were trained on all of
 /// several tasks, over all tasks. The reference is the method with that label, or else the usual baseline.
@@ -219,27 +221,28 @@ mod tests {
     }
 
     #[test]
-    fn success_against_steps_counts_what_is_charged() {
-        let run = |method: &str, seed: u64, steps: &[[f64; 2]], charged: u64| TrainedRun {
+    fn success_against_charged_actions_begins_after_what_is_charged_before_training() {
+        let run = |method: &str, seed: u64, actions: &[[f64; 2]], charged: f64| TrainedRun {
             row: LearningRow {
                 task: "task1".to_owned(),
                 method: method.to_owned(),
                 epsilon: "0".to_owned(),
                 seed,
                 episodes: 2,
-                charged,
                 ..LearningRow::default()
             },
             training: Vec::new(),
             greedy: Vec::new(),
-            steps: steps.to_vec(),
+            actions: actions.to_vec(),
+            charged: actions.iter().map(|[x, y]| [x + charged, *y]).collect(),
         };
         let runs = [
-            run("ddpg", 0, &[[100.0, 0.0], [200.0, 1.0]], 0),
-            run("ddpg", 1, &[[100.0, 0.0], [400.0, 1.0]], 0),
-            run("ddpg-uniform", 0, &[[100.0, 0.5], [200.0, 1.0]], 1000),
+            run("ddpg", 0, &[[100.0, 0.0], [200.0, 1.0]], 0.0),
+            run("ddpg", 1, &[[100.0, 0.0], [400.0, 1.0]], 0.0),
+            run("ddpg-uniform", 0, &[[100.0, 0.5], [200.0, 1.0]], 1000.0),
         ];
-        let figure = step_curves(&runs, &Bootstrap { resamples: 10, ..Bootstrap::default() }).unwrap();
+        let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
+        let figure = action_curves(&runs, &bootstrap, Against::Charged).unwrap();
         let [plain, charged] = &figure.panels[0].curves[..] else { panic!("two curves: {figure:?}") };
         // As far as the shorter run: both have begun to learn.
         let at = |curve: &Curve, x: f64| curve.y[curve.x.iter().position(|at| (at - x).abs() < 1e-9).unwrap()];
@@ -248,6 +251,8 @@ mod tests {
         assert!((at(plain, 200.0) - (1.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
         assert_eq!((charged.x.last(), at(charged, 1200.0)), (Some(&1200.0), 1.0));
         assert_eq!(at(charged, 996.0), 0.0, "nothing is reached before training begins");
-        assert_eq!(figure.against, Against::Steps);
+        assert_eq!(figure.against, Against::Charged);
+        let own = action_curves(&runs, &bootstrap, Against::Actions).unwrap();
+        assert_eq!((own.panels[0].curves[1].x.last(), own.against), (Some(&200.0), Against::Actions));
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use super::curve::score_equal_budgets;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use mge_base::text::natural_key;
@@ -139,6 +140,8 @@ impl RunReader {
             on_progress(runs.len() + unreadable.len());
         }
         distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
+        let finished = runs.iter_mut().filter(|run| run.state == RunState::Finished);
+        score_equal_budgets(&mut finished.map(|run| &mut run.trained).collect::<Vec<_>>());
         ReadRuns { runs, unreadable }
     }
 }

@@ -15,6 +15,8 @@ pub type Score = fn(&LearningRow) -> Option<f64>;
 
 /// Area under the curve of the rolling success, 0 to 1.
 pub const AREA: Score = |row| row.efficiency.auc;
+/// Area under the curve of the rolling success against charged actions, 0 to 1.
+pub const CHARGED_AREA: Score = |row| row.charged_area;
 /// Rolling success at the end, 0 to 1.
 pub const FINAL: Score = |row| row.efficiency.final_success;
 /// Minimum rolling success over the last quarter of the episodes, 0 to 1.

@@ -21,6 +21,7 @@
 
 mod comparison;
 mod composition;
+mod curve;
 mod error;
 mod estimates;
 pub mod figures;
@@ -37,9 +38,10 @@ pub use composition::{Composed, Composition, OPTIONS};
 pub use error::EvidenceError;
 pub use estimates::{CurveEstimates, KnownEstimates};
 pub use found::{FoundRun, RunReader, find_runs, is_listed_run, read_runs};
-pub use groups::{FINAL, Groups};
+pub use groups::{AREA, CHARGED_AREA, FINAL, Groups, Score};
 pub use report::report;
 pub use report_folder::ReportFolder;
 pub use row::{LearningRow, TrainedRun};
 pub use settings::{Settings, differences, distinguish};
 pub use settings::{complete, leaf_settings};
+pub use table::reached;

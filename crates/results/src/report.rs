@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
 use super::error::EvidenceError;
-use super::figures::{Success, learning_curves, method_scores, performance_profile, step_curves};
+use super::figures::{Success, action_curves, learning_curves, method_scores, performance_profile};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
 use super::report_folder::ReportFolder;
@@ -13,7 +13,7 @@ use super::row::{LearningRow, TrainedRun};
 use super::table::{format_share, holding_80, reached};
 use mge_base::atomic::Target;
 use mge_base::markdown;
-use mge_figures::{Figure, Provenance, check_all};
+use mge_figures::{Against, Figure, Provenance, check_all};
 use mge_run::{RunError, RunState, config_hash};
 use mge_stats::{Bootstrap, StatsError};
 
@@ -24,7 +24,7 @@ const MAX_PAIRED: usize = 6;
 const FIGURES: [(&str, &str); 5] = [
     ("methods", "Area under the curve by method and task"),
     ("learning", "Rolling success during training"),
-    ("learning-steps", "Rolling success against all actions in the real environment"),
+    ("learning-charged", "Rolling success against charged actions"),
     ("learning-greedy", "Success of the greedy policy"),
     ("performance-profile", "Performance profile of the final success"),
 ];
@@ -73,7 +73,7 @@ pub fn report(
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap, Some(&report.reference))?)?;
     draw("learning", &learning_curves(&runs, bootstrap, Success::Training)?)?;
-    draw("learning-steps", &step_curves(&runs, bootstrap)?)?;
+    draw("learning-charged", &action_curves(&runs, bootstrap, Against::Charged)?)?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
         draw("learning-greedy", &learning_curves(&runs, bootstrap, Success::Greedy)?)?;
     }
@@ -151,13 +151,14 @@ impl Comparison {
             *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
         }
         text.push('\n');
-        *text += &markdown::header(["method", "to 80 %", "hold 80 %"]);
+        *text += &markdown::header(["method", "to 80 %", "charged to 80 %", "hold 80 %"]);
         let groups = Groups::new(self.learning.iter().filter(|row| self.common_tasks.contains(&row.task)));
         for label in groups.labels() {
             let runs: Vec<&LearningRow> =
                 groups.tasks().iter().flat_map(|task| groups.of(task, label)).copied().collect();
             let to_80 = reached(runs.iter().map(|row| row.efficiency.episodes_to_80));
-            *text += &markdown::row([label, &to_80, &holding_80(&runs)]);
+            let charged = reached(runs.iter().map(|row| row.charged_to_80));
+            *text += &markdown::row([label, &to_80, &charged, &holding_80(&runs)]);
         }
         text.push('\n');
     }
@@ -166,7 +167,7 @@ impl Comparison {
         if self.improvements.is_empty() {
             return;
         }
-        text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
+        text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve over charged actions than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
         let methods = Groups::new(&self.learning).labels().len();
         let baseline = Some(&self.reference).filter(|_| methods > MAX_PAIRED);
         if let Some(baseline) = baseline {

@@ -38,6 +38,13 @@ pub struct LearningRow {
     /// Number of actions, in its episodes and in practice, until 80 % of the last window reached the goal.
     #[serde(default)]
     pub actions_to_80: Option<u64>,
+    /// Number of charged actions until then: also those for the clusters, the model and the subgoals.
+    #[serde(default)]
+    pub charged_to_80: Option<u64>,
+    /// Area under the curve of the rolling success against charged actions, 0 to 1, up to the same number of actions
+    /// for all runs on the task that it is compared with.
+    #[serde(default)]
+    pub charged_area: Option<f64>,
     /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model.
     #[serde(default)]
     pub charged: u64,
@@ -54,8 +61,10 @@ pub struct TrainedRun {
     pub training: Vec<[f64; 2]>,
     /// Numbers of episodes and the mean success of the latest greedy evaluations.
     pub greedy: Vec<[f64; 2]>,
-    /// Numbers of training actions and the rolling success after them.
-    pub steps: Vec<[f64; 2]>,
+    /// Numbers of actions in episodes and practice, and the rolling success after them.
+    pub actions: Vec<[f64; 2]>,
+    /// Numbers of charged actions and the rolling success after them.
+    pub charged: Vec<[f64; 2]>,
 }
 
 /// Maximum number of points of a learning curve.
@@ -80,7 +89,10 @@ impl TrainedRun {
             row: LearningRow::new(config, history),
             training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
             greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
-            steps: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
+            actions: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
+            charged: records()
+                .filter_map(|record| Some([record.charged_actions? as f64, record.rolling_success]))
+                .collect(),
         }
     }
 }
@@ -106,6 +118,8 @@ impl LearningRow {
             episodes: successes.len() as u64,
             efficiency,
             actions_to_80: at_80.map(|record| record.environment_steps),
+            charged_to_80: at_80.and_then(|record| record.charged_actions),
+            charged_area: None,
             charged: history.records.last().map_or(0, outside_training),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
         }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::groups::{AREA, FINAL, Groups, HELD, scores};
+use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, scores};
 use super::row::LearningRow;
 use mge_base::markdown;
 use mge_stats::aggregate::{iqm, mean};
@@ -19,7 +19,7 @@ impl Groups<'_> {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; actions to 80 % are all in the real environment, those in practice, for the clusters and for launches that the dynamics model learned from included, and in parentheses those of episodes and practice alone. Probability of improvement over {} in the area under the curve, with its interval.\n",
+            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. The charged area is that over charged actions: all in the real environment, those in practice, for the clusters, for subgoals and for launches that the dynamics model learned from included; every run on a task has the same budget of them. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; so are charged actions to 80 %, and in brackets those of episodes and practice alone. Probability of improvement over {} in the charged area, with its interval.\n",
             markdown::text(baseline)
         );
         let better = format!("P(better than {baseline})");
@@ -27,6 +27,7 @@ impl Groups<'_> {
             "task",
             "method",
             "seeds",
+            "charged area",
             "area",
             "mean area",
             "final",
@@ -34,13 +35,14 @@ impl Groups<'_> {
             "hold 80 %",
             "to 50 %",
             "to 80 %",
-            "actions to 80 %",
+            "charged to 80 %",
             "greedy at the end",
             &better,
         ]);
         for task in self.tasks() {
             for label in self.labels() {
                 let Some(area) = self.summary(task, label, baseline, AREA, bootstrap)? else { continue };
+                let charged = self.summary(task, label, baseline, CHARGED_AREA, bootstrap)?;
                 let runs = self.of(task, label);
                 let interquartile =
                     |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(runs, score)?, iqm)?));
@@ -48,6 +50,7 @@ impl Groups<'_> {
                     task.clone(),
                     label.clone(),
                     runs.len().to_string(),
+                    interquartile(CHARGED_AREA)?,
                     format_share(area.iqm),
                     format_share(area.mean),
                     interquartile(FINAL)?,
@@ -55,9 +58,9 @@ impl Groups<'_> {
                     holding_80(runs),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
-                    actions_to_80(runs),
+                    charged_to_80(runs),
                     greedy_mean(runs)?,
-                    area.improvement.map_or_else(String::new, format_share),
+                    charged.and_then(|charged| charged.improvement).map_or_else(String::new, format_share),
                 ]);
             }
         }
@@ -86,21 +89,18 @@ pub(super) fn holding_80(rows: &[&LearningRow]) -> String {
 }
 
 /// Median over the runs that reached the threshold, and how many of all runs did.
-pub(super) fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
+pub fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     let all: Vec<Option<u64>> = episodes.collect();
     let there: Vec<u64> = all.iter().flatten().copied().collect();
     let median = rounded_median(&there).map_or_else(|| "never".to_owned(), |median| median.to_string());
     format!("{median} ({}/{})", there.len(), all.len())
 }
 
-/// Median actions of the runs that reached 80 %, with and without charged actions.
-fn actions_to_80(rows: &[&LearningRow]) -> String {
+/// Median charged actions of the runs that reached 80 %, how many did, and the median of those of episodes and practice.
+fn charged_to_80(rows: &[&LearningRow]) -> String {
     let own: Vec<u64> = rows.iter().filter_map(|row| row.actions_to_80).collect();
-    let all: Vec<u64> = rows.iter().filter_map(|row| Some(row.actions_to_80? + row.charged)).collect();
-    match (rounded_median(&all), rounded_median(&own)) {
-        (Some(all), Some(own)) => format!("{all} ({own})"),
-        _ => "never".to_owned(),
-    }
+    let all = reached(rows.iter().map(|row| row.charged_to_80));
+    rounded_median(&own).map_or_else(|| all.clone(), |own| format!("{all} [{own}]"))
 }
 
 /// The median, rounded up; None without values.
@@ -137,9 +137,13 @@ mod tests {
 
     #[test]
     fn actions_to_a_threshold_are_given_with_and_without_charged_ones() {
-        let row = |actions_to_80, charged| LearningRow { actions_to_80, charged, ..LearningRow::default() };
+        let row = |actions_to_80: Option<u64>, charged| LearningRow {
+            actions_to_80,
+            charged_to_80: actions_to_80.map(|actions| actions + charged),
+            ..LearningRow::default()
+        };
         let rows = [row(Some(300), 1000), row(None, 1000), row(Some(100), 2000)];
-        assert_eq!(actions_to_80(&rows.each_ref()), "1700 (200)");
-        assert_eq!(actions_to_80(&rows[1..2].iter().collect::<Vec<_>>()), "never");
+        assert_eq!(charged_to_80(&rows.each_ref()), "1700 (2/3) [200]");
+        assert_eq!(charged_to_80(&rows[1..2].iter().collect::<Vec<_>>()), "never (0/1)");
     }
 }

@@ -165,6 +165,22 @@ impl Metric {
         Self::Actions,
     ];
 
+    /// The metrics that are kept for curves: those that are drawn, and those that they can be drawn against.
+    pub const KEPT: [Self; 12] = [
+        Self::Success,
+        Self::Return,
+        Self::SubgoalShare,
+        Self::CriticLoss,
+        Self::ActorLoss,
+        Self::MeanQ,
+        Self::Saturation,
+        Self::Epsilon,
+        Self::Noise,
+        Self::Actions,
+        Self::EnvironmentSteps,
+        Self::ChargedActions,
+    ];
+
     /// Its value in an episode; NaN if there is none yet.
     pub fn of(self, record: &EpisodeRecord) -> f64 {
         (self.info().value)(record).unwrap_or(f64::NAN)

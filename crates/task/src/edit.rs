@@ -56,6 +56,8 @@ pub struct Draft {
     pub task: Task,
     /// Proposed subgoals, in the order in which they are to be reached.
     pub proposed: Vec<Region>,
+    /// Real actions of the searches that proposed them; the task is charged for them once one is accepted.
+    pub search_actions: u64,
 }
 
 impl Edit {
@@ -64,7 +66,10 @@ impl Edit {
     /// # Errors
     /// When there is no such object, or the result is not playable.
     pub fn apply(&self, draft: &Draft) -> Result<Draft, ValidationError> {
-        let Draft { mut task, mut proposed } = draft.clone();
+        let Draft { mut task, mut proposed, mut search_actions } = draft.clone();
+        if matches!(self, Self::AcceptProposal { .. }) {
+            task.search_actions += std::mem::take(&mut search_actions);
+        }
         match *self {
             Self::AddSubgoal { position, radius } => task.subgoals.push(Region { position, radius }),
             Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoal", index)?.position = position,
@@ -122,7 +127,7 @@ impl Edit {
         // Proposals must be acceptable together.
         let unordered = Task { order: Vec::new(), shifts: Vec::new(), ..task.clone() };
         Task { subgoals: proposed.clone(), ..unordered }.validate()?;
-        Ok(Draft { task, proposed })
+        Ok(Draft { task, proposed, search_actions })
     }
 }
 
@@ -168,7 +173,7 @@ pub struct Editor {
 impl Editor {
     /// Starts with a task as it was loaded.
     pub fn new(task: Task) -> Self {
-        let now = Draft { task: task.clone(), proposed: Vec::new() };
+        let now = Draft { task: task.clone(), proposed: Vec::new(), search_actions: 0 };
         Self { now, saved: task, past: VecDeque::new(), future: Vec::new() }
     }
 
@@ -180,6 +185,12 @@ impl Editor {
     /// Subgoals proposed for it.
     pub fn proposed(&self) -> &[Region] {
         &self.now.proposed
+    }
+
+    /// The task with the proposed subgoals in place of its own, charged for the search for them.
+    pub fn with_proposals(&self) -> Task {
+        let Draft { task, proposed, search_actions } = self.now.clone();
+        Task { search_actions: task.search_actions + search_actions, subgoals: proposed, ..task }
     }
 
     /// Applies a change and clears the redo history.
@@ -196,10 +207,11 @@ impl Editor {
         Ok(())
     }
 
-    /// Replaces the proposed subgoals. The change can be undone like others but, because it does not come from the
-    /// user, it keeps the redo history.
-    pub fn propose(&mut self, regions: Vec<Region>) {
-        let changed = Draft { proposed: regions, ..self.now.clone() };
+    /// Replaces the proposed subgoals by those of a search that took this many real actions. The change can be undone
+    /// like others but, because it does not come from the user, it keeps the redo history.
+    pub fn propose(&mut self, regions: Vec<Region>, actions: u64) {
+        let search_actions = self.now.search_actions + actions;
+        let changed = Draft { proposed: regions, search_actions, ..self.now.clone() };
         self.go_to(changed);
     }
 
@@ -357,15 +369,16 @@ mod tests {
         let mut editor = editor();
         let own = editor.task().subgoals.clone();
         let regions = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]].map(|position| Region { position, radius: 4.0 });
-        editor.propose(regions.to_vec());
+        editor.propose(regions.to_vec(), 120);
         editor.apply(&Edit::MoveProposal { index: 1, position: [0.0, 0.1] }).unwrap();
         editor.apply(&Edit::AcceptProposal { index: Some(1) }).unwrap();
         assert_eq!(editor.task().subgoals.last().unwrap().position, [0.0, 0.1]);
         assert_eq!(editor.task().subgoals.len(), own.len() + 1, "after the task's own");
+        assert_eq!(editor.task().search_actions, 120, "the search is charged once one is accepted");
         editor.apply(&Edit::DeleteProposal { index: Some(0) }).unwrap();
         editor.apply(&Edit::AcceptProposal { index: None }).unwrap();
         assert_eq!(editor.task().subgoals, [regions[2]], "in place of the task's own");
-        assert!(editor.proposed().is_empty());
+        assert!(editor.proposed().is_empty() && editor.task().search_actions == 120);
         for index in [None, Some(0)] {
             assert!(editor.apply(&Edit::AcceptProposal { index }).is_err());
         }
@@ -373,7 +386,7 @@ mod tests {
             assert!(editor.undo());
             assert_eq!(editor.proposed().len(), left);
         }
-        assert!(!editor.undo() && editor.task().subgoals == own);
+        assert!(!editor.undo() && editor.task().subgoals == own && editor.task().search_actions == 0);
     }
 
     #[test]
@@ -382,7 +395,7 @@ mod tests {
         let add = |size| Edit::AddTool { kind: ToolKind::Box, position: [-0.9, 0.9], size, values: Vec::new() };
         editor.apply(&add(Some(5.0))).unwrap();
         assert_eq!(editor.task().tools.last().unwrap().form.size, Some(5.0));
-        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }]);
+        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }], 0);
         assert!(editor.apply(&Edit::MoveProposal { index: 0, position: [3.0, 0.0] }).is_err());
         assert_eq!(editor.proposed()[0].position, [0.0; 2]);
     }
@@ -446,7 +459,7 @@ mod tests {
         editor.apply(&Edit::MoveGoal { position: [0.1, 0.1] }).unwrap();
         let edited = editor.task().clone();
         editor.undo();
-        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }]);
+        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }], 0);
         assert!(editor.redo());
         assert_eq!(editor.task(), &edited);
     }

@@ -44,6 +44,10 @@ pub struct Task {
     /// Regions the ball must reach before the goal, in order.
     #[serde(default)]
     pub subgoals: Vec<Region>,
+    /// Actions in the real environment of the searches that proposed subgoals; every run on the task is charged for
+    /// them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub search_actions: u64,
     /// The final goal.
     pub goal: Goal,
     /// Limits, rewards and termination.
@@ -57,6 +61,11 @@ pub struct Task {
     /// Random shifts of parts, drawn in every episode.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<Shift>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(actions: &u64) -> bool {
+    *actions == 0
 }
 
 impl<'de> Deserialize<'de> for Task {

@@ -6,7 +6,8 @@ use mge_dynamics::{self as dynamics, Model};
 use mge_run::RunHistory;
 
 impl RunConfig {
-    /// The actions of the real rollouts from which the run's first clusters are built, plus the launches on which
+    /// The actions of the search for the task's subgoals, of the real rollouts from which the run's first clusters are
+    /// built, plus the launches on which
     /// its dynamics model was trained, one action each. With the true physics all rollouts are real, and their
     /// minimum number is counted. Rollouts that end early are counted in full, and the launches are counted for
     /// every run that uses the model. A model that cannot be read has no launches. Rollouts that planning makes
@@ -15,7 +16,8 @@ impl RunConfig {
         let source = self.rollout_source();
         let rollouts = if self.is_guided() { self.rollout_actions(&source) } else { 0 };
         let uses_model = self.is_guided() || self.method.consults_model();
-        rollouts + if uses_model { self.launches(&source) } else { 0 }
+        let launches = if uses_model { self.launches(&source) } else { 0 };
+        self.task.search_actions + rollouts + launches
     }
 
     /// Adds the charged actions to episodes of a log of an earlier version, which has none.
@@ -73,7 +75,8 @@ mod tests {
 
     #[test]
     fn clusters_and_models_are_charged_to_the_runs_that_use_them() {
-        let config = config();
+        let mut config = config();
+        Arc::make_mut(&mut config.task).search_actions = 70;
         let stages = config.task.stage_count() as u64;
         assert!(stages > 1);
         let rollouts = (stages - 1) * 10_u64.div_ceil(stages - 1) * 4;
@@ -81,7 +84,7 @@ mod tests {
         assert!(launches > 0);
         let check = |method: Method, epsilon: f32, expected: u64| {
             let config = RunConfig { method, epsilon: EpsilonSchedule::Constant(epsilon), ..config.clone() };
-            assert_eq!(config.charged_before_episodes(), expected, "{method}, epsilon {epsilon}");
+            assert_eq!(config.charged_before_episodes(), 70 + expected, "{method}, epsilon {epsilon}");
         };
         check(Method::Ddpg, 0.5, 0);
         check(Method::DdpgUniform, 0.5, 0);

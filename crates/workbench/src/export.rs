@@ -309,11 +309,13 @@ mod tests {
     #[test]
     fn options_of_a_composition_survive_a_round_trip() {
         let words =
-            ["runs=a b", "runs=c", "curve=x=1", "name=y", "curve=z", "reference=z", "against=steps", "font=9.5"];
+            ["runs=a b", "runs=c", "curve=x=1", "name=y", "curve=z", "reference=z", "against=charged", "font=9.5"];
         let composition = options(&words);
         let written: Vec<String> =
             composition.options().into_iter().map(|(key, value)| format!("{key}={value}")).collect();
         assert_eq!(written, words);
+        let earlier = Composition::default().with_options([("against", "steps")]).unwrap();
+        assert_eq!(earlier.options(), [("against", "charged".to_owned())]);
         for (key, value, reason) in [
             ("font", "99", "4 to 16"),
             ("font", "NaN", "4 to 16"),

@@ -47,24 +47,30 @@ impl Session {
         if choice.is_failure() {
             return Err(NO_SUBGOALS.to_owned());
         }
-        let ChosenSubgoals { subgoals: regions, least_reached, .. } = choice;
+        let ChosenSubgoals { subgoals: regions, least_reached, actions, .. } = choice;
         let (found, percent) = (regions.len(), 100.0 * least_reached);
         if found == 0 {
             return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
         }
-        self.setup.propose(regions);
+        self.setup.propose(regions, actions as u64);
         // Recorded when the proposals arrive: only later commands can refer to them.
         self.journal.note(Propose(Some(count)).into(), self.runs.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
         Ok(format!(
-            "{}{all} proposed: each stage was reached by {percent:.0} % of the guided rollouts or more",
-            counted(found, "subgoal")
+            "{}{all} proposed with {}: each stage was reached by {percent:.0} % of the guided rollouts or more",
+            counted(found, "subgoal"),
+            counted(actions, "real action")
         ))
     }
 
     /// Proposed subgoals that were neither accepted nor rejected.
     pub fn proposed(&self) -> &[Region] {
         self.setup.editor.proposed()
+    }
+
+    /// The task with the proposed subgoals in place of its own, charged for the search for them.
+    pub fn with_proposals(&self) -> Task {
+        self.setup.editor.with_proposals()
     }
 
     /// Progress of the search for subgoals, in candidates, while it runs.

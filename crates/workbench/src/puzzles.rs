@@ -17,7 +17,10 @@ impl Session {
         self.cancel_jobs(is_puzzle);
         let (command, seed) = (command.clone(), command.0);
         let before = self.setup.config.task.clone();
-        let work = move |reporter: &Reporter| random_puzzle(seed, reporter.stop()).map_err(|error| error.to_string());
+        let work = move |reporter: &Reporter| {
+            let tell = |layouts| _ = reporter.progress(layouts as usize, 0);
+            random_puzzle(seed, reporter.stop(), tell).map_err(|error| error.to_string())
+        };
         self.start_job(command.clone(), work, move |session, result| {
             let puzzle = result?;
             match session.setup.config.task == before {
@@ -29,6 +32,11 @@ impl Session {
             }
         });
         Ok(format!("searching for puzzle {seed}"))
+    }
+
+    /// Number of layouts tried by the search for a puzzle, while it runs.
+    pub fn searching(&self) -> Option<usize> {
+        self.job(is_puzzle).map(|pending| pending.job.progress().done)
     }
 
     fn open_puzzle(&mut self, command: Puzzle, puzzle: Task) -> Result<String, String> {

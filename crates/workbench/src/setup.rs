@@ -96,8 +96,8 @@ impl Setup {
         })
     }
 
-    pub fn propose(&mut self, regions: Vec<Region>) {
-        self.editor.propose(regions);
+    pub fn propose(&mut self, regions: Vec<Region>, actions: u64) {
+        self.editor.propose(regions, actions);
     }
 
     pub fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {

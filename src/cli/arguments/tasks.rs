@@ -50,7 +50,7 @@ pub enum TasksCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum Puzzles {
-    /// Generate puzzles that random play hardly ever solves, but play guided by the true physics does
+    /// Generate puzzles that uniformly random play solves, but rarely
     Generate(PuzzlesGenerate),
     /// Propose subgoals for generated puzzles, train methods on them and report; resumes
     Bench(PuzzlesBench),
@@ -70,7 +70,7 @@ pub struct PuzzlesGenerate {
     /// Half width of the uniform noise on the ball's start, normalised
     #[arg(long, default_value_t = START_NOISE, value_parser = start_noise)]
     pub start_noise: f32,
-    /// Number of random actions for the random hit rate in the index
+    /// Number of further random actions for the random hit rate in the index
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub random_actions: u64,
     /// Folder for the task files and index.json

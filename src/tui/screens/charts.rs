@@ -1,5 +1,6 @@
 //! Charts of runs and groups, for the Training screen, the Scene screen and the preview of a run.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use ratatui::buffer::Buffer;
@@ -8,9 +9,10 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart};
+use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
 use mge_base::text::counted;
+use mge_figures::Against;
 use mge_run::{Metric, RunState};
 use mge_stats::rolling::WINDOW;
 
@@ -89,16 +91,23 @@ impl<'a> Charts<'a> {
 
     /// Draws the chart of a metric.
     pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let many = self.shown.len() > 1;
-        let curves = self.shown.iter().zip(&self.names).zip(&self.colours).map(|((shown, name), colour)| Curve {
+        let (many, against) = (self.shown.len() > 1, self.state.against);
+        let axes: Vec<XAxis<'_>> = self.shown.iter().map(|shown| XAxis::of(shown.curves(), against)).collect();
+        let greedy = self.shown.iter().zip(&axes).map(|(shown, axis)| match metric {
+            Metric::Success => shown.evaluations().iter().map(|(episode, value)| (axis.at(*episode), *value)).collect(),
+            _ => Vec::new(),
+        });
+        let greedy: Vec<Vec<(u64, f32)>> = greedy.collect();
+        let curves = self.shown.iter().zip(&self.names).zip(&self.colours).enumerate();
+        let curves = curves.map(|(index, ((shown, name), colour))| Curve {
             name: name.into(),
             colour: *colour,
-            episodes: shown.curves().episodes(),
+            episodes: &axes[index].positions,
             values: shown.curves().get(metric),
             band: shown.band(metric),
             // The first values of the success rate are means of fewer episodes.
-            partial: if metric == Metric::Success { WINDOW.get() as u64 - 1 } else { 0 },
-            points: if metric == Metric::Success { shown.evaluations() } else { &[] },
+            partial: if metric == Metric::Success { axes[index].at(WINDOW.get() as u64 - 1) } else { 0 },
+            points: &greedy[index],
         });
         let empty = match self.shown.first() {
             Some(Shown::Run(run, _)) => without_episodes(run),
@@ -107,27 +116,58 @@ impl<'a> Charts<'a> {
         let smoothing = self.state.smoothing(metric);
         let mean = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
         let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
-        let title = format!("{}{mean}{log}", metric.title());
+        let by = if against == Against::Episodes { String::new() } else { format!(", by {}s", against.label()) };
+        let title = format!("{}{mean}{log}{by}", metric.title());
         // The marks of many curves could not be told apart.
-        let marked = self.shown.iter().zip(self.colours.iter().copied());
-        let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {
+        let marked = self.shown.iter().zip(&axes).zip(self.colours.iter().copied());
+        let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|((shown, axis), colour)| {
             let colour = if many { colour } else { self.ui.theme.warn };
-            shown.marks().iter().map(move |mark| (mark.episode, colour, &*mark.text))
+            shown.marks().iter().map(move |mark| (axis.at(mark.episode), colour, &*mark.text))
         });
         let plot = Plot {
             marks: marks.collect(),
             title: &title,
             curves: curves.collect(),
-            x: self.state.range.window(episodes(&self.shown)),
+            x: match against {
+                Against::Episodes => self.state.range.window(episodes(&self.shown)),
+                _ => Range::Whole.window(axes.iter().filter_map(XAxis::last).max().unwrap_or(0) as usize),
+            },
             y: metric.info().range,
             scale: self.state.scale(metric),
             smoothing,
-            crosshair: self.state.hovered.or(self.state.crosshair),
+            crosshair: self.state.hovered.or(self.state.crosshair).filter(|_| against == Against::Episodes),
             empty: &empty,
         };
-        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
+        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer)
+            && against == Against::Episodes
+        {
             regions.add(axes.plot, HitRegion::Chart(axes, metric));
         }
+    }
+}
+
+/// Where the episodes of a curve are on the x axis.
+struct XAxis<'a> {
+    episodes: &'a [u64],
+    positions: Cow<'a, [u64]>,
+}
+
+impl<'a> XAxis<'a> {
+    fn of(curves: &'a Curves, against: Against) -> Self {
+        Self { episodes: curves.episodes(), positions: curves.positions(against) }
+    }
+
+    /// The position of an episode: that of the last one kept up to it.
+    fn at(&self, episode: u64) -> u64 {
+        if matches!(self.positions, Cow::Borrowed(_)) {
+            return episode;
+        }
+        let kept = self.episodes.partition_point(|known| *known <= episode);
+        kept.checked_sub(1).map_or(0, |last| self.positions[last])
+    }
+
+    fn last(&self) -> Option<u64> {
+        self.positions.last().copied()
     }
 }
 

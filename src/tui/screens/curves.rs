@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use crate::tui::chart::{Range, Scale};
+use mge_figures::Against;
 use mge_run::Metric;
 
 /// State of the curves.
@@ -16,6 +17,8 @@ pub struct CurvesState {
     pub hovered: Option<f32>,
     /// The selected curve.
     pub(super) selected: usize,
+    /// What the curves are drawn against. Windows, the crosshair and the scene are of episodes only.
+    pub against: Against,
     /// Whether only the selected curve is shown.
     pub alone: bool,
     /// Whether several runs are shown, not only the watched one.
@@ -37,6 +40,7 @@ impl Default for CurvesState {
             crosshair: None,
             hovered: None,
             selected: 0,
+            against: Against::default(),
             alone: false,
             comparing: false,
             folded: true,
@@ -84,6 +88,16 @@ impl CurvesState {
     pub fn next_smoothing(&mut self) {
         let index = SMOOTHINGS.iter().position(|count| *count == self.smoothing).unwrap_or(0);
         self.smoothing = SMOOTHINGS[(index + 1) % SMOOTHINGS.len()];
+    }
+
+    /// Draws the curves against the next quantity.
+    pub fn next_axis(&mut self) {
+        self.forget_window();
+        self.against = match self.against {
+            Against::Episodes => Against::Actions,
+            Against::Actions => Against::Charged,
+            Against::Charged => Against::Episodes,
+        };
     }
 
     /// Makes the axis of the selected curve logarithmic, or linear.

@@ -34,7 +34,7 @@ fn written(item: &ToolItem) -> (Option<f32>, Values) {
 
 /// Opens the palette to add a tool. It is added at the valid place that is nearest to the middle.
 pub fn choose_tool(ui: &Ui) -> Vec<Effect> {
-    let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone() };
+    let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone(), search_actions: 0 };
     let add = move |item: &ToolItem| {
         let (size, values) = written(item);
         let at = |position| Edit::AddTool { kind: item.tool.kind, position, size, values: values.clone() };

@@ -83,6 +83,7 @@ impl RecordedLevel {
             tools: Vec::new(),
             placeable: Placeable { kind: placeable.kind, form: Form::of(&placeable) },
             subgoals: regions(&self.subgoals, "subgoals")?,
+            search_actions: 0,
             goal: self.goal.goal().within("goal")?,
             rules: self.rules.rules().within("rules")?,
             order: Vec::new(),

@@ -255,11 +255,7 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
     let placeable = Placeable { kind: kind(rng), form: Form::default() };
     let count = rng.gen_range(1..=MAX_TOOLS);
     let tools = (0..count)
-        .map(|_| ToolSpec {
-            kind: kind(rng),
-            position: place(rng, [-0.9, 0.9], [-0.9, 0.7]),
-            form: Form::default(),
-        })
+        .map(|_| ToolSpec { kind: kind(rng), position: place(rng, [-0.9, 0.9], [-0.9, 0.7]), form: Form::default() })
         .collect();
     Task {
         version: VERSION,
@@ -272,6 +268,7 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
         boxes: Vec::new(),
         placeable,
         subgoals: Vec::new(),
+        search_actions: 0,
         goal: Goal {
             position: place(rng, [-0.9, 0.9], [-0.9, 0.6]),
             radius: STANDARD_RADIUS,
@@ -299,4 +296,27 @@ fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Resul
         taken < actions
     })?;
     Ok((episodes, goals))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layout_is_judged_as_soon_as_its_rate_is_certain() {
+        let judge = |episodes, goals, nearest| Criteria::default().judge(Count { episodes, goals }, nearest);
+        let (near, far) = (0.1, 0.5);
+        assert_eq!(judge(1, 1, near), None, "one goal proves nothing");
+        assert_eq!(judge(10, 9, near), Some(Some(Refusal::TooEasy)));
+        assert_eq!(judge(10_000, 30, near), Some(Some(Refusal::TooEasy)), "three of a thousand");
+        assert_eq!(judge(10_000, 15, near), None);
+        assert_eq!(judge(20_000, 2, near), None);
+        assert_eq!(judge(20_000, 3, near), Some(None), "enough, and far fewer than one of a thousand");
+        assert_eq!(judge(99_999, 0, near), None);
+        assert_eq!(judge(100_000, 0, near), Some(Some(Refusal::TooHard)));
+        assert_eq!((judge(29_999, 0, far), judge(30_000, 0, far)), (None, Some(Some(Refusal::TooHard))));
+        assert_eq!((judge(299_999, 299, near), judge(300_000, 300, near)), (None, Some(None)));
+        assert_eq!(judge(300_000, 301, near), Some(Some(Refusal::TooEasy)));
+        assert_eq!(judge(300_000, 2, near), Some(Some(Refusal::TooHard)));
+    }
 }

@@ -164,7 +164,9 @@ impl Index {
         let count = |of: fn(&Puzzle) -> u64| self.puzzles.iter().map(of).sum::<u64>();
         let (puzzles, too_easy, too_hard) = (self.puzzles.len(), count(|one| one.too_easy), count(|one| one.too_hard));
         let drawn = puzzles as u64 + too_easy + too_hard;
-        format!("Of {drawn} layouts, {too_easy} were too easy and {too_hard} too hard for uniform play: {puzzles} are puzzles.")
+        format!(
+            "Of {drawn} layouts, {too_easy} were too easy and {too_hard} too hard for uniform play: {puzzles} are puzzles."
+        )
     }
 }
 

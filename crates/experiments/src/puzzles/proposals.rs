@@ -107,6 +107,7 @@ impl<'a> Proposal<'a> {
         let [puzzle, proposed] = [&self.from, &self.to].map(|path| task::load(&path.display().to_string()));
         let (mut puzzle, proposed) = (puzzle?, proposed?);
         puzzle.subgoals.clone_from(&proposed.subgoals);
+        puzzle.search_actions = proposed.search_actions;
         if puzzle == proposed { Ok(true) } else { Err(ExperimentError::OtherPuzzle(self.to.clone())) }
     }
 
@@ -116,7 +117,8 @@ impl<'a> Proposal<'a> {
         // The uniform source has no model to propose subgoals with.
         if let Some(model) = rollout_model(&self.search.model, &puzzle)? {
             let (config, most, stop) = (GuidanceConfig::default(), self.search.subgoals, handle.stop());
-            puzzle.subgoals = choose_subgoals(&puzzle, &*model, most, &config, 0, stop, |_| ())?.subgoals;
+            let chosen = choose_subgoals(&puzzle, &*model, most, &config, 0, stop, |_| ())?;
+            (puzzle.subgoals, puzzle.search_actions) = (chosen.subgoals, chosen.actions as u64);
         }
         task::save(&puzzle, &self.to)?;
         Ok(Some(()))

@@ -9,7 +9,7 @@ use super::index::Index;
 use crate::error::ExperimentError;
 use mge_base::markdown;
 use mge_figures::{Figure, Provenance};
-use mge_results::{Groups, LearningRow, ReportFolder};
+use mge_results::{AREA, CHARGED_AREA, Groups, LearningRow, ReportFolder, Score, reached};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::WINDOW;
 
@@ -79,7 +79,9 @@ impl BenchResults {
             text,
             "{}: {} trainings of {} episodes on {} puzzles (seed {}, start noise {}). A puzzle is \
              solved when {:.0} % of the last {WINDOW} episodes reached the goal, and held when that is so over the \
-             last quarter of the training. {}\n",
+             last quarter of the training. Charged to 80 %: median of all actions in the real environment until the \
+             puzzle was solved, and how many trainings did; areas are under the curve of the success rate, over charged \
+             actions and over episodes. {}\n",
             markdown::made_by(&self.command, &self.mge_version),
             self.runs.len(),
             self.episodes,
@@ -115,7 +117,8 @@ impl BenchResults {
         let within = [self.episodes / 4, self.episodes / 2, self.episodes];
         let columns = within.map(|episodes| format!("within {episodes}"));
         let titles = [title, "trainings"].map(str::to_owned).into_iter().chain(columns);
-        *text += &markdown::header(titles.chain(["held".to_owned(), "mean area under the curve".to_owned()]));
+        *text +=
+            &markdown::header(titles.chain(["held", "charged to 80 %", "charged area", "area"].map(str::to_owned)));
         let all = &Groups::new(&self.runs);
         let pairs = names.iter().enumerate().flat_map(|group| all.labels().iter().map(move |method| (group, method)));
         for ((number, name), method) in pairs {
@@ -131,10 +134,14 @@ impl BenchResults {
             let solved =
                 |least: u64| share(&|row| row.efficiency.episodes_to_80.is_some_and(|episodes| episodes <= least));
             let held = share(&|row| row.efficiency.held_success.is_some_and(|success| success >= SOLVED));
-            let area = rows.iter().filter_map(|row| row.efficiency.auc).sum::<f64>() / rows.len() as f64;
+            let mean = |score: Score| {
+                let scores: f64 = rows.iter().filter_map(|row| score(row)).sum();
+                format!("{:.2}", scores / rows.len() as f64)
+            };
+            let charged = reached(rows.iter().map(|row| row.charged_to_80));
             let title = [*name, method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
             let cells = [title, rows.len().to_string()].into_iter().chain(within.map(solved));
-            *text += &markdown::row(cells.chain([held, format!("{area:.2}")]));
+            *text += &markdown::row(cells.chain([held, charged, mean(CHARGED_AREA), mean(AREA)]));
         }
     }
 }

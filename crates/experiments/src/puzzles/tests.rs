@@ -12,7 +12,7 @@ use mge_trainer::batch::Batch;
 use mge_trainer::{Method, PriorSource};
 
 /// Criteria that are cheap to check but still reject most layouts.
-const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
+const CRITERIA: Criteria = Criteria { episodes: 3000, least: 3, most: 300, random_actions: 500 };
 
 fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, ExperimentError> {
     let interrupt = Stop::default();
@@ -87,12 +87,11 @@ fn of_two_generations_into_one_folder_neither_loses_its_puzzles() {
 }
 
 #[test]
-fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_gives_it_subgoals() {
+fn a_puzzle_is_a_task_without_subgoals_and_the_bench_gives_it_subgoals_that_are_charged() {
     let folder = tempfile::tempdir().unwrap();
     let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
     let puzzle = &index.puzzles[0];
-    assert!(puzzle.guided_goals >= CRITERIA.least_guided && puzzle.guided_episodes == CRITERIA.episodes);
-    assert!(puzzle.actions_needed >= 1 && puzzle.random_episodes > 0);
+    assert!(puzzle.random_episodes > 0);
     let file = folder.path().join(format!("{}.json", puzzle.name));
     let task = task::load(&file.display().to_string()).unwrap();
     assert_eq!((task.subgoals.len(), task.rules.start_noise), (0, 0.01));
@@ -114,22 +113,20 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
     assert_eq!(Sweep::parse(text.as_bytes(), "").unwrap(), sweep);
     assert_eq!(sweep.jobs.len(), 2);
     let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();
-    assert_eq!(staged.subgoals.len(), puzzle.subgoals);
+    assert!(staged.subgoals.len() <= 2 && staged.search_actions > 0, "{staged:?}");
 }
 
 /// A row of an index.
-fn puzzle(number: u64, actions_needed: u32) -> Puzzle {
+fn puzzle(number: u64, random_goals: u64) -> Puzzle {
     Puzzle {
         number,
         name: format!("test-0-000{number}"),
         tools: Vec::new(),
         placeable: mge_physics::ToolKind::Box,
-        subgoals: 1,
-        actions_needed,
-        guided_episodes: 1000,
-        guided_goals: 50,
-        random_episodes: 1000,
-        random_goals: 0,
+        too_easy: 5,
+        too_hard: 2,
+        random_episodes: 100_000,
+        random_goals,
     }
 }
 
@@ -148,8 +145,8 @@ fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
 #[test]
 fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
     let mut index = Index::new(0, Split::Test, 0.01);
-    for (number, actions_needed) in [(0, 1), (1, 5)] {
-        index.puzzles.push(puzzle(number, actions_needed));
+    for (number, goals) in [(0, 50), (1, 1)] {
+        index.puzzles.push(puzzle(number, goals));
     }
     let row = |task: &str, episodes_to_80, held: f64| LearningRow {
         task: task.to_owned(),
@@ -163,17 +160,19 @@ fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
             held_success: Some(held),
             ..Efficiency::default()
         },
+        charged_to_80: episodes_to_80.map(|episodes: u64| episodes + 1000),
+        charged_area: Some(0.4),
         ..LearningRow::default()
     };
     let rows = [row("test-0-0000", Some(150), 0.9), row("test-0-0001", Some(400), 0.7), row("task1", Some(1), 1.0)];
     let results = BenchResults::new("mge puzzles bench", index, rows.into());
     assert_eq!(results.runs.len(), 2, "other tasks are left out");
     let text = results.to_markdown();
-    assert!(text.contains("| method | trainings | within 100 | within 200 | within 400 | held |"), "{text}");
-    assert!(text.contains("| DDPG | 2 | 0.00 | 0.50 | 1.00 | 0.50 | 0.50 |"), "{text}");
+    assert!(text.contains("| method | trainings | within 100 | within 200 | within 400 | held | charged to 80 % | charged area | area |"), "{text}");
+    assert!(text.contains("| DDPG | 2 | 0.00 | 0.50 | 1.00 | 0.50 | 1275 (2/2) | 0.40 | 0.50 |"), "{text}");
     let curves = results.solved_curves(&Bootstrap::default()).unwrap();
     let panels: Vec<&str> = curves.panels.iter().map(|panel| panel.task.as_str()).collect();
-    assert_eq!(panels, ["all (2 puzzles)", "1 to 3 actions (1 puzzle)", "4 to 6 actions (1 puzzle)"]);
+    assert_eq!(panels, ["all (2 puzzles)", "1 of 3,000 or more (1 puzzle)", "fewer than 1 of 30,000 (1 puzzle)"]);
     let at = |panel: usize, episodes: f64| {
         let curve = &curves.panels[panel].curves[0];
         curve.y[curve.x.iter().position(|x| *x == episodes).unwrap()]
@@ -188,7 +187,8 @@ fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
     for file in ["solved.png", "solved.csv", "profile.svg", "profile.pdf"] {
         assert!(folder.path().join("figures").join(file).exists(), "{file}");
     }
-    let groups = "| 1 to 3, DDPG | 1 | 0.00 | 1.00 | 1.00 | 1.00 | 0.50 |\n\
-                  | 4 to 6, DDPG | 1 | 0.00 | 0.00 | 1.00 | 0.00 | 0.50 |\n";
+    let groups = "| 1 of 3,000 or more, DDPG | 1 | 0.00 | 1.00 | 1.00 | 1.00 | 1150 (1/1) | 0.40 | 0.50 |\n\
+                  | fewer than 1 of 30,000, DDPG | 1 | 0.00 | 0.00 | 1.00 | 0.00 | 1400 (1/1) | 0.40 | 0.50 |\n";
     assert!(text.contains(groups), "{text}");
+    assert!(text.contains("Of 16 layouts, 10 were too easy and 4 too hard for uniform play: 2 are puzzles."), "{text}");
 }

@@ -15,12 +15,12 @@ use mge_dynamics::{
 };
 use mge_env::Environment;
 use mge_figures::{
-    ActionSamples, Edge, Figure, HitBars, Instant, Launches, ModelError, PolicyHits, Predictor, Provenance,
+    ActionSamples, Against, Edge, Figure, HitBars, Instant, Launches, ModelError, PolicyHits, Predictor, Provenance,
     RelativeFrames, Statistics, TaskActions, TaskGrid, TaskHits, ToolLaunches,
 };
 use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use mge_results::figures::{INTERVAL, Success, learning_curves, method_scores, performance_profile, step_curves};
+use mge_results::figures::{INTERVAL, Success, action_curves, learning_curves, method_scores, performance_profile};
 use mge_results::{FINAL, Groups};
 use mge_run::config_hash;
 use mge_stats::{Bootstrap, Estimate};
@@ -71,7 +71,7 @@ pub(super) fn write_figures(
     draw("performance-profile", trainings, &performance_profile(&finals, bootstrap)?)?;
     draw("methods", trainings, &method_scores(&report.learning, bootstrap, None)?)?;
     draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training)?)?;
-    draw("noisy-starts-steps", trainings, &step_curves(noisy, bootstrap)?)?;
+    draw("noisy-starts-charged", trainings, &action_curves(noisy, bootstrap, Against::Charged)?)?;
     draw("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, bootstrap, None)?)
 }
 

@@ -207,6 +207,6 @@ pub(super) const FIGURES: [(&str, &str); 12] = [
     ("performance-profile", "Performance profile of the final success over all tasks"),
     ("methods", "All methods: area under the curve of the rolling success, by task"),
     ("noisy-starts", "Noisy starts: rolling success during training"),
-    ("noisy-starts-steps", "Noisy starts: rolling success against all actions in the real environment"),
+    ("noisy-starts-charged", "Noisy starts: rolling success against charged actions"),
     ("noisy-starts-methods", "Noisy starts: area under the curve of the rolling success, by task"),
 ];

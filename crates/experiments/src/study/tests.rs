@@ -15,6 +15,7 @@ fn study() -> Study {
     let Study { models, hits, trainings } = Study::quick();
     let small = |text: String, settings: &str| {
         let text = text.replace(TASKS, r#""task3""#).replace("\"kind\"", &format!("{settings}, \"kind\""));
+        let text = text.replace("\"config\"", &format!("{settings}, \"config\""));
         text.replace("\"method\"", &format!("{settings}, \"method\""))
     };
     let model = r#""layers": 1, "width": 8, "embedding": 4, "observations": 8, "validation": 2, "batch": 8,
@@ -22,7 +23,8 @@ fn study() -> Study {
     let models = models.replace("\"epochs\": 3000", "\"epochs\": 3");
     let agent = r#""ddpg.hidden": 8, "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10,
         "practice.rollouts": 2, "checkpoints.last_every": 2"#;
-    let trainings = trainings.replace("\"episodes\": 1000", "\"episodes\": 6");
+    let trainings = trainings.replace("\"episodes\": 1000,", "\"episodes\": 6,");
+    let trainings = trainings.replace("\"episodes\": 100,", "\"episodes\": 2,");
     Study {
         models: small(
             models.replace(r#"["box,wall,floor", "bucket,box", "square,floor"]"#, r#""square,floor""#),
@@ -46,7 +48,7 @@ fn run(
 
 #[test]
 fn the_files_of_studies_are_sweeps_with_seeds_from_the_first() {
-    for (study, hits, trainings) in [(Study::full(), 120, 540), (Study::quick(), 36, 108)] {
+    for (study, hits, trainings) in [(Study::full(), 120, 660), (Study::quick(), 36, 132)] {
         // Without the models, which the study makes first.
         let shipped = |file: &str| file.replace("study/models/runs/{tools}-seed0/model.safetensors", "learned");
         let of = |file: &str| moved(&shipped(file), Path::new("/"), 30).unwrap();
@@ -81,7 +83,7 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let [ddpg, guided] = [false, true];
     assert_eq!(charged(&report.learning), [[ddpg; 2].as_slice(), &[guided; 4]].concat());
     // Uniform actions and noise need neither clusters from rollouts nor launches.
-    let expected = [[ddpg; 2].as_slice(), &[guided; 2], &[true, false, false, true].repeat(2)].concat();
+    let expected = [[ddpg; 2].as_slice(), &[guided; 2], &[true, false, false, true].repeat(2), &[guided; 4]].concat();
     assert_eq!(charged(&report.noisy_starts), expected);
     let runs = read_runs(&find_runs(&[whole.path().to_owned()]).unwrap()).unwrap();
     let (noisy, fixed): (Vec<FoundRun>, Vec<FoundRun>) =

@@ -191,3 +191,33 @@ pub(super) fn rollouts(shares: &[f32]) -> f32 {
 pub(super) fn least(shares: &[f32]) -> f32 {
     shares.iter().copied().fold(1.0, f32::min)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TruePhysics;
+
+    #[test]
+    fn a_subgoal_that_is_reached_on_the_way_makes_a_candidate_promising() {
+        let (config, stop) = (GuidanceConfig::default(), Stop::default());
+        let prediction = Prediction { model: &TruePhysics, config: &config, seed: 0, stop: &stop };
+        let task = mge_task::load("task6").unwrap();
+        let root = prediction.root(&task).unwrap();
+        assert_eq!((root.stages.len(), root.goal_starts().len()), (1, 1));
+        let next = prediction.successor(&root, task.subgoals[0]).unwrap();
+        assert_eq!((next.subgoals(), next.stages.len(), next.reached.len()), (&task.subgoals[..1], 2, 2));
+        let starts = next.goal_starts();
+        assert!(!starts.is_empty() && starts.iter().all(|state| state.stage() == 1 && state.actions() > 0));
+        let unreachable = Region { position: [0.89, 0.89], radius: 0.5 };
+        let lost = prediction.successor(&root, unreachable).unwrap();
+        assert!(lost.goal_starts().is_empty() && lost.rollouts().is_infinite());
+        assert!(lost.promise() < next.promise());
+    }
+
+    #[test]
+    fn fewer_rollouts_are_expected_if_every_stage_is_reached_more_often() {
+        assert_eq!((rollouts(&[0.5, 0.25]), least(&[0.5, 0.25])), (6.0, 0.25));
+        assert!(rollouts(&[0.5, 0.25]) < rollouts(&[0.16]) && rollouts(&[0.17]) < rollouts(&[0.5, 0.25]));
+        assert!(rollouts(&[0.5, 0.0]).is_infinite());
+    }
+}

@@ -71,3 +71,32 @@ impl Check {
         rollouts(&self.stages.iter().chain(unplayed).zip(&candidate.reached).map(share).collect::<Vec<_>>())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::TruePhysics;
+    use crate::config::GuidanceConfig;
+    use crate::subgoals::candidate::Prediction;
+    use mge_base::stop::Stop;
+
+    #[test]
+    fn few_real_rollouts_correct_what_the_model_predicts() {
+        let (config, stop) = (GuidanceConfig::default(), Stop::default());
+        let prediction = Prediction { model: &TruePhysics, config: &config, seed: 0, stop: &stop };
+        let task = mge_task::load("task3").unwrap();
+        let root = prediction.root(&task).unwrap();
+        let candidate = prediction.successor(&root, task.subgoals[0]).unwrap();
+        let check = |most| Check::of(&candidate, config.horizon, most, &mut ChaCha8Rng::seed_from_u64(1));
+        let whole = check(1000);
+        assert_eq!(whole.stages.len(), 2);
+        assert!(whole.stages.iter().all(|(_, of)| *of == ROLLOUTS) && whole.actions <= 2 * ROLLOUTS * config.horizon);
+        assert!(whole.least_reached(&candidate) > 0.0 && whole.rollouts(&candidate).is_finite());
+        assert!(check(3).actions <= 3 && check(3).least_reached(&candidate) == 0.0);
+        let of = |stages: &[(usize, usize)]| Check { stages: stages.to_vec(), actions: 0 }.rollouts(&candidate);
+        assert!(of(&[(8, 8), (8, 8)]) < of(&[(8, 8), (4, 8)]));
+        assert!(of(&[(8, 8), (0, 8)]) < of(&[(0, 8)]), "what was not played counts as not reached");
+    }
+}

@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use mge_base::streams::Stream;
     use mge_dynamics::RolloutAction;
-    use mge_env::{Action, Environment};
+    use mge_env::Environment;
 
     /// task1 without subgoals, with its goal at the bottom right.
     fn task() -> Task {

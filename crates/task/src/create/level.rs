@@ -106,6 +106,7 @@ pub(crate) fn level_task(level: LevelFile, is_random: bool) -> Result<Task, Vali
         tools: objects.tools,
         placeable: Placeable { kind: ToolKind::Box, form: Form::default() },
         subgoals,
+        search_actions: 0,
         goal: goal(&level)?,
         rules: rules(&level)?,
         order,

@@ -1,19 +1,22 @@
 //! The curves of a run: one value per episode for every metric that is drawn.
 
+use std::borrow::Cow;
+
+use mge_figures::Against;
 use mge_run::{EpisodeRecord, Metric};
 
-/// One value per episode for every metric that is drawn; NaN where there is none. The episodes of a long run
+/// One value per episode for every metric that is drawn, or drawn against; NaN where there is none. The episodes of a long run
 /// may be thinned.
 #[derive(Debug, Clone, Default)]
 pub struct Curves {
     episodes: Vec<u64>,
-    values: [Vec<f32>; Metric::CURVES.len()],
+    values: [Vec<f32>; Metric::KEPT.len()],
 }
 
 impl Curves {
     /// The values of a metric, one for each of [`Curves::episodes`]; empty for a metric without a curve.
     pub fn get(&self, metric: Metric) -> &[f32] {
-        let index = Metric::CURVES.iter().position(|drawn| *drawn == metric);
+        let index = Metric::KEPT.iter().position(|drawn| *drawn == metric);
         index.map_or(&[], |index| &self.values[index])
     }
 
@@ -27,13 +30,23 @@ impl Curves {
         &self.episodes
     }
 
+    /// The numbers of actions after each of [`Curves::episodes`]; of episodes for [`Against::Episodes`].
+    pub fn positions(&self, against: Against) -> Cow<'_, [u64]> {
+        let metric = match against {
+            Against::Episodes => return Cow::Borrowed(&self.episodes),
+            Against::Actions => Metric::EnvironmentSteps,
+            Against::Charged => Metric::ChargedActions,
+        };
+        self.get(metric).iter().map(|actions| *actions as u64).collect()
+    }
+
     /// The number of the last episode; 0 if there is none.
     pub fn last_episode(&self) -> usize {
         self.episodes.last().map_or(0, |episode| *episode as usize)
     }
 
-    /// Adds an episode: a value for each metric, in the order of [`Metric::CURVES`].
-    pub fn push(&mut self, episode: u64, values: [f32; Metric::CURVES.len()]) {
+    /// Adds an episode: a value for each metric, in the order of [`Metric::KEPT`].
+    pub fn push(&mut self, episode: u64, values: [f32; Metric::KEPT.len()]) {
         self.episodes.push(episode);
         for (curve, value) in self.values.iter_mut().zip(values) {
             curve.push(value);
@@ -56,7 +69,7 @@ impl Curves {
         });
         self.truncate(kept.unwrap_or(0));
         for record in &records[self.episodes.len()..] {
-            self.push(record.episode, Metric::CURVES.map(|metric| metric.of(record) as f32));
+            self.push(record.episode, Metric::KEPT.map(|metric| metric.of(record) as f32));
         }
     }
 
@@ -74,6 +87,21 @@ mod tests {
 
     use super::*;
     use mge_run::Series;
+
+    #[test]
+    fn curves_can_be_drawn_against_actions() {
+        let record = |episode| EpisodeRecord {
+            episode,
+            environment_steps: 10 * episode,
+            charged_actions: Some(500 + 10 * episode),
+            ..EpisodeRecord::default()
+        };
+        let mut curves = Curves::default();
+        curves.follow(&[record(1), record(2)]);
+        let positions =
+            [Against::Episodes, Against::Actions, Against::Charged].map(|against| curves.positions(against));
+        assert_eq!(positions.each_ref().map(|x| &**x), [[1, 2], [10, 20], [510, 520]]);
+    }
 
     #[test]
     fn curves_follow_a_run_that_is_thinned_cut_and_restarted() {

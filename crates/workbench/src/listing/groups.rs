@@ -97,7 +97,7 @@ impl GroupCurves {
             if places.len() < reached {
                 continue;
             }
-            let found = Metric::CURVES.map(|metric| {
+            let found = Metric::KEPT.map(|metric| {
                 values.clear();
                 let of_episode = places.iter().filter_map(|(run, place)| run.get(metric).get(*place));
                 values.extend(of_episode.filter(|value| value.is_finite()).map(|value| f64::from(*value)));
@@ -333,7 +333,7 @@ mod tests {
             config = config.with_setting(key, value).unwrap();
         }
         let mut curves = Curves::default();
-        (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, Metric::CURVES.map(|_| *success)));
+        (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, Metric::KEPT.map(|_| *success)));
         let done = successes.len() as u64;
         let success = successes.last().copied();
         let of_config = RunSummary::new(&path, Arc::new(config), RunState::Finished);
@@ -435,7 +435,7 @@ mod tests {
     fn thinned_runs_are_aggregated_at_their_common_episodes() {
         let of = |episodes: &[u64]| {
             let mut curves = Curves::default();
-            episodes.iter().for_each(|episode| curves.push(*episode, Metric::CURVES.map(|_| 1.0)));
+            episodes.iter().for_each(|episode| curves.push(*episode, Metric::KEPT.map(|_| 1.0)));
             curves
         };
         let [fine, coarse] = [of(&[1, 2, 3]), of(&[1, 3])];

@@ -345,7 +345,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
         let wave = (episode as f32 / 40.0).sin();
         curves.push(
             episode + 1,
-            Metric::CURVES.map(|metric| match metric {
+            Metric::KEPT.map(|metric| match metric {
                 Metric::Success => share,
                 Metric::CriticLoss if (200..300).contains(&episode) => f32::NAN,
                 Metric::CriticLoss => 10f32.powf(-2.0 * share),

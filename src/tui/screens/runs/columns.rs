@@ -186,7 +186,7 @@ mod tests {
     fn a_sparkline_has_as_many_steps_as_the_terminal_has_characters() {
         let mut curves = Curves::default();
         for episode in 1..=4_u8 {
-            curves.push(u64::from(episode), Metric::CURVES.map(|_| f32::from(episode) / 4.0));
+            curves.push(u64::from(episode), Metric::KEPT.map(|_| f32::from(episode) / 4.0));
         }
         for (marker, shown) in [(Marker::Braille, "▃▅▇█"), (Marker::Ascii, ".-=#")] {
             assert_eq!(sparkline(Some(&curves), 4, &Theme::new(Palette::Dark, Depth::True, marker)), shown);
