@@ -71,15 +71,16 @@ const AGAINST: [(&str, Against); 4] = [
 const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
 const AXIS: [(&str, bool); 2] = [("linear", false), ("log", true)];
 
-fn read<T: Copy>(values: &[(&'static str, T); 2], key: &str, word: &str) -> Result<T, String> {
-    let [(first, _), (second, _)] = values;
+fn read<T: Copy>(values: &[(&'static str, T)], key: &str, word: &str) -> Result<T, String> {
     let known = values.iter().find(|(name, _)| *name == word);
-    known.map(|(_, value)| *value).ok_or_else(|| format!("{key} is `{first}` or `{second}`, not `{word}`"))
+    let names = || values.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(" or ");
+    known.map(|(_, value)| *value).ok_or_else(|| format!("{key} is {}, not `{word}`", names()))
 }
 
-/// The name of a value, unless it is the default.
-fn unless_default<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> Option<String> {
-    (values[0].1 != *value).then(|| values[1].0.to_owned())
+/// The name of a value, unless it is the default, the first.
+fn unless_default<T: PartialEq>(values: &[(&'static str, T)], value: &T) -> Option<String> {
+    let place = values.iter().position(|(_, known)| known == value);
+    place.filter(|place| *place > 0).map(|place| values[place].0.to_owned())
 }
 
 impl Composition {
