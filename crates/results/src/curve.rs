@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use super::row::TrainedRun;
-use mge_trainer::Method;
 
 /// The value of a curve at `x`, interpolated linearly; 0 before the first point, constant after the last.
 pub(super) fn height(curve: &[[f64; 2]], x: f64) -> f64 {
@@ -23,22 +22,26 @@ fn mean_height(curve: &[[f64; 2]], end: f64) -> f64 {
 }
 
 /// Gives every run the area under its curve of success against charged actions, with an equal budget for all runs on a
-/// task: as many as the shortest curve of a method that learns has. Other methods do not change, so that a few episodes
-/// of them are enough.
-pub(super) fn score_equal_budgets(runs: &mut [&mut TrainedRun]) {
-    let end = |run: &TrainedRun| run.charged.last().map(|[actions, _]| *actions);
-    let learns = |run: &TrainedRun| Method::ALL.iter().any(|method| method.name() == run.row.method && method.learns());
-    let mut budgets: HashMap<(String, bool), f64> = HashMap::new();
-    for run in runs.iter() {
-        if let Some(end) = end(run) {
-            let budget = budgets.entry((run.row.task.clone(), learns(run))).or_insert(end);
-            *budget = budget.min(end);
-        }
+/// task: as many as the shortest curve of a whole training has, or else the longest curve. The first of each pair says
+/// whether the run is a whole training. Others keep their last success: those that ended at a success rate, and those of
+/// methods that do not learn, of which a few episodes are enough.
+pub(super) fn score_equal_budgets(runs: &mut [(bool, &mut TrainedRun)]) {
+    let end = |run: &TrainedRun| run.charged.last().map_or(0.0, |[actions, _]| *actions);
+    let mut budgets: HashMap<String, (bool, f64)> = HashMap::new();
+    for (is_whole, run) in runs.iter() {
+        let (known, budget) = budgets.entry(run.row.task.clone()).or_default();
+        *budget = match (*known, is_whole) {
+            (true, true) => budget.min(end(run)),
+            (false, true) => end(run),
+            (true, false) => *budget,
+            (false, false) => budget.max(end(run)),
+        };
+        *known |= is_whole;
     }
-    for run in runs {
-        let of = |learns| budgets.get(&(run.row.task.clone(), learns));
-        let budget = of(true).or(of(false)).filter(|budget| **budget > 0.0 && !run.charged.is_empty());
-        run.row.charged_area = budget.map(|budget| mean_height(&run.charged, *budget));
+    for (_, run) in runs {
+        let budget = budgets.get(&run.row.task).map(|(_, budget)| *budget);
+        let budget = budget.filter(|budget| *budget > 0.0 && !run.charged.is_empty());
+        run.row.charged_area = budget.map(|budget| mean_height(&run.charged, budget));
     }
 }
 
@@ -49,22 +52,22 @@ mod tests {
 
     #[test]
     fn the_area_counts_what_is_charged_and_the_budget_is_that_of_the_shortest_training() {
-        let run = |task: &str, method: &str, charged: &[[f64; 2]]| TrainedRun {
-            row: LearningRow { task: task.to_owned(), method: method.to_owned(), ..LearningRow::default() },
+        let run = |task: &str, charged: &[[f64; 2]]| TrainedRun {
+            row: LearningRow { task: task.to_owned(), ..LearningRow::default() },
             training: Vec::new(),
             greedy: Vec::new(),
             actions: Vec::new(),
             charged: charged.to_vec(),
         };
         let mut runs = [
-            run("task1", "ddpg", &[[0.0, 0.0], [100.0, 1.0], [200.0, 1.0]]),
-            run("task1", "ddpg-mge", &[[100.0, 0.0], [200.0, 1.0], [1000.0, 1.0]]),
-            run("task1", "planning", &[[20.0, 0.5], [50.0, 0.5]]),
-            run("task2", "planning", &[[20.0, 0.5], [50.0, 0.5]]),
-            run("task2", "ddpg", &[]),
+            (true, run("task1", &[[0.0, 0.0], [100.0, 1.0], [200.0, 1.0]])),
+            (true, run("task1", &[[100.0, 0.0], [200.0, 1.0], [1000.0, 1.0]])),
+            (false, run("task1", &[[20.0, 0.5], [50.0, 0.5]])),
+            (false, run("task2", &[[20.0, 0.5], [50.0, 0.5]])),
+            (true, run("task3", &[])),
         ];
-        score_equal_budgets(&mut runs.iter_mut().collect::<Vec<_>>());
-        let areas: Vec<Option<f64>> = runs.iter().map(|run| run.row.charged_area).collect();
+        score_equal_budgets(&mut runs.iter_mut().map(|(is_whole, run)| (*is_whole, run)).collect::<Vec<_>>());
+        let areas: Vec<Option<f64>> = runs.iter().map(|(_, run)| run.row.charged_area).collect();
         assert_eq!(areas, [Some(0.75), Some(0.25), Some(0.45), Some(0.3), None]);
     }
 }

@@ -141,7 +141,10 @@ impl RunReader {
         }
         distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
         let finished = runs.iter_mut().filter(|run| run.state == RunState::Finished);
-        score_equal_budgets(&mut finished.map(|run| &mut run.trained).collect::<Vec<_>>());
+        let with_whole = finished.map(|FoundRun { config, trained, .. }| {
+            (config.method.learns() && trained.row.episodes >= u64::from(config.episodes), trained)
+        });
+        score_equal_budgets(&mut with_whole.collect::<Vec<_>>());
         ReadRuns { runs, unreadable }
     }
 }

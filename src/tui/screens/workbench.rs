@@ -16,6 +16,7 @@ use crate::tui::view::RunSummary;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
+use mge_base::text::counted;
 use mge_base::text::printable;
 use mge_run::Metric;
 use mge_task::is_built_in;
@@ -126,9 +127,12 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     text
 }
 
-/// The proposed subgoals or the search for them, with the keys to answer.
+/// The proposed subgoals or the search for them, with the keys to answer, or the search for a puzzle.
 fn proposals(ui: &Ui) -> Option<String> {
     let view = ui.view;
+    if let Some(tried) = view.searching {
+        return Some(format!("looking for a puzzle: {} tried", counted(tried, "layout")));
+    }
     if let Some((tried, count)) = view.proposing {
         // The number is unknown before the first report.
         let number =

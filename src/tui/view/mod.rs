@@ -38,6 +38,8 @@ pub struct ViewModel {
     pub proposed: Vec<Region>,
     /// Proposals tried so far and their maximum number, while subgoals are being searched for.
     pub proposing: Option<(usize, usize)>,
+    /// Layouts tried so far, while a random puzzle is being searched for.
+    pub searching: Option<usize>,
     /// The settings of the next run.
     pub settings: RunConfig,
     /// The number of episodes to which continuing extends a run that has fewer, if it was set.

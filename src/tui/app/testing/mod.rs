@@ -161,6 +161,7 @@ pub fn empty() -> ViewModel {
         dirty: false,
         proposed: Vec::new(),
         proposing: None,
+        searching: None,
         settings: RunConfig {
             episodes: 2000,
             epsilon: "linear:0.8:0.05:1500".parse().unwrap(),

@@ -104,6 +104,7 @@ impl SessionWorkspace {
             dirty: false,
             proposed: Vec::new(),
             proposing: None,
+            searching: None,
             settings: session.config().clone(),
             extends_to: session.extends_to(),
             folder: session.folder().to_owned(),

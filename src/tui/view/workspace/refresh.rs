@@ -22,6 +22,7 @@ impl SessionWorkspace {
         view.file = session.file().map(Path::to_owned);
         view.dirty = session.is_dirty();
         view.proposed = session.proposed().to_vec();
+        view.searching = session.searching();
         view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
         view.settings = session.config().clone();
         view.extends_to = session.extends_to();
