@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output;
 use mge_base::sync::lock;
+use mge_trainer::Phase;
 
 /// Time between two lines when not on a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -61,6 +62,13 @@ impl Progress {
         } else if !self.quiet && self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();
             output::message(format_args!("{done}/{length} {message}{}", time_left(first, done, length)));
+        }
+    }
+
+    /// Shows how far a phase before the first episode is, if that can be counted.
+    pub fn show(&mut self, phase: &Phase) {
+        if let Some((done, total, parts)) = phase.progress() {
+            self.set(done as u64, total as u64, parts);
         }
     }
 

@@ -102,6 +102,7 @@ pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Inte
         if idle {
             break;
         }
+        session.runs().iter().filter(followed).filter_map(RunView::phase).for_each(|now| viewer.progress.show(&now));
         if interrupt.is_requested() && !stopping {
             stopping = true;
             let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();

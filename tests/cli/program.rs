@@ -7,10 +7,13 @@ use std::process::{Command, Output, Stdio};
 /// The program built with the tests.
 pub const MGE: &str = env!("CARGO_BIN_EXE_mge");
 
+/// The cache of the program's models, instead of the user's.
+const CACHE: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/cache");
+
 /// The program with arguments, to be started in a folder without input.
 pub fn command(folder: impl AsRef<Path>, arguments: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Command {
     let mut command = Command::new(MGE);
-    command.args(arguments).current_dir(folder).stdin(Stdio::null());
+    command.args(arguments).current_dir(folder).env("XDG_CACHE_HOME", CACHE).stdin(Stdio::null());
     command
 }
 

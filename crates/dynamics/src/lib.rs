@@ -45,11 +45,11 @@
 //! 8. **Initial weights**: orthogonal.
 //! 9. **Launches**: tool sizes, speeds and angles, see [`collect`].
 //! 10. **Loss** ([`Loss`]): Huber's, of width 0.1, because of buckets: a capture is a residual far larger than all others.
-//! 11. **Bystanders** ([`TrainConfig::bystanders`], shipped models only): a launch has one tool, a task several
+//! 11. **Bystanders** ([`TrainConfig::bystanders`], these and the shipped models only): a launch has one tool, a task several
 //!     near the ball. A second tool that the ball does not touch changes nothing, so it can be added to a
 //!     launch without another observation. Without bystanders, models that predict launches better predict tasks
 //!     worse.
-//! 12. **Size and number of launches** (shipped models only): five layers, ten times as many launches and a
+//! 12. **Size and number of launches** (shipped models, and those [trained for a task](TaskModelConfig)): five layers, ten times as many launches and a
 //!     learning rate of 0.001 do better than seventeen layers and 0.0001, in less time.
 //! 13. **Properties** ([`ModelConfig::properties`], only for models of all of CREATE's tools): each tool type has
 //!     its own edge function, whose inputs include the tool's size, angle, material, force, speed etc. as in
@@ -70,6 +70,7 @@ mod network;
 mod normaliser;
 mod predictor;
 mod rapier;
+mod recipe;
 mod rollout;
 mod samples;
 mod shipped;
@@ -93,6 +94,7 @@ pub use model::{Model, Provenance};
 pub use network::Network;
 pub use predictor::{Errors, Predictor};
 pub use rapier::Rapier;
+pub use recipe::{Recipe, TASK_MODEL_SETTINGS, TaskModelConfig};
 pub use rollout::{Rollout, RolloutAction, rollouts};
 pub use shipped::{file_of, named, shipped, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};

@@ -20,7 +20,7 @@ use mge_physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use mge_task::{GoalShape, Task, ToolSpec};
 
 /// Version of the file format that this program writes and reads.
-const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 1;
 
 /// A dynamics model of one tool set.
 #[derive(Debug, Clone)]
@@ -128,43 +128,7 @@ impl Model {
     /// [`DynamicsError::OtherPhysics`] for rules, a ball, or tool forms or materials that differ from
     /// those of the launches.
     pub fn check_task(&self, task: &Task) -> Result<()> {
-        let tools: Vec<Tool> = task.tools.iter().map(ToolSpec::tool).chain([task.placeable.tool([0.0; 2])]).collect();
-        self.check_kinds(&tools)?;
-        let movers = [
-            (task.marker.is_some(), "a marker ball"),
-            (task.goal.shape == GoalShape::Ball, "the goal"),
-            (!task.balls.is_empty(), "another ball"),
-            (!task.boxes.is_empty(), "a box"),
-        ];
-        if let Some((_, what)) = movers.into_iter().find(|(moves, _)| *moves) {
-            return Err(DynamicsError::OtherMovers { task: task.name.clone(), what });
-        }
-        let other = |what| Err(DynamicsError::OtherPhysics { task: task.name.clone(), what });
-        if task.rules.gravity != GRAVITY {
-            return other("gravity");
-        }
-        if task.rules.steps_per_action != STEPS_PER_ACTION {
-            return other("the length of an action");
-        }
-        let ball = task.ball.material();
-        let radius =
-            if self.config.properties && RADII.contains(&ball.radius) { ball.radius } else { Ball::default().radius };
-        if ball != (Ball { radius, ..Ball::default() }) {
-            return other("the ball");
-        }
-        let is_known = |tool: &Tool| *tool == Tool::new(tool.kind, tool.position).with_size(tool.size);
-        match self.config.properties || tools.iter().all(is_known) {
-            true => Ok(()),
-            false => other("angle, thickness or material of a tool"),
-        }
-    }
-
-    fn check_kinds(&self, tools: &[Tool]) -> Result<()> {
-        let unseen = |kind: &ToolKind| !self.tools.contains(kind) && tools.iter().any(|tool| tool.kind == *kind);
-        match ToolKind::ALL.into_iter().find(unseen) {
-            None => Ok(()),
-            Some(kind) => Err(DynamicsError::UnseenEdge { sender: kind, known: self.name() }),
-        }
+        check_task(task, &self.config, &self.tools)
     }
 
     /// The model as a tensor file: weights, statistics and metadata.
@@ -249,6 +213,44 @@ impl Model {
         mge_base::atomic::write(path, &self.to_file().to_bytes())
             .map_err(|source| DynamicsError::Io { origin: path.display().to_string(), source })
     }
+}
+
+/// Checks that a model with this configuration, trained on launches at `known` tools, can predict a task's scenes.
+///
+/// # Errors
+/// As [`Model::check_task`].
+pub(super) fn check_task(task: &Task, config: &ModelConfig, known: &[ToolKind]) -> Result<()> {
+    if let Some(sender) = task.tool_set().into_iter().find(|kind| !known.contains(kind)) {
+        return Err(DynamicsError::UnseenEdge { sender, known: model_name(config, known) });
+    }
+    let movers = [
+        (task.marker.is_some(), "a marker ball"),
+        (task.goal.shape == GoalShape::Ball, "the goal"),
+        (!task.balls.is_empty(), "another ball"),
+        (!task.boxes.is_empty(), "a box"),
+    ];
+    if let Some((_, what)) = movers.into_iter().find(|(moves, _)| *moves) {
+        return Err(DynamicsError::OtherMovers { task: task.name.clone(), what });
+    }
+    let other = |what| Err(DynamicsError::OtherPhysics { task: task.name.clone(), what });
+    if task.rules.gravity != GRAVITY {
+        return other("gravity");
+    }
+    if task.rules.steps_per_action != STEPS_PER_ACTION {
+        return other("the length of an action");
+    }
+    let ball = task.ball.material();
+    let radius = if config.properties && RADII.contains(&ball.radius) { ball.radius } else { Ball::default().radius };
+    if ball != (Ball { radius, ..Ball::default() }) {
+        return other("the ball");
+    }
+    if config.properties || is_plain(task) { Ok(()) } else { other("angle, thickness or material of a tool") }
+}
+
+/// Whether the tools of a task differ from CREATE's default form and material at most in size.
+pub(super) fn is_plain(task: &Task) -> bool {
+    let is_plain = |tool: Tool| tool == Tool::new(tool.kind, tool.position).with_size(tool.size);
+    task.tools.iter().map(ToolSpec::tool).chain([task.placeable.tool([0.0; 2])]).all(is_plain)
 }
 
 /// The bytes of a model file.

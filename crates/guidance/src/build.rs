@@ -16,6 +16,15 @@ use mge_dynamics::{DynamicsError, Result, Rollout};
 use mge_env::{Action, Environment, Snapshot, uniform_action};
 use mge_task::Task;
 
+/// The states in which real rollouts towards a stage ended, without those of ended episodes.
+#[derive(Debug, Default)]
+pub struct EndStates {
+    /// Those in which the stage was reached.
+    pub reached: Vec<Snapshot>,
+    /// Those of all rollouts.
+    pub last: Vec<Snapshot>,
+}
+
 /// Builds the prior of a task stage by stage. `progress` is called before each stage with its index.
 ///
 /// Each stage has its own random stream, so the work of one stage does not affect the draws of another.
@@ -40,31 +49,57 @@ pub(super) fn build_stages(
     config: &GuidanceConfig,
     seed: u64,
     stop: &Stop,
-    mut progress: impl FnMut(usize),
+    progress: impl FnMut(usize),
 ) -> Result<(ActionPrior, Vec<Snapshot>)> {
-    let stages = task.stage_count();
+    let prior = ActionPrior::uniform(task, config, seed);
     let mut env = Environment::new(task.clone());
-    env.reset(&mut Stream::PriorStart.of(seed));
-    let mut starts = vec![env.snapshot().clone()];
-    let uniform = ActionPrior::uniform(task, config, seed);
-    let mut prior = ActionPrior { stages: Vec::new(), ..uniform }.of_model(model);
-    let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
-    for stage in 0..stages {
-        progress(stage);
-        let mut rng = Stream::PriorStage(stage).of(seed);
-        let mut built = imagine(task, model, config, &starts, stop, &mut rng)?;
-        if stage + 1 < stages {
-            built.environment_rollouts = environment_rollouts;
-            let horizon = built.longer_horizon.unwrap_or(config.horizon);
-            let (reached, last) = explore(&mut env, &built, stage, horizon, &starts, stop, &mut rng);
-            built.environment_hits = reached.len();
-            let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
-            if !wanted.is_empty() {
-                starts = wanted;
-            }
+    let explored = task.stage_count() - 1;
+    let rollouts = config.environment_rollouts.div_ceil(explored.max(1));
+    build_with(prior, task, Some(model), stop, progress, |prior, stage, starts, rng| {
+        // No stage follows the last one.
+        if stage == explored {
+            return Ok(EndStates::default());
         }
-        stop.check()?;
-        prior.stages.push(built);
+        prior.stages[stage].environment_rollouts = rollouts;
+        Ok(explore(&mut env, prior, stage, starts, stop, rng))
+    })
+}
+
+/// Builds the clusters of `prior` stage by stage from rollouts in `model`, by its settings and seed; without a model,
+/// they stay as they are. `progress` is called before each stage with its index. `play` then makes the real rollouts
+/// (step 3): it is given the prior, in which it may change the clusters of the stage, the stage, the start states and
+/// the random stream of the stage. From the states that it returns the rollouts towards the next stage start; if there
+/// are none, from the same states as before. Also returns the start states of the last stage.
+///
+/// # Errors
+/// When the model cannot predict the task, or `stop` is requested; those of `play`.
+pub fn build_with<E: From<DynamicsError>>(
+    mut prior: ActionPrior,
+    task: &Arc<Task>,
+    model: Option<&dyn RolloutModel>,
+    stop: &Stop,
+    mut progress: impl FnMut(usize),
+    mut play: impl FnMut(&mut ActionPrior, usize, &[Snapshot], &mut ChaCha8Rng) -> Result<EndStates, E>,
+) -> Result<(ActionPrior, Vec<Snapshot>), E> {
+    let config = prior.config.clone();
+    let mut env = Environment::new(task.clone());
+    env.reset(&mut Stream::PriorStart.of(prior.seed));
+    let mut starts = vec![env.snapshot().clone()];
+    if let Some(model) = model {
+        prior = prior.of_model(model);
+    }
+    for stage in 0..task.stage_count() {
+        progress(stage);
+        let mut rng = Stream::PriorStage(stage).of(prior.seed);
+        if let Some(model) = model {
+            prior.stages[stage] = imagine(task, model, &config, &starts, stop, &mut rng)?;
+        }
+        let EndStates { reached, last } = play(&mut prior, stage, &starts, &mut rng)?;
+        stop.check().map_err(DynamicsError::from)?;
+        let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
+        if !wanted.is_empty() {
+            starts = wanted;
+        }
     }
     Ok((prior, starts))
 }
@@ -84,6 +119,9 @@ pub(super) fn imagine(
     let mut most = config.most_model_rollouts;
     loop {
         let rollouts = random_rollouts(model, &config, starts, stop, rng)?;
+        if model.is_environment() {
+            stage.environment_actions += rollouts.iter().map(|rollout| rollout.actions.len() as u64).sum::<u64>();
+        }
         stage.actions.extend(rollouts.iter().flat_map(|rollout| config.rewarding.actions_of(rollout)));
         stage.model_rollouts += rollouts.len();
         stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
@@ -140,32 +178,37 @@ fn cluster_unless_stopped(
     run_abandonable(|| stop.is_requested(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
 }
 
-/// Step 3: plays actions from the clusters in the real environment. Returns the states in which the stage was reached
-/// and the last states of all rollouts, in both cases only of unfinished episodes. Ends early once `stop` is requested.
+/// Step 3: plays actions from the clusters in the real environment. Ends early once `stop` is requested.
 fn explore(
     env: &mut Environment,
-    prior: &StagePrior,
+    prior: &mut ActionPrior,
     stage: usize,
-    horizon: usize,
     starts: &[Snapshot],
     stop: &Stop,
     rng: &mut ChaCha8Rng,
-) -> (Vec<Snapshot>, Vec<Snapshot>) {
-    let (mut reached, mut last) = (Vec::new(), Vec::new());
-    for _ in stop.until(0..prior.environment_rollouts) {
+) -> EndStates {
+    let mut ends = EndStates::default();
+    let horizon = prior.horizon(stage);
+    let built = &mut prior.stages[stage];
+    for _ in stop.until(0..built.environment_rollouts) {
         env.restore(&starts[rng.gen_range(0..starts.len())]);
         for _ in 0..horizon {
-            if env.step(prior.sample(rng)).is_err() || env.snapshot().stage() > stage {
+            if env.step(built.sample(rng)).is_err() {
+                break;
+            }
+            built.environment_actions += 1;
+            if env.snapshot().stage() > stage {
                 break;
             }
         }
         let end = env.snapshot();
         if end.end().is_none() {
-            last.push(end.clone());
+            ends.last.push(end.clone());
         }
         if end.stage() > stage && end.end().is_none() {
-            reached.push(end.clone());
+            ends.reached.push(end.clone());
         }
     }
-    (reached, last)
+    built.environment_hits = ends.reached.len();
+    ends
 }

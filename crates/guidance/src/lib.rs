@@ -35,7 +35,7 @@ mod subgoals;
 #[cfg(test)]
 mod tests;
 
-pub use build::build;
+pub use build::{EndStates, build, build_with};
 pub use clusters::{Cluster, ClusterCount};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};

@@ -31,6 +31,10 @@ pub struct StagePrior {
     pub environment_rollouts: usize,
     /// Number of real rollouts that reached the stage and can continue from there.
     pub environment_hits: usize,
+    /// Actions taken in the real environment: in these rollouts, and in those of the model if that is the true physics.
+    /// Not those of practice, which are counted by the training.
+    #[serde(default)]
+    pub environment_actions: u64,
 }
 
 /// All clusters of a task, by stage: the distributions from which exploration samples.
@@ -56,6 +60,11 @@ pub struct ActionPrior {
 impl ActionPrior {
     /// The format version that this program reads and writes.
     pub const VERSION: u32 = 1;
+
+    /// Actions taken in the real environment to build it.
+    pub fn environment_actions(&self) -> u64 {
+        self.stages.iter().map(|stage| stage.environment_actions).sum()
+    }
 
     /// Actions in a rollout towards a stage.
     pub fn horizon(&self, stage: usize) -> usize {

@@ -20,6 +20,11 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// Whether its rollouts are real actions in the environment.
+    fn is_environment(&self) -> bool {
+        false
+    }
+
     /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
     /// is reached, the episode is over, or the sequence ends. All starts are of one task, which random shifts may
     /// have changed.
@@ -67,6 +72,10 @@ pub struct TruePhysics;
 impl RolloutModel for TruePhysics {
     fn name(&self) -> String {
         "true physics".to_owned()
+    }
+
+    fn is_environment(&self) -> bool {
+        true
     }
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {

@@ -343,10 +343,10 @@ mod tests {
         let runs = read_runs(&paths).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
         let expected = [
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7, model learned",
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.95, model learned",
-            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes, ddpg.gamma 0.95, model learned",
-            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes, ddpg.gamma 0.95, model learned",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7, model trained",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.95, model trained",
+            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes, ddpg.gamma 0.95, model trained",
+            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes, ddpg.gamma 0.95, model trained",
             "DDPG, ddpg.gamma 0.95",
             "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.95, model true",
         ];

@@ -1,23 +1,19 @@
-//! The actions in the real environment that a run is charged for outside its episodes and practice.
+//! The actions in the real environment that runs of earlier versions took outside their episodes and practice.
 
 use super::config::RunConfig;
 use super::method::PriorSource;
-use mge_dynamics::{self as dynamics, Model};
 use mge_run::RunHistory;
 
 impl RunConfig {
-    /// The actions of the search for the task's subgoals, of the real rollouts from which the run's first clusters are
-    /// built, plus the launches on which
-    /// its dynamics model was trained, one action each. With the true physics all rollouts are real, and their
-    /// minimum number is counted. Rollouts that end early are counted in full, and the launches are counted for
-    /// every run that uses the model. A model that cannot be read has no launches. Rollouts that planning makes
-    /// during the episodes are not counted, not even in the true physics.
+    /// The actions of the search for the task's subgoals, those of the real rollouts from which the run's first clusters
+    /// were built, which were not counted then, plus the launches on which its dynamics model was trained, one action
+    /// each. With the true physics all rollouts are real, and their minimum number is counted. Rollouts that end early
+    /// are counted in full. A model that cannot be read has no launches. Rollouts that planning makes during the
+    /// episodes are not counted, not even in the true physics.
     pub(super) fn charged_before_episodes(&self) -> u64 {
         let source = self.rollout_source();
         let rollouts = if self.is_guided() { self.rollout_actions(&source) } else { 0 };
-        let uses_model = self.is_guided() || self.method.consults_model();
-        let launches = if uses_model { self.launches(&source) } else { 0 };
-        self.task.search_actions + rollouts + launches
+        self.task.search_actions + rollouts + self.launches()
     }
 
     /// Adds the charged actions to episodes of a log of an earlier version, which has none.
@@ -27,16 +23,6 @@ impl RunConfig {
             let before = *before.get_or_insert_with(|| self.charged_before_episodes());
             record.charged_actions = Some(before + record.environment_steps);
         }
-    }
-
-    /// Launches of the model for the tools of the task.
-    fn launches(&self, source: &PriorSource) -> u64 {
-        let model = match source {
-            PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => None,
-            PriorSource::Learned => dynamics::shipped_for(&self.task.tool_set()),
-            PriorSource::ModelFile(file) => file.load().ok(),
-        };
-        model.map_or(0, |model| launches_of(&model))
     }
 
     fn rollout_actions(&self, source: &PriorSource) -> u64 {
@@ -52,36 +38,39 @@ impl RunConfig {
     }
 }
 
-fn launches_of(model: &Model) -> u64 {
-    (model.tools().len() * model.provenance().training.observations) as u64
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::{Method, Training};
-    use mge_guidance::{ActionPrior, EpsilonSchedule};
+    use crate::{Method, Practice, Training, build_prior};
+    use mge_base::stop::Stop;
+    use mge_dynamics as dynamics;
+    use mge_guidance::EpsilonSchedule;
     use mge_run::EpisodeRecord;
     use mge_task as task;
 
     fn config() -> RunConfig {
         let mut config = RunConfig::new(Arc::new(task::load("task2").unwrap()));
         config.epsilon = EpsilonSchedule::Constant(0.5);
+        config.prior = PriorSource::Learned;
         (config.guidance.environment_rollouts, config.guidance.model_rollouts, config.guidance.horizon) = (10, 100, 4);
+        (config.ddpg.hidden, config.ddpg.warmup_steps) = (8, 10_000);
         config
     }
 
+    fn launches() -> u64 {
+        let model = dynamics::shipped_for(&config().task.tool_set()).unwrap();
+        (model.tools().len() * model.provenance().training.observations) as u64
+    }
+
     #[test]
-    fn clusters_and_models_are_charged_to_the_runs_that_use_them() {
+    fn clusters_and_models_of_earlier_versions_are_charged_to_the_runs_that_used_them() {
         let mut config = config();
         Arc::make_mut(&mut config.task).search_actions = 70;
         let stages = config.task.stage_count() as u64;
-        assert!(stages > 1);
+        assert!(stages > 1 && launches() > 0);
         let rollouts = (stages - 1) * 10_u64.div_ceil(stages - 1) * 4;
-        let launches = launches_of(&dynamics::shipped_for(&config.task.tool_set()).unwrap());
-        assert!(launches > 0);
         let check = |method: Method, epsilon: f32, expected: u64| {
             let config = RunConfig { method, epsilon: EpsilonSchedule::Constant(epsilon), ..config.clone() };
             assert_eq!(config.charged_before_episodes(), 70 + expected, "{method}, epsilon {epsilon}");
@@ -89,23 +78,59 @@ mod tests {
         check(Method::Ddpg, 0.5, 0);
         check(Method::DdpgUniform, 0.5, 0);
         check(Method::DdpgMge, 0.0, 0);
-        check(Method::DdpgMge, 0.5, rollouts + launches);
+        check(Method::DdpgMge, 0.5, rollouts + launches());
         check(Method::DdpgMgeTrue, 0.5, rollouts + stages * 100 * 4);
-        check(Method::Planning, 0.0, launches);
+        check(Method::Planning, 0.0, launches());
     }
 
     #[test]
-    fn episodes_of_earlier_versions_are_charged_as_those_of_now() {
-        let config = config();
-        let prior = ActionPrior::uniform(&config.task, &config.guidance, config.seed);
-        let mut training = Training::new(config.clone(), Some(Arc::new(prior))).unwrap();
-        let mut now = RunHistory::default();
-        (0..2).for_each(|_| now.records.push(training.run_episode().unwrap().0));
-        let mut earlier = RunHistory::default();
-        let without = |record: &EpisodeRecord| EpisodeRecord { charged_actions: None, ..record.clone() };
-        now.records.iter().for_each(|record| earlier.records.push(without(record)));
-        config.complete(&mut earlier);
-        assert!(earlier.records[1].charged_actions > earlier.records[0].charged_actions);
-        assert_eq!(earlier, now);
+    fn every_action_in_the_environment_is_charged_once() {
+        let mut config = config();
+        let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap());
+        let rollouts = prior.environment_actions();
+        let most = prior.stages.iter().map(|stage| stage.environment_rollouts as u64 * 4).sum();
+        assert!((1..=most).contains(&rollouts) && prior.stages[2].environment_actions == 0);
+        let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
+        let (record, _) = training.run_episode().unwrap();
+        assert_eq!(record.charged_actions, Some(launches() + rollouts + record.steps));
+        // The same clusters cost nothing more, and others what they cost.
+        training.set_prior(prior.clone());
+        let other = RunConfig { seed: 1, ..config.clone() };
+        let other = Arc::new(build_prior(&other, |_| (), &Stop::default()).unwrap());
+        training.set_prior(other.clone());
+        let (next, _) = training.run_episode().unwrap();
+        let charged = |record: &EpisodeRecord| record.charged_actions.unwrap();
+        assert_eq!(charged(&next), charged(&record) + other.environment_actions() + next.steps);
+
+        // In practice, the rollouts are those of practice; the model that is trained for the run has its own launches.
+        config.practice = Practice { rollouts: 5, enough: 5 };
+        config.prior = PriorSource::default();
+        (config.model.launches, config.model.epochs) = (3, 1);
+        let mut training = Training::new(config.clone(), None).unwrap();
+        let practised = training.practise().unwrap().unwrap();
+        let (record, _) = training.run_episode().unwrap();
+        let launches = 3 * config.task.tool_set().len() as u64;
+        assert_eq!(charged(&record), launches + practised.actions + record.steps);
+
+        // All rollouts in the true physics are real.
+        config.prior = PriorSource::TruePhysics;
+        let mut training = Training::new(config.clone(), None).unwrap();
+        let practised = training.practise().unwrap().unwrap();
+        let imagined = training.prior().unwrap().environment_actions();
+        let (record, _) = training.run_episode().unwrap();
+        assert!(imagined > 300, "at least an action a rollout");
+        assert_eq!(charged(&record), imagined + practised.actions + record.steps);
+    }
+
+    #[test]
+    fn episodes_of_earlier_versions_are_charged_what_they_took() {
+        let mut history = RunHistory::default();
+        for (episode, environment_steps) in [(1, 8), (2, 15)] {
+            history.records.push(EpisodeRecord { episode, environment_steps, ..EpisodeRecord::default() });
+        }
+        history.records.values_mut()[1].charged_actions = Some(3);
+        config().complete(&mut history);
+        let charged: Vec<Option<u64>> = history.records.iter().map(|record| record.charged_actions).collect();
+        assert_eq!(charged, [Some(config().charged_before_episodes() + 8), Some(3)]);
     }
 }

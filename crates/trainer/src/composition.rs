@@ -60,7 +60,7 @@ impl Composition {
             hold_tolerance: config.hold_tolerance,
             mastered_update_interval: learns.then_some(config.mastered_update_interval.into()),
             refinement: Some(*refinement).filter(|refinement| refinement.every > 0 && method.has_clusters() && learns),
-            practice: Some(*practice).filter(|practice| practice.rollouts > 0 && learns),
+            practice: Some(*practice).filter(|_| config.practises()),
             evaluation_interval: Some(u64::from(evaluation.every)).filter(|every| *every > 0 && learns),
         })
     }

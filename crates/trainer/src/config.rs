@@ -13,6 +13,7 @@ use super::removed;
 use mge_agent::{self as agent, DdpgConfig};
 use mge_base::json;
 use mge_base::validation::{Range, Setting, ValidationError, check_settings};
+use mge_dynamics::{TASK_MODEL_SETTINGS, TaskModelConfig};
 use mge_guidance::{self as guidance, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use mge_run::Retention;
 use mge_stats::rolling::{RollingRate, WINDOW};
@@ -52,6 +53,8 @@ pub struct RunConfig {
     pub ddpg: DdpgConfig,
     /// The source of clusters and plans, unless the method determines it.
     pub prior: PriorSource,
+    /// The dynamics model that is trained for the run, if that is the source.
+    pub model: TaskModelConfig,
     /// How clusters are built.
     pub guidance: GuidanceConfig,
     /// Refinement of clusters during training.
@@ -164,9 +167,10 @@ const SETTINGS: [Setting; 18] = [
 
 /// Every numeric setting of a run, by its path in [`RunConfig`].
 pub fn settings() -> impl Iterator<Item = (String, Setting)> {
-    let groups: [(&str, &[Setting]); 4] = [
+    let groups: [(&str, &[Setting]); 5] = [
         ("", &SETTINGS),
         ("ddpg.", &agent::SETTINGS),
+        ("model.", &TASK_MODEL_SETTINGS),
         ("guidance.", &guidance::SETTINGS),
         ("planner.", &PLANNER_SETTINGS),
     ];
@@ -192,6 +196,7 @@ impl RunConfig {
             start_noise: None,
             ddpg: DdpgConfig::default(),
             prior: PriorSource::default(),
+            model: TaskModelConfig::default(),
             guidance: GuidanceConfig::default(),
             refinement: Refinement::default(),
             practice: Practice::default(),
@@ -235,6 +240,7 @@ impl RunConfig {
         self.task.validate().map_err(|error| error.within("task"))?;
         check_settings(self, &SETTINGS)?;
         self.ddpg.validate().map_err(|error| error.within("ddpg"))?;
+        self.model.validate().map_err(|error| error.within("model"))?;
         self.guidance.validate().map_err(|error| error.within("guidance"))?;
         self.planner.validate().map_err(|error| error.within("planner"))?;
         if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
@@ -273,6 +279,11 @@ impl RunConfig {
         self.method.has_clusters() && !(self.method.uses("epsilon") && self.epsilon.is_zero())
     }
 
+    /// Whether the run practises before its first episode.
+    pub(super) fn practises(&self) -> bool {
+        self.practice.rollouts > 0 && self.is_guided() && self.method.learns()
+    }
+
     /// The source of the run's clusters or plans.
     pub fn rollout_source(&self) -> PriorSource {
         self.method.fixed_source().unwrap_or_else(|| self.prior.clone())
@@ -298,7 +309,7 @@ mod tests {
         config.checkpoints.periodic_kept = Some(3);
         let own = |config: &RunConfig| {
             let mut value = serde_json::to_value(config).unwrap();
-            for other in ["task", "ddpg", "guidance", "planner"] {
+            for other in ["task", "ddpg", "model", "guidance", "planner"] {
                 value.as_object_mut().unwrap().remove(other);
             }
             value
@@ -306,6 +317,7 @@ mod tests {
         let none: [String; 0] = [];
         assert_eq!(differences(&own(&config), &SETTINGS), none);
         assert_eq!(differences(&config.ddpg, &agent::SETTINGS), none);
+        assert_eq!(differences(&config.model, &TASK_MODEL_SETTINGS), none);
         assert_eq!(differences(&config.guidance, &guidance::SETTINGS), none);
         assert_eq!(differences(&config.planner, &PLANNER_SETTINGS), none);
         assert_eq!(differences(&Rules::default(), &RULES), none);

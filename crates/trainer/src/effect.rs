@@ -51,7 +51,7 @@ impl Method {
             "epsilon" | "granularity" => self.follows_epsilon(),
             "refinement" | "practice" => self.has_clusters() && self.learns(),
             "guidance" => self.has_clusters(),
-            "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
+            "prior" | "model" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "planner" => self == Self::Planning,
             "ddpg" | "noise_decay" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => self.learns(),
             _ => true,
@@ -71,7 +71,7 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
     let RunConfig { method, epsilon, episodes, guidance, refinement, evaluation, .. } = config;
     if !method.uses(path) {
         return Some(match method.fixed_source() {
-            Some(source) if path == "prior" => {
+            Some(source) if path == "prior" || path.starts_with("model") => {
                 format!("the source of rollouts of `{method}` is always `{}`", String::from(source))
             }
             _ => format!("the method `{method}` does not use it"),
@@ -81,10 +81,15 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
     let is_noisy = !matches!(epsilon, EpsilonSchedule::Need { noise: 0.0, .. });
     let is_unguided = method.has_clusters() && !config.is_guided();
     let is_uniform = config.rollout_source() == PriorSource::Uniform;
+    let is_trained = matches!(config.rollout_source(), PriorSource::Trained(_));
     let has_subgoals = !config.task.subgoals.is_empty();
     let periodic = u64::from(*episodes) < config.checkpoints.periodic_every;
-    let idle: [(&[&str], bool, &str); 18] = [
-        (&["guidance", "prior", "practice", "refinement"], is_unguided, "without clusters, as epsilon is always 0"),
+    let idle: [(&[&str], bool, &str); 20] = [
+        (
+            &["guidance", "prior", "model", "practice", "refinement"],
+            is_unguided,
+            "without clusters, as epsilon is always 0",
+        ),
         (&["hold_tolerance", "mastered_update_interval"], !by_need, "epsilon does not depend on need"),
         (&["noise_decay", "ddpg.ou"], !is_noisy, "epsilon leaves no share to the noise"),
         (&["noise_decay.share"], config.noise_decay.final_scale >= 1.0, "`noise_decay.final_scale` is 1"),
@@ -96,6 +101,8 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
             is_uniform && refinement.every == 0,
             "actions are uniform, and nothing refines them to clusters",
         ),
+        (&["model"], !is_trained, "no model is trained for the run, as it is given"),
+        (&["guidance.environment_rollouts"], config.practises(), "practice makes the real rollouts"),
         (&OF_ROLLOUTS, is_uniform, "there are no rollouts, as actions are uniform"),
         (&["guidance.environment_rollouts", "guidance.start_states"], !has_subgoals, "the task has no subgoals"),
         (

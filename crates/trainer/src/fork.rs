@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::config::RunConfig;
 use super::parts::{Fork, PastTask};
-use super::prior::{PriorError, prior_of_run};
+use super::prior::{PriorError, build_prior};
 use super::run_loop::play;
 use super::training::{Training, TrainingError};
 use mge_base::stop::Stop;
@@ -93,10 +93,14 @@ pub fn fork(
     training.stop_on(stop);
     repeat(&mut training, &branch, episode, progress)?;
     let mut prior = training.prior().cloned();
-    let clusters_change =
-        old.task != config.task || old.rollout_source() != config.rollout_source() || old.guidance != config.guidance;
-    if config.is_guided() && (clusters_change || prior.is_none()) {
-        prior = prior_of_run(&config, |_| (), stop)?;
+    let clusters_change = old.task != config.task || !old.has_model_of(&config) || old.guidance != config.guidance;
+    // Practice is still to come, and builds them.
+    let is_practised = training.episode() == 0 && config.practises();
+    if clusters_change {
+        prior = None;
+    }
+    if config.is_guided() && prior.is_none() && !is_practised {
+        prior = Some(Arc::new(build_prior(&config, |_| (), stop)?));
     }
     stop.check().map_err(TrainingError::from)?;
     let config = config.identified();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::model_file::ModelFile;
+use super::model_file::{ModelFile, RunModel};
 use mge_base::by_name;
 
 /// A way of learning, or of acting without learning. All share one loop.
@@ -124,12 +124,13 @@ impl Method {
 by_name!(Method, "method");
 
 /// The source of rollouts, and thus of the action clusters.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
 pub enum PriorSource {
     /// `learned`: the shipped dynamics model of the task's tool set.
-    #[default]
     Learned,
+    /// `trained`: a dynamics model that is trained for the task's tools with the seed of the run.
+    Trained(RunModel),
     /// A dynamics model in a file.
     ModelFile(ModelFile),
     /// `rapier`: rapier's own solver, an approximation without learning.
@@ -140,10 +141,17 @@ pub enum PriorSource {
     Uniform,
 }
 
+impl Default for PriorSource {
+    fn default() -> Self {
+        Self::Trained(RunModel::default())
+    }
+}
+
 impl From<String> for PriorSource {
     fn from(text: String) -> Self {
         match text.as_str() {
             "learned" => Self::Learned,
+            "trained" => Self::default(),
             "rapier" => Self::Rapier,
             "true" => Self::TruePhysics,
             "uniform" => Self::Uniform,
@@ -156,6 +164,7 @@ impl From<PriorSource> for String {
     fn from(source: PriorSource) -> Self {
         match source {
             PriorSource::Learned => "learned".to_owned(),
+            PriorSource::Trained(_) => "trained".to_owned(),
             PriorSource::Rapier => "rapier".to_owned(),
             PriorSource::TruePhysics => "true".to_owned(),
             PriorSource::Uniform => "uniform".to_owned(),
@@ -170,7 +179,7 @@ mod tests {
 
     #[test]
     fn sources_of_rollouts_round_trip_as_text() {
-        for text in ["learned", "rapier", "true", "uniform", "a.safetensors"] {
+        for text in ["trained", "learned", "rapier", "true", "uniform", "a.safetensors"] {
             let source = PriorSource::from(text.to_owned());
             assert_eq!(matches!(source, PriorSource::ModelFile(_)), text.ends_with(".safetensors"), "{text}");
             assert_eq!(String::from(source), text);

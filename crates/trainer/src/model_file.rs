@@ -1,4 +1,5 @@
-//! A run's dynamics model in a file: known by the file's content, and copied to the run's folder.
+//! A run's dynamics model: in a file, known by its content, or trained for the run. Both are copied to the run's
+//! folder.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -9,9 +10,11 @@ use super::method::PriorSource;
 use super::prior::PriorError;
 use super::run_loop::TrainerError;
 use super::training::TrainingError;
+use super::watch::Phase;
 use mge_base::identity::FileId;
 use mge_base::paths::expanded;
-use mge_dynamics::{self as dynamics, DynamicsError, Model};
+use mge_base::stop::Stop;
+use mge_dynamics::{self as dynamics, DynamicsError, Model, Progress, Recipe};
 use mge_run::{RunDirectory, RunError};
 
 /// A dynamics model in a file, or a shipped one by its name. Equal if the content is, wherever the file is.
@@ -47,6 +50,43 @@ impl From<String> for ModelFile {
 impl From<ModelFile> for String {
     fn from(file: ModelFile) -> Self {
         file.id.map_or_else(|| file.path.display().to_string(), |id| id.to_string())
+    }
+}
+
+/// The model that is trained for a run, as the run's settings determine it: all are equal.
+#[derive(Debug, Clone, Default, Eq)]
+pub struct RunModel {
+    /// Its copy in the folder of the run, if there is a run.
+    copy: Option<PathBuf>,
+}
+
+impl PartialEq for RunModel {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl RunModel {
+    /// The copy if it is by this recipe; otherwise the model is trained, or taken from the cache of trained ones.
+    /// `on_progress` is called after every epoch.
+    ///
+    /// # Errors
+    /// When the copy cannot be read, or soon after `stop` is requested.
+    pub(super) fn load(
+        &self,
+        recipe: &Recipe,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
+    ) -> Result<Arc<Model>, DynamicsError> {
+        match self.copied(recipe)? {
+            Some(model) => Ok(Arc::new(model)),
+            None => recipe.model(stop, on_progress),
+        }
+    }
+
+    /// The copy, if there is one and it is by this recipe.
+    fn copied(&self, recipe: &Recipe) -> Result<Option<Model>, DynamicsError> {
+        self.copy.as_ref().filter(|path| path.exists()).map_or(Ok(None), |path| recipe.read(path))
     }
 }
 
@@ -105,14 +145,16 @@ impl PriorSource {
 }
 
 impl RunConfig {
-    /// The configuration of a run. Its model in a file is the copy in the run's folder.
+    /// The configuration of a run. Its model is the copy in the run's folder.
     ///
     /// # Errors
     /// When it cannot be read.
     pub fn of(directory: &RunDirectory) -> Result<Self, RunError> {
         let mut config: Self = directory.config()?;
-        if let PriorSource::ModelFile(file @ ModelFile { id: Some(_), .. }) = &mut config.prior {
-            file.path = directory.model_path();
+        match &mut config.prior {
+            PriorSource::ModelFile(file @ ModelFile { id: Some(_), .. }) => file.path = directory.model_path(),
+            PriorSource::Trained(model) => model.copy = Some(directory.model_path()),
+            _ => {}
         }
         Ok(config)
     }
@@ -145,24 +187,78 @@ impl RunConfig {
         Self { prior: self.prior.clone().identified(), ..self.clone() }
     }
 
-    /// The bytes of the model file that the run uses, for its copy; none if it uses none.
+    /// The recipe of the model that is trained for these settings.
+    pub(super) fn recipe(&self) -> Recipe {
+        self.model.recipe(&self.task, self.seed)
+    }
+
+    /// Whether both have the same source of rollouts, and the same model.
+    pub(super) fn has_model_of(&self, other: &Self) -> bool {
+        let [source, others] = [self, other].map(Self::rollout_source);
+        source == others && (!matches!(source, PriorSource::Trained(_)) || self.recipe() == other.recipe())
+    }
+
+    /// Whether the run consults its source of rollouts at all.
+    fn uses_model(&self) -> bool {
+        self.is_guided() || self.method.consults_model()
+    }
+
+    /// Makes sure that a run that trains its own model has it in its folder.
+    ///
+    /// # Errors
+    /// When the copy cannot be read or written, or soon after a request of `stop`, one that
+    /// [says so](PriorError::is_stopped).
+    pub(super) fn make_model(
+        &self,
+        directory: &RunDirectory,
+        mut on_phase: impl FnMut(Phase),
+        stop: &Stop,
+    ) -> Result<(), PriorError> {
+        let (PriorSource::Trained(_), true) = (self.rollout_source(), self.uses_model()) else { return Ok(()) };
+        let (recipe, own) = (self.recipe(), RunModel { copy: Some(directory.model_path()) });
+        recipe.check_task(&self.task)?;
+        if own.copied(&recipe)?.is_none() {
+            recipe.model(stop, |now| on_phase(Phase::of_model(now)))?.save(&directory.model_path())?;
+        }
+        Ok(())
+    }
+
+    /// The bytes of the model that the run uses, for its copy; none if it uses none, or trains it when it begins.
     pub(super) fn model_bytes(&self) -> Result<Option<Cow<'static, [u8]>>, PriorError> {
-        let PriorSource::ModelFile(file) = self.rollout_source() else { return Ok(None) };
-        let Some(id) = file.id.as_ref().filter(|_| self.is_guided() || self.method.consults_model()) else {
-            return Ok(None);
-        };
-        Ok(Some(dynamics::file_of(file.known_path(id)?, Some(id))?))
+        match self.rollout_source() {
+            _ if !self.uses_model() => Ok(None),
+            PriorSource::ModelFile(file) => {
+                let Some(id) = &file.id else { return Ok(None) };
+                Ok(Some(dynamics::file_of(file.known_path(id)?, Some(id))?))
+            }
+            PriorSource::Trained(own) => {
+                let copied = own.copied(&self.recipe())?;
+                Ok(copied.map(|model| model.to_file().to_bytes().into()))
+            }
+            _ => Ok(None),
+        }
     }
 
     /// The dynamics model that a run with these settings uses, as [`FileId`], if it uses one.
-    pub(super) fn model(&self) -> Option<String> {
-        if !self.is_guided() && !self.method.consults_model() {
-            return None;
-        }
+    pub(super) fn model_id(&self) -> Option<String> {
         match self.rollout_source() {
+            _ if !self.uses_model() => None,
             PriorSource::Learned => Some(dynamics::shipped_for(&self.task.tool_set())?.id().to_string()),
+            PriorSource::Trained(own) => Some(own.copied(&self.recipe()).ok()??.id().to_string()),
             PriorSource::ModelFile(file) => Some(file.into()),
             PriorSource::Rapier | PriorSource::TruePhysics | PriorSource::Uniform => None,
+        }
+    }
+
+    /// Launches from which the model was trained that the run uses; 0 if it uses none, or the model cannot be read.
+    pub(super) fn launches(&self) -> u64 {
+        let of = |model: &Model| (model.tools().len() * model.provenance().training.observations) as u64;
+        match self.rollout_source() {
+            _ if !self.uses_model() => 0,
+            PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => 0,
+            PriorSource::Trained(_) => self.recipe().launches() as u64,
+            PriorSource::Learned => dynamics::shipped_for(&self.task.tool_set()).map_or(0, |model| of(&model)),
+            PriorSource::ModelFile(file) => file.load().map_or(0, |model| of(&model)),
         }
     }
 }

@@ -10,6 +10,7 @@ use mge_task::Task;
 
 use super::config::RunConfig;
 use super::method::{Method, PriorSource};
+use super::watch::Phase;
 
 /// Why there is no action prior.
 #[derive(Debug, thiserror::Error)]
@@ -18,15 +19,13 @@ pub enum PriorError {
     #[error(transparent)]
     Model(#[from] DynamicsError),
     /// No shipped model supports the task's tools.
-    #[error(
-        "no shipped dynamics model knows the tools {tools}: train one with `mge dynamics train --tools {tools} --out FILE` and name its file as the model, or use the model `true`, the true physics"
-    )]
+    #[error("no shipped dynamics model knows the tools {tools}: use the model `trained`, which is trained for them")]
     NoModel { tools: String },
     /// The method needs predictions, but the source of rollouts is `uniform`.
     #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
     NoPrediction { method: &'static str },
     /// A prediction is asked for, but the source of rollouts is `uniform`.
-    #[error("`uniform` predicts nothing: use learned, rapier, true, or a model file")]
+    #[error("`uniform` predicts nothing: use trained, learned, rapier, true, or a model file")]
     PredictsNothing,
     /// The saved prior of a run is invalid or belongs to another task.
     #[error(transparent)]
@@ -43,12 +42,41 @@ impl PriorError {
     }
 }
 
-/// The predictor of a task's rollouts: a dynamics model, rapier or the true physics. `None` for
-/// [`PriorSource::Uniform`].
+/// The predictor of a run's rollouts, from the source that is chosen in its configuration: a dynamics model, rapier or
+/// the true physics. `None` for [`PriorSource::Uniform`]. A model that has to be trained for it calls `on_phase` after
+/// every epoch.
 ///
 /// # Errors
-/// When the model cannot be loaded or does not support the task.
-pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
+/// When the model cannot be loaded or does not support the task; soon after a request of `stop`, one that
+/// [says so](PriorError::is_stopped).
+pub fn rollout_model(
+    config: &RunConfig,
+    on_phase: impl FnMut(Phase),
+    stop: &Stop,
+) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
+    model_of(&config.prior, config, on_phase, stop)
+}
+
+/// As [`rollout_model`], from the source that the run uses, which its method may determine.
+///
+/// # Errors
+/// As [`rollout_model`].
+pub(super) fn source_of_run(
+    config: &RunConfig,
+    on_phase: impl FnMut(Phase),
+    stop: &Stop,
+) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
+    model_of(&config.rollout_source(), config, on_phase, stop)
+}
+
+/// The predictor of a source of rollouts, for the task, seed and model settings of a configuration.
+fn model_of(
+    source: &PriorSource,
+    config: &RunConfig,
+    mut on_phase: impl FnMut(Phase),
+    stop: &Stop,
+) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
+    let task = &*config.task;
     let model = match source {
         PriorSource::Uniform => return Ok(None),
         PriorSource::Rapier => return Ok(Some(Arc::new(RapierPhysics))),
@@ -59,6 +87,11 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<Arc<dyn
             dynamics::shipped_for(&tools).ok_or_else(|| PriorError::NoModel { tools: names() })?
         }
         PriorSource::ModelFile(file) => file.load()?,
+        PriorSource::Trained(own) => {
+            let recipe = config.recipe();
+            recipe.check_task(task)?;
+            own.load(&recipe, stop, |now| on_phase(Phase::of_model(now)))?
+        }
     };
     model.check_task(task)?;
     Ok(Some(model))
@@ -68,32 +101,43 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<Arc<dyn
 ///
 /// # Errors
 /// As [`rollout_model`]; [`PriorError::PredictsNothing`].
-pub fn required_model(source: &PriorSource, task: &Task) -> Result<Arc<dyn RolloutModel>, PriorError> {
-    rollout_model(source, task)?.ok_or(PriorError::PredictsNothing)
+pub fn required_model(
+    config: &RunConfig,
+    on_phase: impl FnMut(Phase),
+    stop: &Stop,
+) -> Result<Arc<dyn RolloutModel>, PriorError> {
+    rollout_model(config, on_phase, stop)?.ok_or(PriorError::PredictsNothing)
 }
 
-/// Builds the prior of a configuration. `progress` is called with each stage's index.
+/// Builds the prior of a configuration. `on_phase` is called before each stage, and while a model is trained.
 ///
 /// # Errors
 /// When the dynamics model cannot be used; soon after a request of `stop`, one that
 /// [says so](PriorError::is_stopped).
-pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize), stop: &Stop) -> Result<ActionPrior, PriorError> {
-    let Some(model) = rollout_model(&config.rollout_source(), &config.task)? else {
+pub fn build_prior(
+    config: &RunConfig,
+    mut on_phase: impl FnMut(Phase),
+    stop: &Stop,
+) -> Result<ActionPrior, PriorError> {
+    let Some(model) = source_of_run(config, &mut on_phase, stop)? else {
         return Ok(ActionPrior::uniform(&config.task, &config.guidance, config.seed));
     };
-    Ok(guidance::build(&config.task, &*model, &config.guidance, config.seed, stop, progress)?)
+    let stages = config.task.stage_count();
+    let on_stage = |stage| on_phase(Phase::BuildingPrior { stage, stages });
+    Ok(guidance::build(&config.task, &*model, &config.guidance, config.seed, stop, on_stage)?)
 }
 
-/// Like [`build_prior`]; none if the run is not guided.
+/// Like [`build_prior`]; none if the run is not guided, or builds its clusters when it practises.
 ///
 /// # Errors
 /// As [`build_prior`].
 pub(super) fn prior_of_run(
     config: &RunConfig,
-    progress: impl FnMut(usize),
+    on_phase: impl FnMut(Phase),
     stop: &Stop,
 ) -> Result<Option<Arc<ActionPrior>>, PriorError> {
-    let prior = config.is_guided().then(|| build_prior(config, progress, stop)).transpose()?;
+    let is_built = config.is_guided() && !config.practises();
+    let prior = is_built.then(|| build_prior(config, on_phase, stop)).transpose()?;
     Ok(prior.map(Arc::new))
 }
 
@@ -107,18 +151,18 @@ pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<Actio
     Ok(text.map(|text| ActionPrior::parse(&text, &origin, task)).transpose()?)
 }
 
-/// Checks that the models that a run needs are available.
+/// Checks that the models that a run needs are available. A model that is trained for the run is not trained yet.
 ///
 /// # Errors
 /// As [`rollout_model`], and when the method needs predictions but the source of rollouts is `uniform`.
 pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
-    if config.method == Method::Planning {
-        planning_model(config)?;
+    let is_planned = config.method == Method::Planning;
+    match config.rollout_source() {
+        _ if !is_planned && !config.is_guided() => Ok(()),
+        PriorSource::Trained(_) => Ok(config.recipe().check_task(&config.task)?),
+        _ if is_planned => planning_model(config).map(drop),
+        _ => source_of_run(config, |_| (), &Stop::default()).map(drop),
     }
-    if config.is_guided() {
-        rollout_model(&config.rollout_source(), &config.task)?;
-    }
-    Ok(())
 }
 
 /// The model through which a run plans.
@@ -126,6 +170,6 @@ pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
 /// # Errors
 /// When the model cannot be loaded or does not support the task, or the source of rollouts is `uniform`.
 pub(super) fn planning_model(config: &RunConfig) -> Result<Arc<dyn RolloutModel>, PriorError> {
-    let model = rollout_model(&config.rollout_source(), &config.task)?;
+    let model = source_of_run(config, |_| (), &Stop::default())?;
     model.ok_or(PriorError::NoPrediction { method: config.method.name() })
 }

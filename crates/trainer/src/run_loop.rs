@@ -213,16 +213,18 @@ struct RunLoop<'a> {
 impl RunLoop<'_> {
     /// Trains from a checkpoint, or from the beginning, with new action priors.
     fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
-        let stages = config.task.stage_count();
-        let on_stage = |stage| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-        let training = match Training::begin(config, checkpoint, on_stage, self.watch.stop()) {
+        let on_phase = |phase| self.watch.set_phase(phase);
+        let made = config.make_model(self.writer.directory(), on_phase, self.watch.stop());
+        let begin = |()| Training::begin(config, checkpoint, on_phase, self.watch.stop());
+        let training = match made.map_err(TrainingError::from).and_then(begin) {
             Err(TrainingError::Stopped) => None,
             training => Some(training?),
         };
         let stop = if checkpoint.is_none() { self.stop_received() } else { None };
         let (Some(training), true) = (training, stop.is_none()) else {
             let reason = stop.unwrap_or_else(|| "interrupted".to_owned());
-            self.writer.record(&Event::Stopped { episode: 0, reason })?;
+            let episode = checkpoint.map_or(0, |checkpoint| checkpoint.episode);
+            self.writer.record(&Event::Stopped { episode, reason })?;
             return Ok(Ending::Stopped);
         };
         self.run(training)
@@ -231,7 +233,7 @@ impl RunLoop<'_> {
     fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
         let config = training.config();
         let (mge_version, processor) = (version().to_owned(), processor());
-        let origin = Origin { mge_version, processor, models: config.model().into_iter().collect() };
+        let origin = Origin { mge_version, processor, models: config.model_id().into_iter().collect() };
         let started = Event::Started {
             changes: self.writer.origin().map_or_else(Vec::new, |before| origin.changes(before)),
             origin,

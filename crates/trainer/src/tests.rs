@@ -13,7 +13,9 @@ use crossbeam_channel::unbounded;
 use super::*;
 use mge_agent::ReplayBuffer;
 use mge_base::stop::Stop;
+use mge_dynamics::{Model, TaskModelConfig};
 use mge_guidance::{ActionPrior, GuidanceConfig};
+use mge_physics::ToolKind;
 use mge_run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunHistory, RunState, read_events};
 use mge_task::{self as task, Task};
 

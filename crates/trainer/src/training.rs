@@ -73,7 +73,19 @@ impl TrainingState {
     /// Counts actions of practice or of an episode.
     fn take_actions(&mut self, actions: u64) {
         self.environment_steps += actions;
+        self.charge(actions);
+    }
+
+    fn charge(&mut self, actions: u64) {
         self.charged_actions = self.charged_actions.map(|charged| charged + actions);
+    }
+
+    /// Replaces the action prior, and charges the actions that it cost.
+    fn use_prior(&mut self, prior: Option<Arc<ActionPrior>>) {
+        if let Some(new) = prior.as_ref().filter(|new| self.prior.as_ref() != Some(*new)) {
+            self.charge(new.environment_actions());
+        }
+        self.prior = prior;
     }
 }
 
@@ -92,7 +104,8 @@ pub struct Training {
 }
 
 impl Training {
-    /// A new run. The prior is needed only if the run is guided.
+    /// A new run. The prior is needed only if the run is guided, and does not build it when it
+    /// [practises](Self::practise).
     ///
     /// # Errors
     /// When a setting is out of range.
@@ -104,20 +117,21 @@ impl Training {
         let learner =
             Learner::new(observation_len, ACTION_LEN, &config.ddpg, &mut weights, streams::learner(config.seed))
                 .map_err(|error| error.within("ddpg"))?;
-        let progress = TrainingState {
+        let mut progress = TrainingState {
             seed: Some(config.seed),
             episode: 0,
             environment_steps: 0,
-            charged_actions: None,
+            charged_actions: Some(config.task.search_actions + config.launches()),
             recent: RollingRate::default(),
             streams: Streams::new(config.seed),
             epsilon: config.epsilon.clone(),
-            prior,
+            prior: None,
             rewarding: Vec::new(),
             attempts: Attempts::default(),
             hold: Hold::default(),
             first_success: None,
         };
+        progress.use_prior(prior);
         Self::assembled(config, learner, progress)
     }
 
@@ -198,7 +212,7 @@ impl Training {
 
     /// Sets the action prior from the next episode on.
     pub fn set_prior(&mut self, prior: Arc<ActionPrior>) {
-        self.progress.prior = Some(prior);
+        self.progress.use_prior(Some(prior));
     }
 
     /// Runs one episode of acting and learning (paper, section 4.3): with probability epsilon,

@@ -8,14 +8,17 @@ use super::trace::Trace;
 use mge_agent::Ddpg;
 use mge_base::stop::Stop;
 use mge_base::sync::lock;
+use mge_dynamics::Progress;
 use mge_guidance::ActionPrior;
 
 /// What the trainer is doing.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Phase {
     /// Not started yet.
     #[default]
     Waiting,
+    /// Training the dynamics model: epochs done, and number of epochs.
+    TrainingModel { epoch: u32, epochs: u32 },
     /// Building the action prior: current stage, from 0, and number of stages.
     BuildingPrior { stage: usize, stages: usize },
     /// Practising before the first episode: current stage, from 0, number of stages, rollouts towards the stage so far,
@@ -30,9 +33,23 @@ pub enum Phase {
 }
 
 impl Phase {
+    pub(super) fn of_model(now: &Progress) -> Self {
+        Self::TrainingModel { epoch: now.epoch, epochs: now.epochs }
+    }
+
+    /// Parts done, their number and their name, while a model is trained or clusters are built.
+    pub fn progress(&self) -> Option<(usize, usize, &'static str)> {
+        match *self {
+            Self::TrainingModel { epoch, epochs } => Some((epoch as usize, epochs as usize, "epochs of the model")),
+            Self::BuildingPrior { stage, stages } => Some((stage, stages, "stages of the clusters")),
+            _ => None,
+        }
+    }
+
     /// A description of the phase if it precedes the first episode.
     pub fn preparation(&self) -> Option<String> {
         match self {
+            Self::TrainingModel { epoch, epochs } => Some(format!("dynamics model, epoch {epoch} of {epochs}")),
             Self::BuildingPrior { stage, stages } => Some(format!("clusters, stage {} of {stages}", stage + 1)),
             Self::Practising { stage, stages, rollouts, reached } => {
                 let stage = stage + 1;
@@ -98,7 +115,7 @@ impl Watch {
 
     /// What the trainer is doing.
     pub fn phase(&self) -> Phase {
-        lock(&self.phase.0).clone()
+        *lock(&self.phase.0)
     }
 
     /// The phase, for a training to set.

@@ -1,22 +1,24 @@
 //! The session's action clusters.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use super::command::{Clusters, Command};
 use super::job::Reporter;
 use super::{Session, SessionError, write_file};
 use mge_base::atomic::Target;
+use mge_base::sync::lock;
+use mge_dynamics::TaskModelConfig;
 use mge_guidance::{ActionPrior, GuidanceConfig};
 use mge_task::Task;
-use mge_trainer::{PriorSource, RunConfig, build_prior};
+use mge_trainer::{Phase, PriorSource, RunConfig, build_prior};
 
 /// Whether the clusters match the current task and settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PriorState {
     /// There are none.
     Absent,
-    /// They are being computed: the current stage, counted from 0, and the number of stages.
-    Building { stage: usize, stages: usize },
+    /// They are being computed: what is done now.
+    Building(Phase),
     /// They match the current task and settings.
     Fresh,
     /// The task or the settings have changed since they were computed.
@@ -28,8 +30,8 @@ pub enum PriorState {
 pub(super) struct ClusterStore {
     /// The latest clusters and their inputs.
     latest: Option<(RolloutInputs, Arc<ActionPrior>)>,
-    /// The inputs of the clusters being computed to replace them.
-    building: Option<RolloutInputs>,
+    /// The inputs of the clusters being computed to replace them, and what is done now.
+    building: Option<(RolloutInputs, Arc<Mutex<Phase>>)>,
     /// The inputs of the last failed computation, which would fail again.
     failed: Option<RolloutInputs>,
 }
@@ -39,6 +41,7 @@ pub(super) struct ClusterStore {
 pub(super) struct RolloutInputs {
     pub task: Arc<Task>,
     pub source: PriorSource,
+    pub model: TaskModelConfig,
     pub guidance: GuidanceConfig,
     pub seed: u64,
 }
@@ -48,14 +51,11 @@ impl RolloutInputs {
         Self {
             task: config.task.clone(),
             source: config.rollout_source(),
+            model: config.model,
             guidance: config.guidance.clone(),
             seed: config.seed,
         }
     }
-}
-
-fn is_clusters(command: &Command) -> bool {
-    matches!(command, Command::Clusters(_))
 }
 
 fn is_for_the_session(command: &Command) -> bool {
@@ -70,14 +70,21 @@ impl Session {
         self.cancel_jobs(is_for_the_session);
         let (config, to) = (self.setup.config.clone(), command.0.clone());
         let key = RolloutInputs::of(&config);
-        self.clusters.building = Some(key.clone());
+        let phase = Arc::default();
+        self.clusters.building = Some((key.clone(), Arc::clone(&phase)));
         let work = move |reporter: &Reporter| {
-            let prior = build(&config, reporter)?;
+            let on_phase = |now: Phase| {
+                *lock(&phase) = now;
+                if let Some((done, total, _)) = now.progress() {
+                    reporter.progress(done, total);
+                }
+            };
+            let prior = build_prior(&config, on_phase, reporter.stop()).map_err(|error| error.to_string())?;
             let saved = to.map(|to| save(&prior, &to)).transpose();
             Ok((prior, saved))
         };
         self.start_job(command.clone(), work, move |session, result| {
-            let wanted = session.clusters.building.take_if(|building| *building == key).is_some();
+            let wanted = session.clusters.building.take_if(|(building, _)| *building == key).is_some();
             if wanted && result.is_err() {
                 session.clusters.failed = Some(key.clone());
             }
@@ -105,10 +112,7 @@ impl Session {
     pub fn prior_state(&self) -> PriorState {
         let ClusterStore { latest, building, .. } = &self.clusters;
         match (building, latest) {
-            (Some(key), _) => {
-                let done = self.job(is_clusters).map_or(0, |pending| pending.job.progress().done);
-                PriorState::Building { stage: done, stages: key.task.stage_count() }
-            }
+            (Some((_, phase)), _) => PriorState::Building(*lock(phase)),
             (None, None) => PriorState::Absent,
             (None, Some((key, _))) if *key == RolloutInputs::of(&self.setup.config) => PriorState::Fresh,
             (None, Some(_)) => PriorState::Stale,
@@ -120,15 +124,10 @@ impl Session {
     pub fn clusters_are_outdated(&self) -> bool {
         let key = RolloutInputs::of(&self.setup.config);
         let ClusterStore { latest, building, failed } = &self.clusters;
-        let newest = building.as_ref().or(latest.as_ref().map(|(key, _)| key));
+        let building = building.as_ref().map(|(key, _)| key);
+        let newest = building.or(latest.as_ref().map(|(key, _)| key));
         newest.is_some_and(|newest| *newest != key) && failed.as_ref() != Some(&key)
     }
-}
-
-fn build(config: &RunConfig, reporter: &Reporter) -> Result<ActionPrior, String> {
-    let stages = config.task.stage_count();
-    let on_stage = |stage| _ = reporter.progress(stage, stages);
-    build_prior(config, on_stage, reporter.stop()).map_err(|error| error.to_string())
 }
 
 fn save(prior: &ActionPrior, to: &Target) -> Result<String, String> {

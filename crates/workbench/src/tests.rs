@@ -43,7 +43,7 @@ fn clusters_are_absent_built_fresh_and_stale() {
     assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Absent, false));
     let held = gate.lock().unwrap();
     apply(&mut session, "clusters").unwrap();
-    assert_eq!(session.prior_state(), PriorState::Building { stage: 0, stages: 2 });
+    assert_eq!(session.prior_state(), PriorState::Building(Phase::Waiting));
     assert!(!session.clusters_are_outdated());
     apply(&mut session, "clusters").unwrap();
     assert_eq!(

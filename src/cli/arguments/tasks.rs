@@ -34,8 +34,8 @@ pub enum TasksCommand {
         /// Maximum number of subgoals to propose
         #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
         subgoals: usize,
-        /// Model that predicts the rollouts: learned, rapier, true, or a model file
-        #[arg(long, default_value = "learned")]
+        /// Model that predicts the rollouts: trained, learned, rapier, true, or a model file
+        #[arg(long, default_value = "trained")]
         model: PriorSource,
         /// Seed of the rollouts
         #[arg(long, default_value_t = 0)]
@@ -90,8 +90,8 @@ pub struct PuzzlesGenerate {
 pub struct SubgoalOptions {
     /// Folder of generated puzzles
     pub puzzles: PathBuf,
-    /// Model that predicts the rollouts for subgoals and clusters: learned, rapier, true, uniform, or a model file
-    #[arg(long, default_value = "learned")]
+    /// Model that predicts the rollouts for subgoals and clusters: trained, learned, rapier, true, uniform, or a model file
+    #[arg(long, default_value = "trained")]
     pub model: String,
     /// Maximum number of subgoals to propose for a puzzle
     #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]

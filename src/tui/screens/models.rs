@@ -166,6 +166,7 @@ pub fn evaluate(lists: &Lists, ui: &Ui) -> Vec<Effect> {
     let evaluate = |model: &ModelSummary| match model.name.as_str() {
         "rapier" => Effect::info("its errors are listed beside those of every evaluated model"),
         "true" | "uniform" => Effect::info("there is nothing to evaluate: it is not a model"),
+        "trained" => Effect::info("it is trained when it is needed: `mge dynamics train` trains one to evaluate"),
         "learned" => Effect::info("select the shipped model itself: `learned` stands for that of the task's tool set"),
         name => Effect::apply(command::ModelEvaluate(name.to_owned())),
     };

@@ -15,6 +15,7 @@ use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::counted;
 use mge_run::{Metric, RunState};
+use mge_trainer::Phase;
 use mge_workbench::PriorState;
 
 /// Draws the pane.
@@ -56,8 +57,12 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&view.prior_failure, &view.prior_state) {
         return (format!("failed: {reason}"), Some(theme.bad));
     }
-    if let PriorState::Building { stage, stages } = view.prior_state {
-        return (format!("computing stage {} of {stages}", (stage + 1).min(stages)), Some(theme.warn));
+    if let PriorState::Building(phase) = view.prior_state {
+        let what = match phase {
+            Phase::BuildingPrior { stage, stages } => format!("computing stage {} of {stages}", stage + 1),
+            phase => phase.preparation().unwrap_or_else(|| "computing".to_owned()),
+        };
+        return (what, Some(theme.warn));
     }
     match ui.subject.clusters() {
         Some(clusters) if clusters.of_run => (format!("{} (of the run)", count(&clusters.prior)), None),

@@ -6,7 +6,7 @@ use mge_base::stop::Stop;
 use mge_env::{Action, Snapshot};
 use mge_guidance::RolloutModel;
 use mge_task::Task;
-use mge_trainer::{PriorSource, required_model};
+use mge_trainer::{RunConfig, required_model};
 
 /// A model together with the one task it was checked against.
 #[derive(Debug, Clone)]
@@ -16,13 +16,13 @@ pub struct TaskModel {
 }
 
 impl TaskModel {
-    /// Loads the model of a source for a task.
+    /// Loads the model of a configuration, or trains it, for its task.
     ///
     /// # Errors
     /// When the source has no model, or the model cannot be loaded or does not fit the task.
-    pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
-        let model = required_model(source, task).map_err(|error| error.to_string())?;
-        Ok(Self { task: task.clone(), model })
+    pub fn new(config: &RunConfig) -> Result<Self, String> {
+        let model = required_model(config, |_| (), &Stop::default()).map_err(|error| error.to_string())?;
+        Ok(Self { task: config.task.clone(), model })
     }
 
     /// Predicted normalised positions of the ball when `actions` are taken from a state.

@@ -2,6 +2,7 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::index::{Index, Puzzle};
 use crate::error::{ExperimentError, all_finished};
@@ -11,7 +12,7 @@ use mge_guidance::{GuidanceConfig, choose_subgoals};
 use mge_run::RunError;
 use mge_task as task;
 use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
-use mge_trainer::{PriorSource, rollout_model};
+use mge_trainer::{PriorSource, RunConfig, rollout_model};
 
 /// How subgoals are searched for.
 #[derive(Debug, Clone)]
@@ -115,8 +116,9 @@ impl<'a> Proposal<'a> {
         handle.report(format!("subgoals of {}", self.name));
         let mut puzzle = task::load(&self.from.display().to_string())?;
         // The uniform source has no model to propose subgoals with.
-        if let Some(model) = rollout_model(&self.search.model, &puzzle)? {
-            let (config, most, stop) = (GuidanceConfig::default(), self.search.subgoals, handle.stop());
+        let (config, most, stop) = (GuidanceConfig::default(), self.search.subgoals, handle.stop());
+        let run = RunConfig { prior: self.search.model.clone(), ..RunConfig::new(Arc::new(puzzle.clone())) };
+        if let Some(model) = rollout_model(&run, |_| (), stop)? {
             let chosen = choose_subgoals(&puzzle, &*model, most, &config, 0, stop, |_| ())?;
             (puzzle.subgoals, puzzle.search_actions) = (chosen.subgoals, chosen.actions as u64);
         }

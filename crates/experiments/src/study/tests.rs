@@ -22,7 +22,7 @@ fn study() -> Study {
         "evaluation.launches": 5, "evaluation.episodes": 1, "evaluation.horizon": 2, "evaluation.hit_rollouts": 5"#;
     let models = models.replace("\"epochs\": 3000", "\"epochs\": 3");
     let agent = r#""ddpg.hidden": 8, "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10,
-        "practice.rollouts": 2, "checkpoints.last_every": 2"#;
+        "model.launches": 5, "model.epochs": 3, "practice.rollouts": 2, "checkpoints.last_every": 2"#;
     let trainings = trainings.replace("\"episodes\": 1000,", "\"episodes\": 6,");
     let trainings = trainings.replace("\"episodes\": 100,", "\"episodes\": 2,");
     Study {
@@ -89,7 +89,7 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let (noisy, fixed): (Vec<FoundRun>, Vec<FoundRun>) =
         runs.into_iter().partition(|run| run.config.start_noise == Some(0.01));
     assert_eq!((fixed.len(), noisy.len()), (report.learning.len(), report.noisy_starts.len()));
-    assert!(noisy.iter().all(|run| run.config.prior == PriorSource::Learned));
+    assert!(noisy.iter().all(|run| run.config.prior == PriorSource::default()));
     let guided = fixed.iter().filter(|run| run.config.is_guided());
     assert!(guided.clone().count() == 4 && guided.clone().all(|run| run.config.prior.name() == "square-floor-seed7"));
     let parts = ["part 1 of 3, models", "part 2 of 3, hits", "part 3 of 3, trainings"];

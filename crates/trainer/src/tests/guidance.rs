@@ -115,10 +115,30 @@ fn a_method_that_predicts_needs_a_model() {
 
 #[test]
 fn a_shipped_model_is_chosen_by_its_name() {
-    let task = mge_task::load("task1").unwrap();
-    let named = rollout_model(&PriorSource::from("bucket-box".to_owned()), &task).unwrap().unwrap();
-    let usual = rollout_model(&PriorSource::Learned, &task).unwrap().unwrap();
-    assert_eq!(named.name(), usual.name());
+    let of = |name: &str| {
+        let config = RunConfig { prior: PriorSource::from(name.to_owned()), ..config(Method::DdpgMge, 4) };
+        rollout_model(&config, |_| (), &Stop::default()).unwrap().unwrap()
+    };
+    assert_eq!(of("bucket-box").sha256(), of("learned").sha256());
+}
+
+#[test]
+fn a_model_is_trained_for_any_tools_with_the_seed_of_the_run() {
+    let of = |seed: u64, kind: ToolKind| {
+        let mut config = RunConfig { prior: PriorSource::default(), seed, ..config(Method::DdpgMge, 4) };
+        config.model = TaskModelConfig { launches: 3, epochs: 2 };
+        Arc::make_mut(&mut config.task).placeable.kind = kind;
+        check_model(&config).unwrap();
+        let mut epochs = 0;
+        let count = |phase: Phase| epochs = if let Phase::TrainingModel { epochs, .. } = phase { epochs } else { 9 };
+        let model = rollout_model(&config, count, &Stop::default()).unwrap().unwrap();
+        // None if it came from the cache.
+        assert!(epochs == 0 || epochs == 2, "{epochs}");
+        model.sha256()
+    };
+    assert_eq!(of(1, ToolKind::Wall), of(1, ToolKind::Wall));
+    assert_ne!(of(1, ToolKind::Wall), of(2, ToolKind::Wall));
+    assert_ne!(of(1, ToolKind::Wall), of(1, ToolKind::Square));
 }
 
 #[test]

@@ -60,6 +60,41 @@ fn a_run_that_ends_at_its_success_is_the_beginning_of_a_longer_one() {
 }
 
 #[test]
+fn a_run_that_trains_its_model_is_the_same_after_a_stop_in_each_phase() {
+    let mut config = config(Method::DdpgMgeAdaptive, 6);
+    config.prior = PriorSource::default();
+    config.model = TaskModelConfig { launches: 4, epochs: 150 };
+    config.practice = Practice { rollouts: 50, enough: 50 };
+    // No run finds the model in the cache.
+    config.seed = std::time::UNIX_EPOCH.elapsed().unwrap().as_nanos() as u64;
+    let folder = tempfile::tempdir().unwrap();
+    let broken = new_run(folder.path(), "broken", &config);
+    let phases: [fn(&Phase) -> bool; 2] =
+        [|phase| matches!(phase, Phase::TrainingModel { .. }), |phase| matches!(phase, Phase::Practising { .. })];
+    for wanted in phases {
+        let trainer = Trainer::spawn(broken.clone(), []).unwrap();
+        while !wanted(&trainer.watch().phase()) {
+            assert!(trainer.is_active(), "it ended before the phase: {:?}", broken.status());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        trainer.send(Control::Stop { reason: "a test".to_owned() });
+        assert_eq!(trainer.join(), Ok(Ending::Stopped));
+        assert_eq!(broken.status().unwrap().last_episode, None);
+    }
+    stop_at(&broken, 3);
+    finish(&broken);
+    let whole = new_run(folder.path(), "whole", &config);
+    finish(&whole);
+    assert_eq!(lasting(&whole), lasting(&broken));
+    // The run is continued with its own copy, whatever is in the cache.
+    let copy = std::fs::read(whole.model_path()).unwrap();
+    assert_eq!(Model::from_bytes(&copy, "").unwrap().provenance().training.observations, 4);
+    let read = RunConfig::of(&whole).unwrap();
+    assert_eq!(read, config);
+    assert!(read.trains_as(&config));
+}
+
+#[test]
 fn a_resumed_run_does_not_replace_a_better_best() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 12));

@@ -5,6 +5,7 @@ use crate::removed::RemovedSetting;
 use mge_agent as agent;
 use mge_base::stop::Stopped;
 use mge_base::validation::ValidationError;
+use mge_dynamics::DynamicsError;
 use mge_env::EpisodeOver;
 use mge_run::RunError;
 
@@ -52,6 +53,12 @@ pub enum TrainingError {
 impl From<Stopped> for TrainingError {
     fn from(_: Stopped) -> Self {
         Self::Stopped
+    }
+}
+
+impl From<DynamicsError> for TrainingError {
+    fn from(error: DynamicsError) -> Self {
+        PriorError::from(error).into()
     }
 }
 

@@ -1,49 +1,75 @@
 //! Practice: rollouts from stage to stage in the real environment, before the first episode.
 
+use std::sync::Arc;
+
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Training, TrainingError};
 use crate::parts::Practice;
+use crate::prior::source_of_run;
 use crate::watch::Phase;
 use mge_base::streams::Stream;
 use mge_env::Snapshot;
-use mge_guidance::Played;
+use mge_guidance::{self as guidance, ActionPrior, EndStates, Played};
 use mge_run::Practised;
 
 /// Number of rollouts towards a stage after which its clusters are refined.
 const ROUND: u32 = 25;
 
 impl Training {
-    /// Practises, if configured and not yet done. As when the prior is [built](mge_guidance::build), actions from
-    /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
-    /// from episodes. After every round, the clusters are [refined](crate::Refinement) from the rewarding
-    /// actions, if refinement is on. Practice ends at a stage that is not reached.
+    /// Practises, if configured and not yet done. The clusters are [built](guidance::build_with) stage by stage, where
+    /// practice makes the real rollouts: actions from the clusters are rolled out from stage to stage, and the agent
+    /// learns from them as from episodes. After every round, the clusters are [refined](crate::Refinement) from the
+    /// rewarding actions, if refinement is on. After a stage that is not reached, no further one is practised. Clusters
+    /// that the training was given are not built again.
     ///
     /// # Errors
-    /// When the learner diverges, or a stop is requested.
+    /// When the model cannot be used, the learner diverges, or a stop is requested.
     pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
         // Practice precedes all other steps of a run.
-        let is_due = self.progress.environment_steps == 0 && self.progress.prior.is_some();
+        let is_due = self.progress.environment_steps == 0;
         let Some(practice) = self.parts.practice.filter(|_| is_due) else { return Ok(None) };
+        let (task, stages) = (self.config.task.clone(), self.config.task.stage_count());
+        let (stop, phase) = (self.stop.clone(), self.phase.clone());
+        let (prior, model) = match self.progress.prior.as_deref() {
+            Some(given) => (given.clone(), None),
+            None => {
+                let model = source_of_run(&self.config, |now| phase.set(now), &stop)?;
+                (ActionPrior::uniform(&task, &self.config.guidance, self.config.seed), model)
+            }
+        };
         let mut rng = Stream::Practice.of(self.config.seed);
         let mut practised = Practised::default();
-        let mut starts = Vec::new();
-        for stage in 0..self.env.task().stage_count() {
-            starts = self.practise_stage(practice, stage, &starts, &mut practised, &mut rng)?;
-            // Some may have reached the following stage at the same time.
-            starts.retain(|state| state.stage() == stage + 1);
-            if starts.is_empty() {
-                break;
+        let mut is_reached = true;
+        let on_stage = |stage| phase.set(Phase::BuildingPrior { stage, stages });
+        let play = |prior: &mut ActionPrior, stage: usize, starts: &[Snapshot], _: &mut ChaCha8Rng| {
+            if !is_reached {
+                return Ok(EndStates::default());
             }
+            self.progress.prior = Some(Arc::new(prior.clone()));
+            let ends = self.practise_stage(practice, stage, starts, &mut practised, &mut rng)?;
+            // Refined by what practice found.
+            if let Some(refined) = self.progress.prior.as_deref() {
+                prior.clone_from(refined);
+            }
+            let [rollouts, reached] =
+                [&practised.rollouts, &practised.reached].map(|counts| counts.last().map_or(0, |&last| last as usize));
+            (prior.stages[stage].environment_rollouts, prior.stages[stage].environment_hits) = (rollouts, reached);
+            is_reached = !ends.reached.is_empty();
+            Ok::<_, TrainingError>(ends)
+        };
+        let (prior, _) = guidance::build_with(prior, &task, model.as_deref(), &stop, on_stage, play)?;
+        if model.is_some() {
+            self.progress.charge(prior.environment_actions());
         }
+        self.progress.prior = Some(Arc::new(prior));
         self.progress.take_actions(practised.actions);
         self.phase.set(Phase::Training);
         Ok(Some(practised))
     }
 
-    /// Practises the next stage from the states `starts`, or from the start of the task if there are none. Returns the
-    /// states in which it was reached, without those of ended episodes.
+    /// Practises a stage from the states `starts`; the first one from the start of the task, with its noise.
     fn practise_stage(
         &mut self,
         practice: Practice,
@@ -51,24 +77,29 @@ impl Training {
         starts: &[Snapshot],
         practised: &mut Practised,
         rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Snapshot>, TrainingError> {
-        let mut states = Vec::new();
+    ) -> Result<EndStates, TrainingError> {
+        let mut ends = EndStates::default();
+        let starts: Vec<&Snapshot> = starts.iter().filter(|start| start.stage() == stage).collect();
         let (mut rollouts, mut reached) = (0, 0);
         let stages = self.env.task().stage_count();
         while rollouts < practice.rollouts && reached < practice.enough {
             for _ in 0..ROUND.min(practice.rollouts - rollouts) {
                 // Others may already have noted that the training has ended.
                 self.stop.check()?;
-                match starts.len() {
+                match stage {
                     0 => drop(self.env.reset(rng)),
-                    count => self.env.restore(&starts[rng.gen_range(0..count)]),
+                    _ => self.env.restore(starts[rng.gen_range(0..starts.len())]),
                 }
                 self.phase.set(Phase::Practising { stage, stages, rollouts, reached });
                 rollouts += 1;
-                if self.practise_rollout(&mut practised.actions, rng)? {
-                    reached += 1;
-                    if self.env.snapshot().end().is_none() {
-                        states.push(self.env.snapshot().clone());
+                let is_reached = self.practise_rollout(&mut practised.actions, rng)?;
+                reached += u32::from(is_reached);
+                let end = self.env.snapshot();
+                if end.end().is_none() {
+                    ends.last.push(end.clone());
+                    // It may have reached the following stage at the same time.
+                    if is_reached && end.stage() == stage + 1 {
+                        ends.reached.push(end.clone());
                     }
                 }
             }
@@ -76,7 +107,7 @@ impl Training {
         }
         practised.rollouts.push(rollouts);
         practised.reached.push(reached);
-        Ok(states)
+        Ok(ends)
     }
 
     /// Makes a rollout from the environment's current state. Returns whether it reached the stage.
@@ -104,13 +135,11 @@ impl Training {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::{Method, PriorSource, Refinement, RunConfig, Watch, build_prior};
     use mge_agent::ImitationConfig;
     use mge_base::stop::Stop;
-    use mge_guidance::EpsilonSchedule;
+    use mge_guidance::{EpsilonSchedule, StagePrior};
     use mge_task::load;
 
     fn config() -> RunConfig {
@@ -126,14 +155,13 @@ mod tests {
     }
 
     fn training(config: &RunConfig) -> Training {
-        let prior = Some(Arc::new(build_prior(config, |_| (), &Stop::default()).unwrap()));
-        Training::new(config.clone(), prior).unwrap()
+        Training::new(config.clone(), None).unwrap()
     }
 
     #[test]
     fn every_stage_is_practised_until_it_is_reached_often_enough() {
         let mut training = training(&config());
-        let built = training.prior().cloned().unwrap();
+        let built = build_prior(&config(), |_| (), &Stop::default()).unwrap();
         let practised = training.practise().unwrap().unwrap();
         assert_eq!(practised.rollouts.len(), 3, "two subgoals and the goal: {practised:?}");
         for (rollouts, reached) in practised.rollouts.iter().zip(&practised.reached) {
@@ -145,7 +173,15 @@ mod tests {
         // Practice is learned from, counted, and refines the clusters.
         assert_eq!(training.transitions(), practised.actions);
         let refined = training.prior().unwrap();
+        assert_eq!(refined.stages[0].model_rollouts, built.stages[0].model_rollouts);
         assert_ne!(refined.stages[0].clusters, built.stages[0].clusters);
+        // Its states are the start states of the rollouts towards the next stage.
+        let counts =
+            |stage: &StagePrior| [stage.environment_rollouts, stage.environment_hits].map(|count| count as u32);
+        for (stage, counted) in refined.stages.iter().zip(practised.rollouts.iter().zip(&practised.reached)) {
+            assert_eq!(counts(stage), [*counted.0, *counted.1]);
+            assert!(stage.model_hits > 0);
+        }
         assert!(training.practise().unwrap().is_none(), "practice happens only once");
         let (record, _) = training.run_episode().unwrap();
         assert_eq!(record.environment_steps, practised.actions + record.steps);
@@ -189,15 +225,31 @@ mod tests {
         task.subgoals[1].position = [0.99, 0.99];
         task.subgoals[1].radius = 0.1;
         config.task = Arc::new(task);
-        let practised = training(&config).practise().unwrap().unwrap();
+        let mut training = training(&config);
+        let practised = training.practise().unwrap().unwrap();
         assert_eq!((practised.rollouts.len(), practised.rollouts[1], practised.reached[1]), (2, 60, 0));
+        let [_, missed, goal] = &training.prior().unwrap().stages[..] else { panic!("three stages") };
+        assert!(missed.model_rollouts > 0 && goal.model_rollouts > 0 && goal.environment_rollouts == 0);
+    }
+
+    #[test]
+    fn clusters_that_were_given_are_practised_and_not_built_again() {
+        let mut training = training(&config());
+        let mut given = ActionPrior::uniform(&config().task, &config().guidance, 7);
+        given.stages[0] = build_prior(&config(), |_| (), &Stop::default()).unwrap().stages.remove(0);
+        training.set_prior(Arc::new(given));
+        training.practise().unwrap().unwrap();
+        let prior = training.prior().unwrap();
+        assert_eq!((prior.seed, prior.stages[1].model_rollouts), (7, 0));
+        assert!(prior.stages[0].environment_rollouts > 0);
     }
 
     #[test]
     fn nothing_is_practised_without_clusters_or_without_rollouts() {
-        let mut without = Training::new(config(), None).unwrap();
-        assert!(without.practise().unwrap().is_none());
         let mut config = config();
+        config.epsilon = EpsilonSchedule::Constant(0.0);
+        assert!(training(&config).practise().unwrap().is_none());
+        config = self::config();
         config.practice.rollouts = 0;
         assert!(training(&config).practise().unwrap().is_none());
     }

@@ -9,6 +9,7 @@ use crate::config::RunConfig;
 use crate::exploration::Attempts;
 use crate::hold::Hold;
 use crate::prior::prior_of_run;
+use crate::watch::Phase;
 use mge_agent::{self as agent, Ddpg, Learner};
 use mge_base::json;
 use mge_base::stop::Stop;
@@ -79,21 +80,20 @@ fn fits(agent: &Ddpg, config: &RunConfig) -> bool {
 }
 
 impl Training {
-    /// The training from a checkpoint, or from its beginning with new clusters; `progress` is called with the index of
-    /// each stage of these.
+    /// The training from a checkpoint, or from its beginning with new clusters, for which `on_phase` is called.
     ///
     /// # Errors
     /// As [`resume`](Self::resume) and [`new`](Self::new), and when the model cannot be used.
     pub(crate) fn begin(
         config: RunConfig,
         checkpoint: Option<&Checkpoint>,
-        progress: impl FnMut(usize),
+        on_phase: impl FnMut(Phase),
         stop: &Stop,
     ) -> Result<Self, TrainingError> {
         if let Some(checkpoint) = checkpoint {
             return Self::resume(config, checkpoint);
         }
-        let prior = prior_of_run(&config, progress, stop)?;
+        let prior = prior_of_run(&config, on_phase, stop)?;
         Self::new(config, prior)
     }
 
@@ -147,8 +147,11 @@ impl Training {
             (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
             learner.ddpg_mut().release_policy();
         }
+        if !old.has_model_of(&config) {
+            progress.charge(config.launches());
+        }
         progress.seed = Some(config.seed);
-        progress.prior = prior;
+        progress.use_prior(prior);
         Self::assembled(config, learner, progress)
     }
 

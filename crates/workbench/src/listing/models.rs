@@ -23,6 +23,7 @@ impl ModelSummary {
     /// All models, described in relation to a task. Reads those in the folder of models.
     pub fn all(task: &Task) -> Vec<Self> {
         let mut models = vec![
+            Self::new("trained", "trained for the task's tools with the seed of the run"),
             Self::new("learned", "the shipped dynamics model of the task's tool set"),
             Self::new("rapier", "rapier's own solver: an approximation that learns nothing"),
             Self::new("true", "the environment's own physics: the upper bound of guidance"),

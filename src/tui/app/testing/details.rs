@@ -268,7 +268,7 @@ fn selection_lists_start_at_the_current_value() {
     };
     assert_eq!(chosen(|settings| settings.method = mge_trainer::Method::Planning, "m enter"), ["method planning"]);
     assert_eq!(chosen(|settings| settings.prior = mge_trainer::PriorSource::TruePhysics, "d enter"), ["model true"]);
-    assert_eq!(chosen(|_| {}, "d enter"), ["model learned"]);
+    assert_eq!(chosen(|_| {}, "d enter"), ["model trained"]);
 }
 
 #[test]

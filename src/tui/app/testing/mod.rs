@@ -114,7 +114,7 @@ impl Workspace for RecordingWorkspace {
     }
 
     fn model_for(&mut self, task: &Arc<Task>) -> Option<Result<TaskModel, String>> {
-        Some(TaskModel::new(&PriorSource::TruePhysics, task))
+        Some(TaskModel::new(&RunConfig { prior: PriorSource::TruePhysics, ..RunConfig::new(task.clone()) }))
     }
 
     fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>> {
@@ -173,7 +173,7 @@ pub fn empty() -> ViewModel {
         prior: None,
         prior_state: PriorState::Absent,
         prior_failure: None,
-        models: vec![model("learned", "the shipped model"), model("true", "the environment's own physics")],
+        models: vec![model("trained", "model of the task"), model("true", "the environment's own physics")],
         runs: Vec::new(),
         groups: Arc::default(),
         runs_unread: 0,

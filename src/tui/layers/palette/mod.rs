@@ -421,7 +421,7 @@ mod tests {
         assert_eq!(completed("epsilon ", 1), "epsilon linear:0.8:0.05:2000 ");
         assert_eq!(completed("tool set 1 max", 0), "tool set 1 max_angle=");
         assert_eq!(completed("open my", 0), "open 'runs/my run' ");
-        assert_eq!(completed("model evaluate ", 0), "model evaluate learned ", "it is the longer verb");
+        assert_eq!(completed("model evaluate ", 0), "model evaluate trained ", "it is the longer verb");
         let mut begun = palette(&[Context::Everywhere], &["seed 1"]);
         begun.paste("ep");
         begun.key(KeyCode::Up.into());

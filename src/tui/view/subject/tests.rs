@@ -9,7 +9,7 @@ use crate::tui::testing::{empty, run_summary, typical};
 use crate::tui::view::Live;
 use mge_agent::DdpgConfig;
 use mge_env::Environment;
-use mge_trainer::{PriorSource, Trace};
+use mge_trainer::{PriorSource, RunConfig, Trace};
 
 fn task(name: &str) -> Arc<Task> {
     Arc::new(mge_task::load(name).unwrap())
@@ -33,7 +33,7 @@ fn watched(run: &str, task: &Arc<Task>, live: bool) -> Watched {
 }
 
 fn model(task: &Arc<Task>) -> TaskModel {
-    TaskModel::new(&PriorSource::TruePhysics, task).unwrap()
+    TaskModel::new(&RunConfig { prior: PriorSource::TruePhysics, ..RunConfig::new(task.clone()) }).unwrap()
 }
 
 fn choose(view: &ViewModel, choice: Choice, before: Option<&Subject>) -> Subject {

@@ -11,10 +11,11 @@ use std::time::{Duration, Instant};
 use super::playback::{Episode, Origin};
 use super::{Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel};
 use crate::tui::widgets::preview::PreviewJob;
+use mge_dynamics::TaskModelConfig;
 use mge_results::Composition;
 use mge_run::{Event, RunState};
 use mge_task::Task;
-use mge_trainer::{PriorSource, Trace};
+use mge_trainer::{PriorSource, RunConfig, Trace};
 use mge_workbench::listing::Listing;
 use mge_workbench::{Command, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
 use refresh::hand_episode;
@@ -78,8 +79,8 @@ pub struct SessionWorkspace {
     models: Loader<(Arc<Task>, usize), Vec<ModelSummary>>,
     /// How often a command has changed the files of models.
     model_changes: usize,
-    /// Models by the source and task they depend on.
-    model: Loader<(PriorSource, Arc<Task>), TaskModel>,
+    /// Models by the source, the settings of a trained one, the seed and the task they depend on.
+    model: Loader<(PriorSource, TaskModelConfig, u64, Arc<Task>), TaskModel>,
     /// Past episodes, by the folder of their run and their number.
     episodes: Loader<(PathBuf, u64), Arc<Episode>>,
     agents: Loader<AgentKey, Arc<SavedAgent>>,
@@ -302,13 +303,14 @@ impl Workspace for SessionWorkspace {
     }
 
     fn model_for(&mut self, task: &Arc<Task>) -> Option<Result<TaskModel, String>> {
-        let (source, of) = (self.session.config().prior.clone(), task.clone());
-        let key = (source.clone(), task.clone());
+        let RunConfig { prior, model, seed, .. } = self.session.config();
+        let key = (prior.clone(), *model, *seed, task.clone());
         // An equal task is another value; a model belongs to one of them.
-        let known = self.model.latest(|(known, of)| *known == source && Arc::ptr_eq(of, task));
+        let known = self.model.latest(|known| *known == key && Arc::ptr_eq(&known.3, task));
         let known = known.map(|(_, model)| model.clone());
         if known.is_none() {
-            self.model.request(key, Duration::ZERO, move |_| TaskModel::new(&source, &of));
+            let of = RunConfig { task: task.clone(), ..self.session.config().clone() };
+            self.model.request(key, Duration::ZERO, move |_| TaskModel::new(&of));
         }
         known
     }

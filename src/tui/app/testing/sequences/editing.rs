@@ -151,7 +151,7 @@ fn the_selection_moves_to_the_neighbour_and_wraps() {
     check(runs.clone(), "5 down enter", &["open runs/old"], "");
     check(runs.clone(), "5 end up enter", &["open runs/old"], "");
     check(runs, "5 end enter", &["open runs/oldest"], "");
-    check(empty(), "d down up enter", &["model learned"], "");
+    check(empty(), "d down up enter", &["model trained"], "");
 }
 
 #[test]

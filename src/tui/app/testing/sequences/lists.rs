@@ -30,7 +30,7 @@ fn a_removed_model_is_no_longer_selected() {
     press(&mut app, "6 end");
     bring(&mut app, empty());
     press(&mut app, "up enter");
-    assert_eq!(*asked.borrow(), ["model learned"]);
+    assert_eq!(*asked.borrow(), ["model trained"]);
     check(empty(), "6 end v", &[], "there is nothing to evaluate");
 }
 

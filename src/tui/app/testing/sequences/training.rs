@@ -64,7 +64,7 @@ fn settings_are_chosen_and_typed() {
 
 #[test]
 fn models_are_chosen_measured_and_trained() {
-    check(empty(), "6 v", &[], "select the shipped model itself");
+    check(empty(), "6 v", &[], "it is trained when it is needed");
     check(empty(), "6 end enter", &["model true"], "");
     check(empty(), "6 T enter", &["model train box,bucket models/box-bucket.safetensors"], "");
     check(empty(), "6 T ctrl-u x space y enter", &[], "usage: model train");
@@ -199,7 +199,7 @@ fn the_clusters_of_each_stage_are_shown_in_turn() {
 #[test]
 fn the_state_of_the_clusters_is_shown() {
     let mut view = typical();
-    view.prior_state = mge_workbench::PriorState::Building { stage: 0, stages: 2 };
+    view.prior_state = mge_workbench::PriorState::Building(mge_trainer::Phase::BuildingPrior { stage: 0, stages: 2 });
     check(view, "", &[], "computing stage 1 of 2");
     let mut of_run = typical();
     let prior = of_run.prior.take();
