@@ -82,8 +82,8 @@ pub fn show(arguments: &Show) -> Outcome {
         "run": run.path.display().to_string(),
         "state": run.state.name(),
         "reason": reason,
+        "task": run.config.task.name,
         "label": run_label(&run.config),
-        "episodes": run.config.episodes,
         "settings": settings,
         "results": results(&run.trained.row),
         "forked": run.config.fork.as_ref().map(ToString::to_string),
@@ -100,7 +100,7 @@ pub fn show(arguments: &Show) -> Outcome {
 /// The results of a run, without its settings.
 fn results(row: &impl serde::Serialize) -> Value {
     let mut results = json::to_value(row);
-    for setting in ["epsilon", "settings", "implied"] {
+    for setting in ["task", "method", "seed", "epsilon", "settings", "implied"] {
         results.as_object_mut().and_then(|results| results.remove(setting));
     }
     results
@@ -118,7 +118,8 @@ pub fn compare(arguments: &Compare) -> Outcome {
         return print_json(&json!({ "runs": runs, "settings": settings, "results": rows }));
     }
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
-    let results = ours.into_iter().zip(theirs).map(|((name, a), (_, b))| (name, [a, b].map(json::text)));
+    let text = |value: &Value| if value.is_null() { "-".to_owned() } else { json::text(value) };
+    let results = ours.into_iter().zip(theirs).map(|((name, a), (_, b))| (name, [a, b].map(text)));
     let names = ("run".to_owned(), [&first, &second].map(|run| run.path.display().to_string()));
     let lines = std::iter::once(names).chain(settings).chain(results).map(|(name, [a, b])| [name, a, b]);
     output::table(&lines.collect::<Vec<_>>())

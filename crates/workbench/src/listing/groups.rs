@@ -351,6 +351,16 @@ mod tests {
         ]
     }
 
+    #[test]
+    fn a_damaged_run_belongs_to_no_group() {
+        let (mut runs, undamaged) = (runs(), runs());
+        Arc::make_mut(&mut runs[0]).damaged = true;
+        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        assert!(grouping.of(&runs[0].path).is_none());
+        assert_eq!(grouping.of(&runs[1].path).map(|group| group.seeds()), Some(1));
+        assert_ne!(key_of(&runs, None), key_of(&undamaged, None));
+    }
+
     fn names(group: &RunGroup) -> Vec<&str> {
         group.runs.iter().filter_map(|path| path.file_name()?.to_str()).collect()
     }

@@ -1,6 +1,7 @@
 //! The available dynamics models.
 
-use std::path::Path;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::{MODELS, saved_evaluation};
@@ -37,11 +38,17 @@ impl ModelSummary {
 
     /// The models in a folder, by name.
     fn in_folder(folder: &Path, task: &Task) -> Vec<Self> {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let mut files: Vec<_> =
-            entries.map(|entry| entry.path()).filter(|path| suffix(path) == "safetensors").collect();
+        let listed = match std::fs::read_dir(folder) {
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+            entries => entries.and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect()),
+        };
+        let mut files: Vec<PathBuf> = match listed {
+            Ok(files) => files,
+            Err(error) => return vec![Self::new(&folder.display().to_string(), &error.to_string())],
+        };
+        files.retain(|path| suffix(path) == "safetensors");
         files.sort();
-        let read = |path: &std::path::PathBuf| {
+        let read = |path: &PathBuf| {
             let name = path.display().to_string();
             match Model::load(path) {
                 Ok(model) => Self::measured(&name, &model, task, &format!("trained by you: {}", model.name())),

@@ -122,6 +122,26 @@ fn a_run_whose_folder_is_gone_fails_with_a_notice_and_leaves_the_list() {
 }
 
 #[test]
+fn an_opened_run_with_a_damaged_log_is_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = quoted(&folder.path().join("run"));
+    let mut session = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
+    for line in ["method ddpg", "set ddpg.hidden 4", "episodes 3", &format!("train {path}")] {
+        apply(&mut session, line).unwrap();
+    }
+    session.wait(|_| ()).unwrap();
+    assert!(!session.run().unwrap().is_damaged());
+    let log = folder.path().join("run/events.jsonl");
+    let text = std::fs::read_to_string(&log).unwrap();
+    std::fs::write(&log, text.replacen("\"type\"", "\"tipe\"", 2)).unwrap();
+    let mut other = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
+    apply(&mut other, &format!("open {path}")).unwrap();
+    // Its end may be reported as a failure.
+    let _ = other.wait(|_| ());
+    assert!(other.run().unwrap().is_damaged());
+}
+
+#[test]
 fn a_finished_run_is_extended_to_the_episodes_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = quoted(&folder.path().join("run"));
