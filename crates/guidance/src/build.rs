@@ -39,18 +39,6 @@ pub fn build(
     stop: &Stop,
     progress: impl FnMut(usize),
 ) -> Result<ActionPrior> {
-    Ok(build_stages(task, model, config, seed, stop, progress)?.0)
-}
-
-/// Like [`build`]. Also returns the start states of the last stage.
-pub(super) fn build_stages(
-    task: &Arc<Task>,
-    model: &dyn RolloutModel,
-    config: &GuidanceConfig,
-    seed: u64,
-    stop: &Stop,
-    progress: impl FnMut(usize),
-) -> Result<(ActionPrior, Vec<Snapshot>)> {
     let prior = ActionPrior::uniform(task, config, seed);
     let mut env = Environment::new(task.clone());
     let explored = task.stage_count() - 1;
@@ -69,7 +57,7 @@ pub(super) fn build_stages(
 /// they stay as they are. `progress` is called before each stage with its index. `play` then makes the real rollouts
 /// (step 3): it is given the prior, in which it may change the clusters of the stage, the stage, the start states and
 /// the random stream of the stage. From the states that it returns the rollouts towards the next stage start; if there
-/// are none, from the same states as before. Also returns the start states of the last stage.
+/// are none, from the same states as before.
 ///
 /// # Errors
 /// When the model cannot predict the task, or `stop` is requested; those of `play`.
@@ -80,7 +68,7 @@ pub fn build_with<E: From<DynamicsError>>(
     stop: &Stop,
     mut progress: impl FnMut(usize),
     mut play: impl FnMut(&mut ActionPrior, usize, &[Snapshot], &mut ChaCha8Rng) -> Result<EndStates, E>,
-) -> Result<(ActionPrior, Vec<Snapshot>), E> {
+) -> Result<ActionPrior, E> {
     let config = prior.config.clone();
     let mut env = Environment::new(task.clone());
     env.reset(&mut Stream::PriorStart.of(prior.seed));
@@ -101,7 +89,7 @@ pub fn build_with<E: From<DynamicsError>>(
             starts = wanted;
         }
     }
-    Ok((prior, starts))
+    Ok(prior)
 }
 
 /// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
@@ -119,9 +107,7 @@ pub(super) fn imagine(
     let mut most = config.most_model_rollouts;
     loop {
         let rollouts = random_rollouts(model, &config, starts, stop, rng)?;
-        if model.is_environment() {
-            stage.environment_actions += rollouts.iter().map(|rollout| rollout.actions.len() as u64).sum::<u64>();
-        }
+        stage.environment_actions += model.environment_actions(&rollouts);
         stage.actions.extend(rollouts.iter().flat_map(|rollout| config.rewarding.actions_of(rollout)));
         stage.model_rollouts += rollouts.len();
         stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();

@@ -61,7 +61,8 @@ impl PlannerConfig {
 struct Plan(Vec<[(f32, f32); 2]>);
 
 /// The first action of the best sequence found: the one that reaches the next stage
-/// soonest or, if none does, passes nearest to it.
+/// soonest or, if none does, passes nearest to it. Also returns the number of actions that the rollouts took in the
+/// environment, if the model is the true physics.
 ///
 /// # Errors
 /// When the model cannot predict the task, or `stop` is requested.
@@ -71,11 +72,12 @@ pub fn plan(
     config: &PlannerConfig,
     stop: &Stop,
     rng: &mut ChaCha8Rng,
-) -> Result<Action> {
+) -> Result<(Action, u64)> {
     let starts = vec![from; config.rollouts];
     let target = from.task().stages()[from.stage().min(from.reached().len())].position;
     let mut best: Option<(f32, Vec<Action>)> = None;
     let mut fitted: Option<Plan> = None;
+    let mut taken = 0;
     for _ in 0..config.iterations {
         let sequences: Vec<Vec<Action>> = (0..config.rollouts)
             .map(|_| match &fitted {
@@ -84,6 +86,7 @@ pub fn plan(
             })
             .collect();
         let rollouts = model.rollouts(&starts, &sequences, stop)?;
+        taken += model.environment_actions(&rollouts);
         let costs = rollouts.iter().map(|rollout| cost(rollout, target));
         let mut ranked: Vec<(f32, Vec<Action>)> = costs.zip(sequences).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -95,7 +98,7 @@ pub fn plan(
         }
     }
     // There is at least one iteration of at least one rollout of at least one action.
-    Ok(best.map_or([0.0; 2], |(_, sequence)| sequence[0]))
+    Ok((best.map_or([0.0; 2], |(_, sequence)| sequence[0]), taken))
 }
 
 /// The cost of a rollout: below 0 if it reaches its stage, the lower the sooner; otherwise the least

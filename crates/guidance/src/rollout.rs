@@ -25,6 +25,12 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Number of actions that rollouts took in the environment; 0 unless they are [real](Self::is_environment).
+    fn environment_actions(&self, rollouts: &[Rollout]) -> u64 {
+        let taken = rollouts.iter().map(|rollout| rollout.actions.len() as u64);
+        if self.is_environment() { taken.sum() } else { 0 }
+    }
+
     /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
     /// is reached, the episode is over, or the sequence ends. All starts are of one task, which random shifts may
     /// have changed.

@@ -199,7 +199,7 @@ fn the_plan_that_hits_soonest_is_taken() {
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
     let config = PlannerConfig { iterations: 1, ..PlannerConfig::default() };
-    let [x, _] = plan(&SoonerOnTheLeft, env.snapshot(), &config, &Stop::default(), &mut rng()).unwrap();
+    let ([x, _], _) = plan(&SoonerOnTheLeft, env.snapshot(), &config, &Stop::default(), &mut rng()).unwrap();
     assert!(x < -0.8, "{x}");
 }
 
@@ -220,7 +220,7 @@ fn any_hit_is_better_than_the_nearest_miss() {
     }
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
-    let [x, _] =
+    let ([x, _], _) =
         plan(&HitsOnTheRight, env.snapshot(), &PlannerConfig::default(), &Stop::default(), &mut rng()).unwrap();
     assert!(x > 0.5, "{x}");
 }
@@ -288,7 +288,7 @@ fn a_plan_converges_to_the_best_action() {
     let env = Environment::new(task.clone());
     let distance = |iterations: usize| {
         let config = PlannerConfig { iterations, ..PlannerConfig::default() };
-        let [x, y] = plan(&Bullseye([0.3, -0.6]), env.snapshot(), &config, &Stop::default(), &mut rng()).unwrap();
+        let ([x, y], _) = plan(&Bullseye([0.3, -0.6]), env.snapshot(), &config, &Stop::default(), &mut rng()).unwrap();
         (x - 0.3).hypot(y + 0.6)
     };
     let (shooting, entropy) = (distance(1), distance(4));

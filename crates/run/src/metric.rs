@@ -142,7 +142,7 @@ metrics! {
     Blocked: "blocked", "blocked actions", "actions", Lower, None, Some("train/blocked"),
         "count", |record| Some(record.blocked.into());
     /// Every action in the environment that the run has cost so far: those of its episodes and of practice, the real
-    /// rollouts for its clusters, and the launches of its dynamics model.
+    /// rollouts for its clusters and plans, and the launches of its dynamics model.
     ChargedActions: "charged_actions", "charged actions", "actions", Neutral, None, None,
         "Σ T + rollouts + launches", |record| record.charged_actions.map(|charged| charged as f64);
     /// Share of the task's subgoals that were reached; derived, no column of its own.

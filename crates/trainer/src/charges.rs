@@ -112,7 +112,12 @@ mod tests {
         let launches = 3 * config.task.tool_set().len() as u64;
         assert_eq!(charged(&record), launches + practised.actions + record.steps);
 
-        // All rollouts in the true physics are real.
+        // All rollouts in the true physics are real, also those of plans.
+        let plans = RunConfig { method: Method::Planning, prior: PriorSource::TruePhysics, ..config.clone() };
+        let (record, _) = Training::new(plans.clone(), None).unwrap().run_episode().unwrap();
+        let rollouts = (plans.planner.rollouts * plans.planner.iterations) as u64 * record.steps;
+        let planned = charged(&record) - record.steps;
+        assert!((rollouts..=rollouts * plans.planner.horizon as u64).contains(&planned), "{planned}");
         config.prior = PriorSource::TruePhysics;
         let mut training = Training::new(config.clone(), None).unwrap();
         let practised = training.practise().unwrap().unwrap();

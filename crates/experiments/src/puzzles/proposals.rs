@@ -120,7 +120,9 @@ impl<'a> Proposal<'a> {
         let run = RunConfig { prior: self.search.model.clone(), ..RunConfig::new(Arc::new(puzzle.clone())) };
         if let Some(model) = rollout_model(&run, |_| (), stop)? {
             let chosen = choose_subgoals(&puzzle, &*model, most, &config, 0, stop, |_| ())?;
-            (puzzle.subgoals, puzzle.search_actions) = (chosen.subgoals, chosen.actions as u64);
+            // A run trains another model, with its own seed.
+            let launches = if run.prior == PriorSource::default() { run.launches() } else { 0 };
+            (puzzle.subgoals, puzzle.search_actions) = (chosen.subgoals, chosen.actions as u64 + launches);
         }
         task::save(&puzzle, &self.to)?;
         Ok(Some(()))

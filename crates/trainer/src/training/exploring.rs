@@ -69,7 +69,9 @@ impl Training {
         Ok(match (&self.parts.actor, &self.progress.prior) {
             (Actor::Planner(model), _) => {
                 let action = guidance::plan(&**model, now, &self.config.planner, &self.stop, &mut streams.model);
-                (action.map_err(PriorError::from)?, Source::Planner)
+                let (action, taken) = action.map_err(PriorError::from)?;
+                self.progress.charge(taken);
+                (action, Source::Planner)
             }
             (_, Some(prior)) if explorer == Explorer::Clusters => {
                 (prior.sample(now.stage(), &mut streams.guidance), Source::Clusters)

@@ -59,7 +59,7 @@ impl Training {
             is_reached = !ends.reached.is_empty();
             Ok::<_, TrainingError>(ends)
         };
-        let (prior, _) = guidance::build_with(prior, &task, model.as_deref(), &stop, on_stage, play)?;
+        let prior = guidance::build_with(prior, &task, model.as_deref(), &stop, on_stage, play)?;
         if model.is_some() {
             self.progress.charge(prior.environment_actions());
         }
