@@ -156,7 +156,8 @@ fn a_missing_model_fails_the_run_with_a_reason() {
 #[test]
 fn the_log_has_the_needs_of_every_stage() {
     let folder = tempfile::tempdir().unwrap();
-    let config = config(Method::DdpgMgeAdaptive, 20);
+    let mut config = config(Method::DdpgMgeAdaptive, 20);
+    config.epsilon = "need:0.5:0.25:20".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
     finish(&run);
     let events = read_events(&run.events_path()).unwrap();
