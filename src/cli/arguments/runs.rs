@@ -202,7 +202,8 @@ pub struct Figures {
     #[arg(long, value_name = "NAME")]
     pub checkpoint: Option<CheckpointName>,
     /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
-    /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), axis (linear or log)
+    /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), axis
+    /// (linear or log)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub options: Vec<String>,
     #[command(flatten)]

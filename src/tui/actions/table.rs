@@ -125,7 +125,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("whole-range", "0", "", "", "show all episodes", Effects(training::show_all_episodes)),
         ("recent-range", "9", "", "", "show the latest episodes", Change(|s, _| s.curves.show_recent())),
         ("smoothing", "s", "smooth", "", "average over 1, 10, 50 or 200 episodes", Change(|s, _| s.curves.next_smoothing())),
-        ("next-axis", "X", "axis", "", "draw against episodes, actions, or charged actions", Change(|s, _| s.curves.next_axis())),
+        ("next-axis", "X", "", "", "draw against episodes, actions, or charged actions", Change(|s, _| s.curves.next_axis())),
         ("log-axis", "g", "", "", "a logarithmic axis for the selected curve, or a linear one", Change(|s, _| s.curves.switch_scale())),
         ("compare", "v", "compare", "", "overlay the marked runs, or all runs of the task", Effects(training::compare)),
         ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Effects(|s, _| training::fold(&mut s.curves))),
