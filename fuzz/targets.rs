@@ -23,9 +23,8 @@ use mge_workbench::{Command, Script};
 type Target = fn(&[u8]);
 
 /// The targets. Each has the name of its corpus.
-pub const TARGETS: [(&str, Target); 16] = [
+pub const TARGETS: [(&str, Target); 15] = [
     ("task", task),
-    ("level", task),
     ("script", script),
     ("command", command),
     ("sweep", sweep),
@@ -56,7 +55,7 @@ fn text(input: &[u8]) -> &str {
     std::str::from_utf8(input).unwrap_or_default()
 }
 
-/// Our tasks and CREATE's levels: every accepted task can be played and saved.
+/// Tasks: every accepted one can be played and saved.
 fn task(input: &[u8]) {
     let Ok(task) = task::parse(text(input), "fuzz") else { return };
     let saved = task::to_json(&task);
@@ -148,8 +147,8 @@ fn catalogue(input: &[u8]) {
 static TASK: LazyLock<Arc<Task>> = LazyLock::new(|| Arc::new(task::load("task2").expect("shipped tasks are valid")));
 
 fn env_serve(input: &[u8]) {
-    let _ = protocol::serve(Environment::new(TASK.clone()), false, 0, input, sink());
-    let _ = protocol::serve(Environment::new(TASK.clone()).with_tools(ToolSplit::All), true, 0, input, sink());
+    let _ = protocol::serve(Environment::new(TASK.clone()), 0, input, sink());
+    let _ = protocol::serve(Environment::new(TASK.clone()).with_tools(ToolSplit::All), 0, input, sink());
 }
 
 fn simulate(input: &[u8]) {

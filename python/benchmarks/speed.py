@@ -135,7 +135,7 @@ def part_others(options):
 
 
 def part_create(options):
-    """CREATE's levels with its own action sets, including resets, with and without drawing images; the same in our
+    """CREATE's levels with its own action sets, including resets, with and without drawing images; our
     environments, through Python and, with cargo, in Rust alone. Alternates level by level."""
     if options.create is None:
         return row("CREATE", "skipped: give a clone of its repository with `--create`", "", "")
@@ -165,8 +165,8 @@ def part_create(options):
                     env.reset()
 
             row(f"CREATE's {name}, {what}", "1 threads", *shown(rate(step, 1, options.seconds)))
-            envs = mge.PuzzleVectorEnv(level, 64, num_threads=1, tools="train", observation="image" if image else "vector")
-            row(f"`make_vec`, {level}, 64 environments, {what}", "1 threads", *shown(random_actions(envs, options.seconds)))
+        envs = mge.PuzzleVectorEnv(level, 64, num_threads=1, tools="train")
+        row(f"`make_vec`, {level}, 64 environments", "1 threads", *shown(random_actions(envs, options.seconds)))
         if shutil.which("cargo"):
             row(f"{level}, Rust alone", "1 threads", *shown([bench(f"level_{name}", 1)]), "")
 

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mge.library import DynamicsModel, Rollouts
+from mge.library import DynamicsModel
 
 __all__ = [
     "ActionPrior",
@@ -52,7 +52,7 @@ class Task:
     def __new__(cls, name: _Task) -> Task: ...
     @staticmethod
     def parse(text: str, origin: str = "task") -> Task:
-        """A task from its JSON text, in the format of task files or that of CREATE's level files."""
+        """A task from its JSON text, in the format of task files."""
 
     def to_json(self) -> str:
         """The JSON text of the task file."""
@@ -75,10 +75,6 @@ class Task:
     @property
     def observation_len(self) -> int:
         """Length of an observation."""
-
-    @property
-    def observation_bounds(self) -> tuple[_Float32, _Float32]:
-        """Lower and upper bounds of an observation."""
 
     @property
     def stages(self) -> _Float32:
@@ -111,7 +107,6 @@ class VectorCore:
         autoreset: str,
         num_threads: int | None = None,
         tools: str | None = None,
-        images: bool = False,
     ) -> VectorCore: ...
     @property
     def tool_count(self) -> int | None:
@@ -136,15 +131,12 @@ class VectorCore:
     def arrays(self) -> tuple[_Float32, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         """The arrays of observations, rewards, terminations, truncations."""
 
-    def images(self) -> NDArray[np.uint8] | None:
-        """The images of the scenes, count x 84 x 84 x 3; None unless requested."""
-
     def facts(self) -> dict[str, NDArray[Any]]:
         """The arrays of facts, by name."""
 
-    def ended(self) -> tuple[NDArray[np.int64], _Float32, NDArray[np.uint8] | None, dict[str, NDArray[Any]]] | None:
+    def ended(self) -> tuple[NDArray[np.int64], _Float32, dict[str, NDArray[Any]]] | None:
         """The episodes that the latest step ended and replaced (autoreset): their environments, last
-        observations and images, and facts. None if there are none."""
+        observations, and facts. None if there are none."""
 
     def state(self, indices: Sequence[int]) -> State:
         """The states of these environments."""
@@ -192,9 +184,6 @@ class Model:
             placed: n x m x 2, normalised places of further tools; rows with NaN are ignored.
         """
 
-    def rollout(self, task: _Task, actions: ArrayLike, start: State | None = None) -> Rollouts:
-        """Same as `mge.rollout` with this model."""
-
 @final
 class ActionPrior:
     """Clusters of rewarding actions for every stage of a task: the distributions from which guided
@@ -223,12 +212,6 @@ class ActionPrior:
     def clusters(self, stage: int) -> dict[str, NDArray[Any]]:
         """The clusters of a stage, the largest first: `mean` and `std` (k x 2), `weight` and `count` (k)."""
 
-    def actions(self, stage: int) -> _Float32:
-        """The rewarding actions from which the clusters of a stage were computed, n x 2."""
-
-    def rollouts(self, stage: int) -> tuple[int, int, int, int]:
-        """Rollouts made for a stage and how many reached it, in the model; the same in the real environment."""
-
     def sample(self, stage: int, count: int, seed: int) -> _Float32:
         """Samples actions for a stage, count x 2; uniformly if the stage has no clusters."""
 
@@ -247,15 +230,8 @@ class Actor:
 class Figure:
     """A figure: displayed by notebooks, written by `save`."""
 
-    @property
-    def size(self) -> tuple[float, float]:
-        """Width and height in print, in points (1/72 inch)."""
-
     def svg(self) -> str:
         """The figure as SVG."""
-
-    def rgb(self, width: int, height: int) -> NDArray[np.uint8]:
-        """The figure as pixels, height x width x 3."""
 
     def csv(self) -> str:
         """The figure's data as CSV."""
@@ -304,8 +280,8 @@ def build_prior(task: _Task, model: _Model, seed: int = 0, settings: str = "{}")
 def rollout(
     task: _Task, model: _Model, actions: ArrayLike, start: State | None = None
 ) -> dict[str, NDArray[Any]]: ...
-def read_run(path: _Path) -> tuple[str, str, dict[str, Any], dict[str, Any]]: ...
-def read_results(folders: Sequence[_Path]) -> dict[str, Any]: ...
+def read_run(path: _Path) -> str: ...
+def read_results(folders: Sequence[_Path]) -> str: ...
 def write_report(
     folders: Sequence[_Path],
     out: _Path,

@@ -49,8 +49,7 @@ class _Parts:
 
     Args:
         core: the environments.
-        observation: one name (`"vector"`, `"image"`, or a part of the vector) for that array, or several names
-            for a dictionary.
+        observation: one name (`"vector"`, or a part of the vector) for that array, or several names for a dictionary.
     """
 
     def __init__(self, core: _mge.VectorCore, observation: str | Sequence[str]) -> None:
@@ -61,34 +60,28 @@ class _Parts:
             places[name] = (slice(first, first + prod(shape)), tuple(shape))
             first += prod(shape)
         self._is_one = isinstance(observation, str)
-        self._places: dict[str, tuple[slice, tuple[int, ...]] | None] = {}
+        self._places: dict[str, tuple[slice, tuple[int, ...]]] = {}
         spaces: dict[str, Space[Any]] = {}
         for name in _names(observation):
-            if name == "image":
-                self._places[name], spaces[name] = None, Box(0, 255, (84, 84, 3), np.uint8)
-                continue
             if name not in places:
-                raise ValueError(f"an observation has no part {name!r}: use 'image', or some of {list(places)}")
+                raise ValueError(f"an observation has no part {name!r}: use some of {list(places)}")
             at, sides = self._places[name] = places[name]
             spaces[name] = Box(low[at].reshape(sides), high[at].reshape(sides), sides, np.float32)
         self.space: Space[Any] = next(iter(spaces.values())) if self._is_one else Dict(spaces)
 
-    def of(self, rows: np.ndarray, images: np.ndarray | None, copy: bool) -> Any:
+    def of(self, rows: np.ndarray, copy: bool) -> Any:
         """The requested parts of all environments, or of one."""
         parts: dict[str, Any] = {}
-        for name, place in self._places.items():
-            if place is None:
-                part = images
-            else:
-                part = rows if name == "vector" else rows[..., place[0]].reshape(*rows.shape[:-1], *place[1])
-            parts[name] = part.copy() if copy and part is not None else part
+        for name, (at, sides) in self._places.items():
+            part = rows if name == "vector" else rows[..., at].reshape(*rows.shape[:-1], *sides)
+            parts[name] = part.copy() if copy else part
         return next(iter(parts.values())) if self._is_one else parts
 
 
 def _names(observation: str | Sequence[str]) -> list[str]:
     names = [observation] if isinstance(observation, str) else list(observation)
     if not names:
-        raise ValueError("`observation` names nothing: use 'vector', 'image', or names of parts")
+        raise ValueError("`observation` names nothing: use 'vector', or names of parts")
     return names
 
 
@@ -158,8 +151,7 @@ class _Puzzles:
         self.task = Task(task)
         self.render_mode = render_mode
         self.render_size = width, height
-        names = _names(observation)
-        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools, "image" in names
+        self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools
         core = self._make()
         self._parts = _Parts(core, observation)
         self._tools = core.tool_count
@@ -168,7 +160,7 @@ class _Puzzles:
         core = _mge.VectorCore(*self._made_by)
         self._core: _mge.VectorCore | None = core
         self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
-        self._images, self._facts = core.images(), core.facts()
+        self._facts = core.facts()
         return core
 
     def _open(self) -> _mge.VectorCore:
@@ -177,7 +169,7 @@ class _Puzzles:
         return self._core
 
     def __getstate__(self) -> dict[str, Any]:
-        of_core = ("_core", "_observations", "_rewards", "_terminated", "_truncated", "_images", "_facts")
+        of_core = ("_core", "_observations", "_rewards", "_terminated", "_truncated", "_facts")
         kept = {name: value for name, value in self.__dict__.items() if name not in of_core}
         saved = None if self._core is None else self._core.state(range(self._made_by[1]))
         return {**kept, "_saved": saved}
@@ -199,8 +191,8 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         task: a `Task`, the name of a shipped one, `"create/Push"`, or the path of a task file.
         tools: None: the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
             it chooses among 40 of CREATE's tools, which every reset draws from that split.
-        observation: `"vector"`, `"image"` (84 x 84 x 3, as in CREATE), or the name of a part of the vector;
-            or a list of these, such as `["objects", "image"]`, for a dictionary.
+        observation: `"vector"`, or the name of a part of the vector; or a list of these, such as
+            `["objects", "stage"]`, for a dictionary.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
@@ -253,8 +245,7 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         )
 
     def render(self) -> np.ndarray | None:
-        """The current scene, uint8 of height x width x 3. Planks are shown as they were placed; image observations show
-        them as they have turned."""
+        """The current scene, uint8 of height x width x 3. Planks are shown as they were placed."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array'")
             return None
@@ -275,7 +266,7 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         self._core = None
 
     def _seen(self) -> Any:
-        return self._parts.of(self._observations[0], None if self._images is None else self._images[0], copy=True)
+        return self._parts.of(self._observations[0], copy=True)
 
     def _info(self) -> dict[str, Any]:
         facts = self._facts
@@ -447,7 +438,7 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
         return mask
 
     def _seen(self) -> Any:
-        return self._parts.of(self._observations, self._images, self.copy)
+        return self._parts.of(self._observations, self.copy)
 
     def _infos(self, facts: dict[str, np.ndarray], mask: np.ndarray | None) -> dict[str, Any]:
         """Facts in the format of Gymnasium's vector environments: each with a mask of the environments that have it."""
@@ -468,7 +459,6 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
         infos: dict[str, Any],
         which: np.ndarray,
         observations: np.ndarray,
-        images: np.ndarray | None,
         facts: dict[str, np.ndarray],
     ) -> None:
         """The ends of episodes whose environments have already begun the next."""
@@ -476,7 +466,7 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
         mask[which] = True
         final = np.full(self.num_envs, None, dtype=object)
         for place, i in enumerate(which):
-            final[i] = self._parts.of(observations[place], None if images is None else images[place], copy=False)
+            final[i] = self._parts.of(observations[place], copy=False)
         spread = {name: np.zeros((self.num_envs, *values.shape[1:]), values.dtype) for name, values in facts.items()}
         for name, values in facts.items():
             spread[name][which] = values

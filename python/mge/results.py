@@ -7,6 +7,8 @@ import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from mge import _mge
 from mge.figures import Folders, folder_list
 
@@ -68,15 +70,44 @@ def _few(names: Iterable[str]) -> str:
     return ", ".join(names[:4]) + (", ..." if len(names) > 4 else "")
 
 
+_COMPACT = (",", ":")
+_NUMBERS = {None: np.nan, "NaN": np.nan, "inf": np.inf, "-inf": -np.inf}
+
+
+def _column(values: list[Any]) -> Any:
+    """Values of a file as an array of bool, int64 or float64, else as a list of texts."""
+    kinds = set(map(type, values))
+    if kinds == {bool} or (kinds == {int} and all(-(2**63) <= value < 2**63 for value in values)):
+        return np.array(values, bool if kinds == {bool} else np.int64)
+    # Files have numbers that are not finite as texts.
+    if all(type(value) in (int, float) or (not isinstance(value, (list, dict)) and value in _NUMBERS) for value in values):
+        return np.array([value if type(value) in (int, float) else _NUMBERS[value] for value in values], np.float64)
+    return [value if value is None or isinstance(value, str) else json.dumps(value, separators=_COMPACT) for value in values]
+
+
+def _table(rows: list[dict[str, Any]], example: dict[str, Any] | None = None) -> Table:
+    """Rows as columns, in order of first appearance; without rows, empty columns of the kinds that the example has."""
+    if not rows and example is not None:
+        return Table({name: _column([value])[:0] for name, value in example.items()})
+    names = dict.fromkeys(name for row in rows for name in row)
+    return Table({name: _column([row.get(name) for row in rows]) for name in names})
+
+
 def read_run(path: str | os.PathLike[str]) -> Run:
     """Reads the run in a folder; it may still be training."""
-    config, state, episodes, evaluations = _mge.read_run(path)
-    return Run(json.loads(config), state, Table(episodes), Table(evaluations))
+    run = json.loads(_mge.read_run(path))
+    episodes = _table(run["episodes"], run["episode"])
+    return Run(run["config"], run["state"], episodes, _table(run["evaluations"], run["evaluation"]))
 
 
 def read_results(folders: Folders) -> Table:
     """Results of all runs in folders (runs, folders of runs, sweeps, studies): one row for each run."""
-    return Table(_mge.read_results(folder_list(folders)))
+    rows = []
+    for run in json.loads(_mge.read_results(folder_list(folders))):
+        measures, charged = run.pop("measures"), run.pop("charged")
+        differing = {**measures.pop("settings", {}), **measures.pop("implied", {})}
+        rows.append({**run, **differing, **measures, "charged": charged})
+    return _table(rows)
 
 
 def write_report(

@@ -41,8 +41,6 @@ whole_numbers! {
     stage: usize, 0, i64::MAX.into();
     count: usize, 0, i64::MAX.into();
     steps: u32, 0, u32::MAX.into();
-    width: u32, 1, u32::MAX.into();
-    height: u32, 1, u32::MAX.into();
     resamples: u32, 1, 1_000_000;
     num_envs: usize, 1, i32::MAX.into();
 }

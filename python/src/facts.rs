@@ -7,19 +7,13 @@ use pyo3::types::PyDict;
 use super::arrays::{fill, zeros};
 use mge_env::{EndReason, Info, Placement, VectorEnvironment};
 
-/// Placement outcomes by code, from 1; 0 means "not known yet". The length is that of the enum, so that a
-/// new variant before the last does not compile unless it is listed.
+/// Placement outcomes in the order of their codes, from 1; 0 means "not known yet". The length is that of the enum, so
+/// that a new variant before the last does not compile unless it is listed.
 const PLACEMENTS: [Placement; Placement::NoOp as usize + 1] =
     [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
-/// Why an episode ended, by code, from 1; 0 means "not ended". The length is checked as above.
+/// Why an episode ended, in the order of the codes, from 1; 0 means "not ended". The length is checked as above.
 const ENDS: [EndReason; EndReason::MaxActions as usize + 1] =
     [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
-
-/// The code of a value in a table.
-fn code<T: PartialEq>(table: &[T], value: Option<T>) -> u8 {
-    // Fewer than 256 of each.
-    value.and_then(|value| table.iter().position(|known| *known == value)).map_or(0, |index| index as u8 + 1)
-}
 
 /// The names of the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
 #[pyfunction]
@@ -60,8 +54,8 @@ impl Facts {
     pub fn write<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
         fill(py, &self.success, infos.clone().map(|info| info.goal))?;
         fill(py, &self.placed, infos.clone().map(|info| info.placed as i64))?;
-        fill(py, &self.placement, infos.clone().map(|info| code(&PLACEMENTS, info.placement)))?;
-        fill(py, &self.end, infos.clone().map(|info| code(&ENDS, info.end)))?;
+        fill(py, &self.placement, infos.clone().map(|info| info.placement.map_or(0, |placement| placement as u8 + 1)))?;
+        fill(py, &self.end, infos.clone().map(|info| info.end.map_or(0, |end| end as u8 + 1)))?;
         fill(py, &self.subgoals, infos.flat_map(|info| info.subgoals.iter().copied()))
     }
 

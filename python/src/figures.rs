@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::arguments::{dpi, height, width};
+use super::arguments::dpi;
 use super::error::exception;
 use super::pool::abandonable;
 use super::runs::found;
@@ -48,23 +47,6 @@ impl Figure {
 
     fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
         self.svg(py)
-    }
-
-    /// Width and height in print, in points (1/72 inch).
-    #[getter]
-    fn size(&self) -> [f64; 2] {
-        self.0.figure.size()
-    }
-
-    /// The figure as pixels, uint8 of height x width x 3.
-    fn rgb<'py>(
-        &self,
-        py: Python<'py>,
-        #[pyo3(from_py_with = width)] width: u32,
-        #[pyo3(from_py_with = height)] height: u32,
-    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let pixels = self.drawn(py, move |drawn| drawn.figure.to_rgb(width, height))?.map_err(exception)?;
-        pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }
 
     /// The figure's data as CSV.

@@ -130,17 +130,6 @@ impl Model {
         ball_array(py, &predicted.map_err(exception)?)
     }
 
-    /// Same as `mge.rollout` with this model.
-    #[pyo3(signature = (task, actions, start = None))]
-    fn rollout<'py>(
-        slf: Bound<'py, Self>,
-        task: Bound<'py, PyAny>,
-        actions: Bound<'py, PyAny>,
-        start: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("mge")?.call_method1("rollout", (task, &slf, actions, start))
-    }
-
     fn __repr__(&self) -> String {
         format!("Model({:?})", self.0.name())
     }

@@ -120,21 +120,6 @@ impl ActionPrior {
         Ok(dict)
     }
 
-    /// The rewarding actions from which the clusters of a stage were computed, float32 of n x 2.
-    fn actions<'py>(
-        &self,
-        py: Python<'py>,
-        #[pyo3(from_py_with = stage)] stage: usize,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        rows(py, self.stage(stage)?.actions.iter().copied())
-    }
-
-    /// Rollouts made for a stage and how many reached it, in the model; the same in the real environment.
-    fn rollouts(&self, #[pyo3(from_py_with = stage)] stage: usize) -> PyResult<[usize; 4]> {
-        let stage = self.stage(stage)?;
-        Ok([stage.model_rollouts, stage.model_hits, stage.environment_rollouts, stage.environment_hits])
-    }
-
     /// Samples `count` actions for a stage, float32 of count x 2; uniformly if the stage has no clusters.
     fn sample<'py>(
         &self,

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::PyArray2;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::arrays::rows;
 use super::error::exception;
 use super::pool::abandonable;
-use mge_env::{observation_bounds, observation_len};
+use mge_env::observation_len;
 use mge_task::{self as task, load, parse, save, shipped_names, to_json};
 
 /// Task(name): a shipped task by its name, or the task in the file at that path.
@@ -44,7 +44,7 @@ impl Task {
         name
     }
 
-    /// A task from its JSON text, in the format of task files or that of CREATE's level files.
+    /// A task from its JSON text, in the format of task files.
     #[staticmethod]
     #[pyo3(signature = (text, origin = "task"))]
     fn parse(text: &str, origin: &str) -> PyResult<Self> {
@@ -83,12 +83,6 @@ impl Task {
     #[getter]
     fn observation_len(&self) -> usize {
         observation_len(&self.0)
-    }
-
-    /// Lower and upper bounds of an observation, float32.
-    #[getter]
-    fn observation_bounds<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f32>>; 2] {
-        observation_bounds(&self.0).map(|bounds| bounds.into_pyarray(py))
     }
 
     /// Subgoals in order, then the goal: one row each of x, y (normalised) and radius (units), float32.

@@ -1,8 +1,8 @@
 //! Vectors of environments.
 
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArray3, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -15,18 +15,15 @@ use super::facts::Facts;
 use super::pool::{Caller, abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;
-use mge_env::{
-    self as env, Action, ActionSet, Autoreset, Choice, IMAGE_LEN, IMAGE_SIDE, VectorEnvironment, VectorError,
-};
+use mge_env::{self as env, Action, ActionSet, Autoreset, Choice, VectorEnvironment, VectorError};
 use mge_figures::Figure;
 use mge_physics::ToolSplit;
 
-/// Memory of an environment without its observation and image, in bytes.
+/// Memory of an environment without its observation, in bytes.
 const ENVIRONMENT: usize = 4096;
 
-/// Ended episodes: indices of their environments, last observations, last images, facts.
-type Ended<'py> =
-    (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f32>>, Option<Bound<'py, PyArray4<u8>>>, Bound<'py, PyDict>);
+/// Ended episodes: indices of their environments, last observations, facts.
+type Ended<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyDict>);
 
 /// Environments of one task, with arrays that every reset and step overwrites.
 #[pyclass(module = "mge._mge")]
@@ -38,14 +35,12 @@ pub struct VectorCore {
     terminated: Py<PyArray1<bool>>,
     truncated: Py<PyArray1<bool>>,
     facts: Facts,
-    /// The images of the scenes, if requested.
-    images: Option<Py<PyArray4<u8>>>,
 }
 
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None, images = false))]
+    #[pyo3(signature = (task, num_envs, autoreset, num_threads = None, tools = None))]
     fn new(
         py: Python<'_>,
         task: Task,
@@ -53,7 +48,6 @@ impl VectorCore {
         autoreset: &str,
         #[pyo3(from_py_with = num_threads)] num_threads: Option<usize>,
         tools: Option<&str>,
-        images: bool,
     ) -> PyResult<Self> {
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
@@ -65,17 +59,12 @@ impl VectorCore {
             }
         };
         let tools: Option<ToolSplit> = tools.map(str::parse).transpose().map_err(PyValueError::new_err)?;
-        let pixels = if images { IMAGE_LEN } else { 0 };
-        drop(room::<u8>(num_envs.saturating_mul(ENVIRONMENT + pixels))?);
-        let mut env = match tools {
+        drop(room::<u8>(num_envs.saturating_mul(ENVIRONMENT))?);
+        let env = match tools {
             None => VectorEnvironment::new(task.0, num_envs, autoreset),
             Some(tools) => VectorEnvironment::with_tools(task.0, tools, num_envs, autoreset),
         };
-        if images {
-            env = env.with_images();
-        }
         Ok(Self {
-            images: images.then(|| PyArray4::zeros(py, [num_envs, IMAGE_SIDE, IMAGE_SIDE, 3], false).unbind()),
             threads: num_threads,
             observations: PyArray2::zeros(py, [num_envs, env.observation_len()], false).unbind(),
             rewards: zeros(py, num_envs),
@@ -120,12 +109,8 @@ impl VectorCore {
         self.env.observation_parts().into_iter().map(|part| (part.name, part.shape)).collect()
     }
 
-    /// The images of the scenes, uint8 of count x 84 x 84 x 3; None unless requested.
-    fn images<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray4<u8>>> {
-        self.images.as_ref().map(|images| images.bind(py).clone())
-    }
-
-    /// Takes one action in each environment: a place and, where agents choose tools, the index of a tool.
+    /// Takes one action in each environment: a place and, where agents choose tools, the index of a tool. The package
+    /// has checked that there is one for each environment.
     #[pyo3(signature = (places, tools = None))]
     fn step(
         slf: &Bound<'_, Self>,
@@ -133,26 +118,10 @@ impl VectorCore {
         tools: Option<PyReadonlyArray1<'_, i64>>,
     ) -> PyResult<()> {
         let (py, this) = (slf.py(), &mut *alone(slf)?);
-        let count = this.env.count();
-        if places.shape() != [count, 2] {
-            let found = places.shape();
-            return Err(PyValueError::new_err(format!(
-                "the actions have the shape {found:?}, and should have [{count}, 2]"
-            )));
-        }
         let (places, _) = places.as_slice()?.as_chunks::<2>();
         match tools {
-            None if this.env.tool_count().is_some() => {
-                Err(PyValueError::new_err("an action needs the index of a tool beside the place"))
-            }
             None => this.take(py, places),
-            Some(_) if this.env.tool_count().is_none() => {
-                Err(PyValueError::new_err("an action is a place alone: the task has one tool"))
-            }
-            Some(tools) => {
-                let choices = choices(places, &tools.as_array().to_vec())?;
-                this.take(py, &choices)
-            }
+            Some(tools) => this.take(py, &choices(places, &tools.as_array().to_vec())?),
         }
     }
 
@@ -182,7 +151,7 @@ impl VectorCore {
     }
 
     /// The episodes that the latest step ended and replaced (autoreset): their environments, last
-    /// observations and images, and facts. None if there are none.
+    /// observations, and facts. None if there are none.
     fn ended<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Ended<'py>>> {
         let (py, this) = (slf.py(), alone(slf)?);
         let ended = || this.env.outcomes().filter_map(|outcome| outcome.ended.as_ref());
@@ -198,12 +167,7 @@ impl VectorCore {
         let facts = Facts::new(py, which.len(), &this.env);
         facts.write(py, ended().map(|ended| &ended.info))?;
         facts.write_tools(py, ended().flat_map(|ended| ended.tools.iter().copied()))?;
-        let images = this.images.as_ref().map(|_| {
-            let pixels = this.env.outcomes().filter_map(|outcome| outcome.ended_image.as_ref()).flatten();
-            let pixels: Vec<u8> = pixels.copied().collect();
-            pixels.into_pyarray(py).reshape([which.len(), IMAGE_SIDE, IMAGE_SIDE, 3])
-        });
-        Ok(Some((which.into_pyarray(py), rows, images.transpose()?, facts.dict(py)?)))
+        Ok(Some((which.into_pyarray(py), rows, facts.dict(py)?)))
     }
 
     /// The states of these environments.
@@ -216,15 +180,12 @@ impl VectorCore {
         states.map(State).map_err(|error| vector_exception(py, error))
     }
 
-    /// Puts these environments into these states, or all into a single state.
+    /// Puts these environments, whose indices the package has checked, into these states, or all into a single state.
     fn restore(slf: &Bound<'_, Self>, indices: Vec<usize>, state: &State) -> PyResult<()> {
         let (py, this) = (slf.py(), &mut *alone(slf)?);
         if state.0.len() != 1 && state.0.len() != indices.len() {
             let (states, places) = (state.0.len(), indices.len());
             return Err(PyValueError::new_err(format!("{states} states cannot be those of {places} environments")));
-        }
-        if let Some(index) = indices.iter().find(|index| **index >= this.env.count()) {
-            return Err(PyIndexError::new_err(format!("there is no environment {index}")));
         }
         let length = this.env.observation_len();
         let pairs = indices.iter().zip(state.0.iter().cycle());
@@ -257,10 +218,6 @@ fn alone<'py>(core: &Bound<'py, VectorCore>) -> PyResult<PyRefMut<'py, VectorCor
 
 /// Combines tools and places.
 fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
-    if tools.len() != places.len() {
-        let (tools, places) = (tools.len(), places.len());
-        return Err(PyValueError::new_err(format!("{tools} tools cannot be those of {places} environments")));
-    }
     let choice = |(index, (place, tool)): (usize, (&Action, &i64))| match usize::try_from(*tool) {
         Ok(tool) => Ok(Choice { tool, place: *place }),
         Err(_) => Err(PyValueError::new_err(format!(
@@ -286,18 +243,12 @@ impl VectorCore {
     ) -> PyResult<()> {
         let pool = pool_for(times.max(self.env.count()), self.threads)?;
         let mut observations = self.observations.bind(py).try_readwrite()?;
-        let mut images = self.images.as_ref().map(|images| images.bind(py).try_readwrite()).transpose()?;
-        let pixels = images.as_mut().map(|images| images.as_slice_mut()).transpose()?;
         let (rows, env) = (observations.as_slice_mut()?, &mut self.env);
         let changed = work_on(py, pool.as_deref(), |caller| {
             env.stop_on(caller.stop());
-            change(env, rows, caller)?;
-            if let Some(pixels) = pixels {
-                env.draw(pixels);
-            }
-            Ok(())
+            change(env, rows, caller)
         });
-        drop((observations, images));
+        drop(observations);
         match changed {
             Err(signal) => {
                 self.env.forget_episodes();

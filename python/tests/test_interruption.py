@@ -83,10 +83,9 @@ def test_ctrl_c_ends_a_long_call(name):
     assert mge.rollout(TASK, "physics", MANY[:100]).hit.shape == (100,)
 
 
-@pytest.mark.parametrize("observation", ["vector", "image"])
-def test_ctrl_c_ends_a_step_and_a_reset_makes_the_environments_usable(observation):
-    envs = mge.PuzzleVectorEnv(TASK, 2000 if observation == "image" else 50_000, observation=observation)
-    expected, _ = mge.PuzzleVectorEnv(TASK, 3, observation=observation).reset(seed=4)
+def test_ctrl_c_ends_a_step_and_a_reset_makes_the_environments_usable():
+    envs = mge.PuzzleVectorEnv(TASK, 50_000)
+    expected, _ = mge.PuzzleVectorEnv(TASK, 3).reset(seed=4)
     envs.reset(seed=0)
     actions = np.random.default_rng(0).uniform(-1, 1, (envs.num_envs, 2))
 

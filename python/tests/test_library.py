@@ -46,8 +46,6 @@ def test_a_prediction_is_a_step_of_a_rollout():
     whole = rolled.length > 1
     np.testing.assert_array_equal(at_once[whole], rolled.balls[whole, 0])
     assert np.isnan(rolled.path[rolled.length < 3][:, -1]).all()
-    for ours, theirs in zip(model.rollout(task, actions), rolled, strict=True):
-        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_rapier_is_a_model():
@@ -58,7 +56,7 @@ def test_rapier_is_a_model():
     # Nearly the same laws, but a different solver: trajectories differ after contacts.
     assert np.nanmedian(apart) < 0.01 and np.nanmax(apart) > 0.05
     prior = mge.build_prior(task, "rapier", seed=1)
-    assert prior.model == "rapier" and prior.rollouts(0)[1] > 0
+    assert prior.model == "rapier" and json.loads(prior.to_json())["stages"][0]["model_hits"] > 0
 
 
 def test_the_true_physics_is_a_model():
@@ -163,11 +161,10 @@ def test_a_prior_has_clusters_and_samples_from_them():
     prior = mge.build_prior(task, mge.Model.shipped_for(task), seed=0)
     again = mge.build_prior(task, "bucket-box", seed=0)
     assert prior.to_json() == again.to_json() == mge.ActionPrior.parse(prior.to_json(), task).to_json()
-    clusters = prior.clusters(0)
+    stage, clusters = json.loads(prior.to_json())["stages"][0], prior.clusters(0)
     assert clusters["mean"].shape == clusters["std"].shape == (len(clusters["weight"]), 2)
-    assert clusters["count"].sum() == len(prior.actions(0)) and abs(clusters["weight"].sum() - 1) < 1e-6
-    made, hits, _, _ = prior.rollouts(0)
-    assert made == 600 and 0 < hits < made
+    assert clusters["count"].sum() == len(stage["actions"]) and abs(clusters["weight"].sum() - 1) < 1e-6
+    assert stage["model_rollouts"] == 600 and 0 < stage["model_hits"] < 600
     sampled = prior.sample(0, 500, seed=1)
     assert sampled.shape == (500, 2) and np.abs(sampled).max() <= 1
     assert (sampled == prior.sample(0, 500, seed=1)).all() and (sampled != prior.sample(0, 500, seed=2)).any()
@@ -267,7 +264,7 @@ def test_figures(run, tmp_path):
     ]
     for figure in drawn:
         assert figure.svg().lstrip().startswith("<svg") or "<svg" in figure.svg()[:200]
-        assert figure.rgb(120, 90).shape == (90, 120, 3) and "," in figure.csv() and all(side > 0 for side in figure.size)
+        assert "," in figure.csv()
     for ending in ("png", "svg", "pdf"):
         drawn[0].save(tmp_path / f"tasks.{ending}")
         assert (tmp_path / f"tasks.{ending}").stat().st_size > 1000

@@ -28,12 +28,12 @@ pub fn play(arguments: &Play) -> Outcome {
 }
 
 pub fn serve(command: &Env) -> Outcome {
-    let Env::Serve { task, tools, images, seed } = command;
+    let Env::Serve { task, tools, seed } = command;
     let mut env = Environment::new(Arc::new(task::load(task)?));
     if let Some(tools) = tools {
         env = env.with_tools(*tools);
     }
-    Ok(protocol::serve(env, *images, *seed, io::stdin().lock(), output::stream())?)
+    Ok(protocol::serve(env, *seed, io::stdin().lock(), output::stream())?)
 }
 
 fn play_episodes(levels: &Path, tools: Option<&Path>) -> Outcome {

@@ -21,18 +21,16 @@ pub fn run(arguments: Tasks) -> Outcome {
     }
 }
 
-/// The shipped tasks, then CREATE's levels, each with the path of its file.
+/// The shipped tasks, then CREATE's levels, each with the path of its file; those of levels have their random shifts.
 fn listed() -> Result<Vec<(Task, String)>, TaskError> {
     let shipped = task::shipped().into_iter().map(|task| {
         let path = format!("tasks/{}.json", task.name);
         Ok((task, path))
     });
-    let levels = task::level_names().map(|name| {
-        // CREATE's files have the names of their levels, except this one.
-        let file = if name == "GoalTest" { "test".to_owned() } else { name.to_lowercase() };
-        let name = format!("create/{name}");
+    let levels = task::level_names().map(|level| {
+        let name = format!("create/{level}");
         let task = task::load(&name)?;
-        Ok((Task { name, ..task }, format!("tasks/create/level_{file}.json")))
+        Ok((Task { name, ..task }, format!("tasks/create/{}-random.json", level.to_lowercase())))
     });
     shipped.chain(levels).collect()
 }

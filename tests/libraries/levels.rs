@@ -1,22 +1,32 @@
-//! CREATE's rules and level files, tested with one small level each.
+//! CREATE's rules, tested with one small level each.
 
 use std::sync::Arc;
 
 use mge::env::{Choice, EndReason, Environment, Placement, uniform_action};
-use mge::physics::{Motion, ToolKind, ToolSplit};
+use mge::physics::{Motion, ToolSplit};
 use mge::protocol::{StepLine, replay};
-use mge::task::{self, GoalShape, Task};
+use mge::task::{self, Rules, Task};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 /// A box placed here affects nothing; a second box overlaps it.
 const ASIDE: [f32; 2] = [-0.9, 0.9];
+/// Height of a ball's centre above the middle of the floor on which it lies, normalised.
+const ABOVE: f64 = 0.11;
 
-/// A level with a falling target that does not reach the goal, with some changes.
+/// A task with CREATE's rules and a falling target that does not reach the goal, with some changes.
 fn level(changes: Value) -> Task {
-    let mut level = json!({"name": "Own", "target": [0.0, 0.8], "goal": [0.8, -0.8], "env": []});
-    level.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+    let mut level = json!({
+        "version": 1, "name": "Own", "ball": {"position": [0.0, 0.8]}, "placeable": {"type": "box"},
+        "goal": {"position": [0.8, -0.8], "shape": "star"}, "rules": Rules::of_create(),
+    });
+    for (name, value) in changes.as_object().unwrap() {
+        match (&mut level[name], value) {
+            (Value::Object(before), Value::Object(changes)) => before.extend(changes.clone()),
+            (before, value) => *before = value.clone(),
+        }
+    }
     task::parse(&level.to_string(), "own").unwrap()
 }
 
@@ -36,75 +46,8 @@ fn fallen(from: f32, actions: f32) -> f32 {
 }
 
 #[test]
-fn named_objects_have_the_sizes_of_create() {
-    let task = level(json!({
-        "target_ball_radius": 3.0,
-        "rnd": {"target": "[uniform(-MID_NOISE, MID_NOISE), 0]"},
-        "env": [
-            {"name": "floor", "pos": "[-0.5, -0.25 + OFFSET]", "id": 3, "color": "red"},
-            {"name": "long_floor", "pos": [0, 0], "thickness": 1},
-            {"name": "medium_floor", "pos": [0, 0], "thickness": 2.5},
-            {"name": "short_floor", "pos": [0, 0]},
-            {"name": "very_short_floor", "pos": [0, 0]},
-            {"name": "wall", "pos": [0.1, 0], "length": "4 * (5 + 1)", "elasticity": 0.3},
-            {"name": "wall_elastic", "pos": [0, 0]},
-            {"name": "bucket", "pos": [0, 0]},
-            {"name": "bucket", "pos": [0, 0], "size": 4, "angle": "-np.pi / 2"},
-            {"name": "fixed_box", "pos": [0, 0]},
-            {"name": "fixed_square", "pos": [0, 0], "angle": 0.5},
-        ],
-    }));
-    let tools: Vec<_> = task.tools.iter().map(|spec| spec.tool()).collect();
-    let seen: Vec<_> = tools.iter().map(|tool| (tool.kind, tool.size, tool.radius, tool.elasticity)).collect();
-    assert_eq!(
-        seen,
-        [
-            (ToolKind::Floor, 16.0, 1.0, 0.5),
-            (ToolKind::Floor, 24.0, 0.0, 0.5),
-            (ToolKind::Floor, 16.0, 1.0, 0.5),
-            (ToolKind::Floor, 8.0, 1.0, 0.5),
-            (ToolKind::Floor, 4.0, 1.0, 0.5),
-            (ToolKind::Wall, 24.0, 1.0, 0.3),
-            (ToolKind::Wall, 16.0, 1.0, 0.8),
-            (ToolKind::Bucket, 10.0, 0.0, 0.5),
-            (ToolKind::Bucket, 4.0, 0.0, 0.5),
-            (ToolKind::Box, 10.0, 0.0, 0.4),
-            (ToolKind::Square, 10.0, 0.0, 0.5),
-        ]
-    );
-    let angles: Vec<_> = tools[7..].iter().map(|tool| tool.angle).collect();
-    let expected = [std::f64::consts::FRAC_PI_4, -std::f64::consts::FRAC_PI_2, 0.0, 0.5];
-    assert!(angles.iter().zip(expected).all(|(angle, expected)| (angle - expected).abs() < 1e-6), "{angles:?}");
-    assert_eq!(task.tools[0].position, [-0.5, -0.14]);
-    assert_eq!((task.ball.radius, task.ball.position), (3.0, [0.0, 0.8]));
-    assert_eq!((task.goal.shape, task.goal.radius), (GoalShape::Star, 4.0));
-    assert_eq!((task.rules.max_actions, task.rules.start_noise), (31, 0.0));
-}
-
-#[test]
-fn a_loaded_level_can_be_saved_as_a_task() {
-    let task = level(json!({
-        "lvl_type": "marker", "marker_must_hit": true, "goal_is_basket": "True", "marker_sec_goals": [[0, 0]],
-        "env": [
-            {"name": "marker_ball", "pos": [0.5, 0.5]},
-            {"name": "ball", "pos": [-0.5, 0.5], "mass": 3, "radius": 2, "elasticity": 0.1},
-            {"name": "wall", "pos": [0.9, 0]},
-        ],
-    }));
-    assert_eq!(task::parse(&task::to_json(&task), "saved").unwrap(), task);
-}
-
-#[test]
-fn rules_of_the_level() {
-    let task = level(json!({
-        "max_num_steps": 2, "overlap_thresh": 0.5, "sec_goal_reward": 3, "target_reward": 2, "place_walls": true,
-    }));
-    let walls: Vec<_> = task.tools.iter().map(|wall| (wall.kind, wall.position, wall.tool().size)).collect();
-    assert_eq!(
-        walls,
-        [(ToolKind::Wall, [1.0, 0.0], 90.0), (ToolKind::Wall, [-1.0, 0.0], 90.0), (ToolKind::Floor, [0.0, 1.0], 90.0),]
-    );
-    assert_eq!((task.rules.rewards.subgoal, task.rules.rewards.target_moved), (3.0, 2.0));
+fn placements_near_earlier_ones_are_blocked_and_the_last_action_truncates() {
+    let task = level(json!({"rules": {"max_actions": 3, "overlap_threshold": 0.5}}));
     let lines: Vec<_> = replay(Arc::new(task), [[-0.5, 0.0], [-0.1, 0.0], [0.5, 0.0], [0.0, 0.0]]).collect();
     let outcomes: Vec<_> = lines.iter().map(|line| line.outcome).collect();
     assert_eq!(outcomes, [Placement::Placed, Placement::Overlap, Placement::Placed]);
@@ -114,7 +57,7 @@ fn rules_of_the_level() {
 
 #[test]
 fn blocked_placements_lose_the_reward_of_a_step() {
-    let task = level(json!({"target_sec_goals": [[-0.5, -0.5]]}));
+    let task = level(json!({"subgoals": [{"position": [-0.5, -0.5], "radius": 3.0}]}));
     let actions = [[0.0, 0.8], [0.8, -0.8], [-0.5, -0.4], [-0.5, 0.5], [-0.3, 0.6], [-7.0, 0.5], [-1.0, 0.4]];
     let lines: Vec<_> = replay(Arc::new(task), actions).collect();
     let outcomes: Vec<_> = lines.iter().map(|line| line.outcome).collect();
@@ -127,7 +70,9 @@ fn blocked_placements_lose_the_reward_of_a_step() {
 #[test]
 fn the_goal_counts_once_in_passing_and_does_not_end_the_episode() {
     // In free fall the ball is above the goal after four actions and below it after five.
-    let task = level(json!({"goal": [0.0, fallen(0.8, 4.55)], "env": [{"name": "wall", "pos": [0.9, 0.0]}]}));
+    let task = level(
+        json!({"goal": {"position": [0.0, fallen(0.8, 4.55)]}, "tools": [{"type": "wall", "position": [0.9, 0.0]}]}),
+    );
     let lines = play(task, 20);
     let rewards = rewards(&lines);
     assert_eq!(rewards, [0.01, 0.0, 0.0, 0.0, 9.9, 0.0, 0.0]);
@@ -138,7 +83,7 @@ fn the_goal_counts_once_in_passing_and_does_not_end_the_episode() {
 #[test]
 fn subgoals_count_in_any_order_but_only_at_the_end_of_an_action() {
     let heights = [4.55, 4.0, 3.0].map(|actions| fallen(0.8, actions));
-    let task = level(json!({"target_sec_goals": heights.map(|height| json!([0.0, height]))}));
+    let task = level(json!({"subgoals": heights.map(|height| json!({"position": [0.0, height], "radius": 3.0}))}));
     let lines = play(task, 6);
     let hits: Vec<_> = lines.iter().map(|line| line.subgoals_hit.clone()).collect();
     assert_eq!(hits, [vec![], vec![], vec![2], vec![1, 2], vec![1, 2], vec![1, 2]]);
@@ -148,10 +93,9 @@ fn subgoals_count_in_any_order_but_only_at_the_end_of_an_action() {
 #[test]
 fn a_goal_that_moves_is_reached_by_contact() {
     let task = level(json!({
-        "goal": "[0.0, 0.2 + OFFSET]", "moving_goal": true,
-        "env": [{"name": "floor", "pos": [0.0, 0.2], "thickness": 1}],
+        "goal": {"position": [0.0, 0.2 + ABOVE], "shape": "ball"},
+        "tools": [{"type": "floor", "position": [0.0, 0.2], "radius": 0.0}],
     }));
-    assert_eq!(task.goal.shape, GoalShape::Ball);
     let lines = play(task, 3);
     assert_eq!(lines.iter().map(|line| line.goal_hit).collect::<Vec<_>>(), [false, false, true]);
     assert_eq!(rewards(&lines), [0.01, 0.0, 9.9]);
@@ -160,10 +104,9 @@ fn a_goal_that_moves_is_reached_by_contact() {
 
 #[test]
 fn a_basket_detects_the_ball_and_lets_it_through() {
-    let basket = json!({"goal": [0.0, fallen(0.8, 3.0)], "goal_is_basket": "True", "ball_is_basket": "True"});
-    let task = level(basket);
-    assert_eq!((task.goal.shape, task.goal.radius, task.ball.radius), (GoalShape::Basket, 5.0, 3.5));
-    let (lines, free) = (play(task, 4), play(level(json!({"ball_is_basket": true})), 4));
+    let ball = json!({"radius": 3.5});
+    let basket = json!({"position": [0.0, fallen(0.8, 3.0)], "shape": "basket", "radius": 5.0});
+    let (lines, free) = (play(level(json!({"goal": basket, "ball": ball})), 4), play(level(json!({"ball": ball})), 4));
     assert!(!lines[0].goal_hit && lines[2].goal_hit && !free[3].goal_hit);
     assert_eq!(lines[3].balls, free[3].balls);
 }
@@ -171,21 +114,18 @@ fn a_basket_detects_the_ball_and_lets_it_through() {
 #[test]
 fn the_goal_of_a_marker_level_waits_for_the_target_to_move() {
     let marker = json!({
-        "lvl_type": "marker", "goal": [0.0, fallen(0.8, 2.6)],
-        "env": [{"name": "marker_ball", "pos": [-0.5, 0.8]}],
+        "marker": {"ball": {"position": [-0.5, 0.8]}}, "goal": {"position": [0.0, fallen(0.8, 2.6)]},
     });
     // The target counts as moved at the end of the second action, in which it also touches the goal.
     let lines = play(level(marker.clone()), 4);
     assert_eq!(rewards(&lines), [0.01, 1.0, 9.9, 0.0]);
     let mut must_hit = marker.clone();
-    must_hit["marker_must_hit"] = json!(true);
+    must_hit["marker"]["must_hit"] = json!(true);
     assert_eq!(rewards(&play(level(must_hit.clone()), 4)), [0.01, 0.0, 0.0, 0.0]);
     // A marker that falls on the resting target sets it in motion.
-    must_hit["env"] = json!([
-        {"name": "marker_ball", "pos": [0.02, 0.5]},
-        {"name": "floor", "pos": [0.0, 0.0], "length": 8, "thickness": 1},
-    ]);
-    must_hit["target"] = json!("[0.0, 0.0 + OFFSET]");
+    must_hit["marker"]["ball"] = json!({"position": [0.02, 0.5]});
+    must_hit["tools"] = json!([{"type": "floor", "position": [0.0, 0.0], "size": 8, "radius": 0.0}]);
+    must_hit["ball"] = json!({"position": [0.0, ABOVE]});
     let lines = play(level(must_hit), 12);
     let moved: f32 = rewards(&lines).iter().sum();
     assert!((0.9..1.1).contains(&moved), "{:?}", rewards(&lines));
@@ -194,10 +134,8 @@ fn the_goal_of_a_marker_level_waits_for_the_target_to_move() {
 #[test]
 fn a_lost_marker_ends_the_episode_unless_the_target_has_moved() {
     let marker = |must_hit: bool| {
-        level(json!({
-            "lvl_type": "marker", "marker_must_hit": must_hit, "target": [0.5, 0.8],
-            "env": [{"name": "marker_ball", "pos": [-0.5, -0.9]}],
-        }))
+        let marker = json!({"ball": {"position": [-0.5, -0.9]}, "must_hit": must_hit});
+        level(json!({"marker": marker, "ball": {"position": [0.5, 0.8]}}))
     };
     assert_eq!(play(marker(false), 3).len(), 3);
     let mut environment = Environment::new(Arc::new(marker(true)));
@@ -208,10 +146,9 @@ fn a_lost_marker_ends_the_episode_unless_the_target_has_moved() {
 
 #[test]
 fn the_marker_has_subgoals_of_its_own() {
-    let task = level(json!({
-        "lvl_type": "marker", "marker_must_hit": true, "marker_sec_goals": [[-0.5, fallen(0.8, 3.0)]],
-        "env": [{"name": "marker_ball", "pos": [-0.5, 0.8]}],
-    }));
+    let subgoals = json!([{"position": [-0.5, fallen(0.8, 3.0)], "radius": 3.0}]);
+    let marker = json!({"ball": {"position": [-0.5, 0.8]}, "must_hit": true, "subgoals": subgoals});
+    let task = level(json!({"marker": marker}));
     let lines = play(task, 4);
     assert_eq!(rewards(&lines), [0.01, 0.0, 1.9, 0.0]);
     assert!(lines[3].subgoals_hit.is_empty());
@@ -219,7 +156,7 @@ fn the_marker_has_subgoals_of_its_own() {
 
 #[test]
 fn other_balls_move_too() {
-    let lines = play(level(json!({"env": [{"name": "ball", "pos": [0.5, 0.8], "mass": 1, "radius": 2}]})), 1);
+    let lines = play(level(json!({"balls": [{"position": [0.5, 0.8], "mass": 1, "radius": 2}]})), 1);
     let [_, y, _, vy, ..] = lines[0].balls["ball0"];
     let fallen = f64::from((fallen(0.8, 1.0) + 1.0) * 42.0);
     assert!((y - fallen).abs() < 1e-3 && (vy + 80.0 / 30.0).abs() < 1e-4);
@@ -228,8 +165,8 @@ fn other_balls_move_too() {
 #[test]
 fn standstill_in_two_actions_ends_the_episode() {
     let task = level(json!({
-        "target": "[0.0, 0.0 + OFFSET]",
-        "env": [{"name": "floor", "pos": [0, 0], "thickness": 1, "elasticity": 0}],
+        "ball": {"position": [0.0, ABOVE]},
+        "tools": [{"type": "floor", "position": [0, 0], "radius": 0.0, "elasticity": 0}],
     }));
     let mut environment = Environment::new(Arc::new(task));
     assert!(environment.step(ASIDE).unwrap().end.is_none());
@@ -244,48 +181,6 @@ fn leaving_the_screen_ends_the_episode() {
     let ends: Vec<_> = (0..7).map(|_| environment.step(ASIDE).unwrap().end).collect();
     assert_eq!(ends[..6], [None; 6]);
     assert_eq!(ends[6], Some(EndReason::OutOfBounds));
-}
-
-#[test]
-fn balls_and_materials_are_those_of_the_level() {
-    let task = level(json!({
-        "goal_is_basket": "False",
-        "env": [
-            {"name": "fixed_square", "pos": [-0.8, 0.8], "elasticity": 0.9},
-            {"name": "fixed_box", "pos": [-0.8, 0.4], "elasticity": 0.2, "friction": 0.3},
-            {"name": "target_ball", "pos": [-0.8, 0.0], "radius": 2.0},
-            {"name": "basket_ball", "pos": [-0.8, -0.4]},
-            {"name": "ball", "pos": [-0.8, -0.8], "mass": 5.0, "radius": 2.5, "elasticity": 0.7, "friction": 0.6},
-            {"name": "ball", "pos": [0.8, 0.8], "mass": 6.0, "radius": 1.5},
-        ],
-    }));
-    assert_eq!(task.goal.shape, GoalShape::Star);
-    let [square, boxed] = [0, 1].map(|index| task.tools[index].tool());
-    assert_eq!((square.elasticity, boxed.elasticity, boxed.friction), (0.9, 0.2, 0.3));
-    let seen: Vec<_> = task.balls.iter().map(|ball| (ball.mass, ball.radius, ball.elasticity, ball.friction)).collect();
-    assert_eq!(seen[0], (10.0, 2.0, 1.0, 1.0));
-    assert_eq!(seen[1], (10.0, 3.5, 1.0, 1.0));
-    assert_eq!(seen[2..], [(5.0, 2.5, 0.7, 0.6), (6.0, 1.5, 1.0, 1.0)]);
-}
-
-#[test]
-fn the_marker_is_the_first_object_of_its_level() {
-    let marker = json!({"name": "marker_ball", "pos": [-0.8, -0.8]});
-    let floor = json!({"name": "floor", "pos": [0.5, 0.0]});
-    let parse = |env: [&Value; 2]| {
-        let level = json!({"name": "Own", "lvl_type": "marker", "target": [0.0, 0.8], "goal": [0.8, -0.8], "env": env});
-        task::parse(&level.to_string(), "own")
-    };
-    let task = parse([&marker, &floor]).unwrap();
-    let own: Value = serde_json::from_str(&task::to_json(&task)).unwrap();
-    assert_eq!((task.balls.len(), task.tools.len()), (0, 1));
-    let error = parse([&floor, &marker]).unwrap_err().to_string();
-    assert!(error.contains("env[0]: must be the marker ball"), "{error}");
-    // Task files may omit how far the target has to move.
-    let mut without = own.clone();
-    without["marker"].as_object_mut().unwrap().remove("move_threshold").unwrap();
-    let read = task::parse(&without.to_string(), "own").unwrap();
-    assert_eq!(read.marker.unwrap().move_threshold, 0.03);
 }
 
 /// A digest of all motions in 300 random actions with any of CREATE's tools.

@@ -8,7 +8,6 @@ use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
 use super::description::{describe, description_bounds, description_parts};
 use super::episode::Snapshot;
-use super::image::{self, IMAGE_LEN};
 use super::observation::{ObservationPart, observation_bounds, observation_len, observation_parts, observe};
 use mge_physics::{ToolSplit, World};
 use mge_task::Task;
@@ -141,12 +140,6 @@ impl Environment {
             Some(set) => row.copy_from_slice(&describe(&self.now, set)),
             None => observe(&self.now, row),
         }
-    }
-
-    /// Draws the scene like CREATE's image observations: rows from the top, mirrored left to right, three bytes per
-    /// pixel.
-    pub fn draw(&self, pixels: &mut [u8; IMAGE_LEN]) {
-        image::draw(&self.now, pixels);
     }
 
     /// The parts of an observation, in order.

@@ -37,7 +37,6 @@ mod action_set;
 mod description;
 mod environment;
 mod episode;
-mod image;
 mod observation;
 mod refusal;
 #[cfg(test)]
@@ -49,8 +48,7 @@ pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_too
 pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS};
 pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
-pub use image::{IMAGE_LEN, IMAGE_SIDE};
 pub use observation::{
-    BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
+    OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
 };
 pub use vector::{Autoreset, Ended, FEW, Info, Outcome, State, VectorEnvironment, VectorError};

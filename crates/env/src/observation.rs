@@ -10,8 +10,6 @@ use mge_task::Task;
 pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::PAPER.len();
 /// Object slots in an observation. If there are more objects, the earliest placed tools are dropped.
 pub const OBJECT_SLOTS: usize = 16;
-/// Index of the position (x, then y) of the first ball, the target, in an observation.
-pub const BALL_POSITION: usize = 2;
 /// Velocities are divided by this many units/s.
 pub const VELOCITY_SCALE: f32 = 10.0;
 

@@ -97,10 +97,9 @@ pub struct VectorEnvironment {
     task: Arc<Task>,
     autoreset: Autoreset,
     split: Option<ToolSplit>,
-    has_images: bool,
     players: Vec<Player>,
     observation_len: usize,
-    /// Ends resets, steps and drawings early.
+    /// Ends resets and steps early.
     stop: Stop,
 }
 
@@ -121,16 +120,10 @@ impl VectorEnvironment {
         let player = Player { env, rng, begun: false, actions: Vec::new(), outcome: Outcome::default() };
         let split = player.env.split();
         let (players, stop) = (vec![player; count], Stop::default());
-        Self { task, autoreset, split, has_images: false, players, observation_len, stop }
+        Self { task, autoreset, split, players, observation_len, stop }
     }
 
-    /// Keeps the last image of an episode when its final step also starts the next one.
-    #[must_use]
-    pub fn with_images(self) -> Self {
-        Self { has_images: true, ..self }
-    }
-
-    /// Ends resets, steps and drawings early once `stop` is requested. Only some environments have then changed: see
+    /// Ends resets and steps early once `stop` is requested. Only some environments have then changed: see
     /// [`forget_episodes`](Self::forget_episodes).
     pub fn stop_on(&mut self, stop: &Stop) {
         self.stop = stop.clone();
@@ -139,17 +132,6 @@ impl VectorEnvironment {
     /// Makes a reset of each environment necessary.
     pub fn forget_episodes(&mut self) {
         self.players.iter_mut().for_each(|player| player.begun = false);
-    }
-
-    /// Draws all current scenes, [`IMAGE_LEN`](super::IMAGE_LEN) bytes each, like [`Environment::draw`]; on the threads
-    /// of the current rayon pool if there are many.
-    pub fn draw(&self, pixels: &mut [u8]) {
-        let (images, _) = pixels.as_chunks_mut();
-        if self.count() < FEW {
-            return self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
-        }
-        let pairs = self.players.par_iter().zip(images).with_min_len(AT_ONCE).filter(|_| !self.stop.is_requested());
-        pairs.for_each(|(player, image)| player.env.draw(image));
     }
 
     /// The task being played.
@@ -226,10 +208,10 @@ impl VectorEnvironment {
         A: Into<Choice> + Copy + Sync,
     {
         self.check(actions)?;
-        let Self { autoreset, has_images, observation_len, ref mut players, ref stop, .. } = *self;
+        let Self { autoreset, observation_len, ref mut players, ref stop, .. } = *self;
         let take = |((player, row), action): ((&mut Player, &mut [f32]), &A)| {
             if !stop.is_requested() {
-                player.step((*action).into(), autoreset, has_images, row);
+                player.step((*action).into(), autoreset, row);
             }
         };
         if players.len() < FEW {

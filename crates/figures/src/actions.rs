@@ -3,7 +3,7 @@
 use super::Figure;
 use super::canvas::{Canvas, Pen};
 use super::geometry::ellipse;
-use super::layout::{LEGEND, Mark, legend, note};
+use super::layout::{LEGEND, Mark, around_panels};
 use super::scene::{Position, SceneView};
 use super::style::{Color, GREEN, MARGIN, WHITE, faded, stage_color};
 use super::table::Table;
@@ -97,17 +97,14 @@ impl Figure for ActionSamples {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN);
-        if self.tasks.is_empty() {
-            return canvas.placeholder(page, "no sampled actions");
-        }
-        let rect = note(canvas, page, SHAPES);
+        let empty = self.tasks.is_empty().then_some("no sampled actions");
         let most = self.tasks.iter().map(|task| task.stages.len()).max().unwrap_or(0);
         let mut marks: Vec<(Mark, String)> = (0..most.saturating_sub(1))
             .map(|n| (Mark::Dot(stage_color(n, most)), format!("subgoal {}", n + 1)))
             .collect();
         marks.push((Mark::Dot(GREEN), "goal (G)".to_owned()));
-        let rect = legend(canvas, rect, &marks);
+        let page = canvas.page().inset(MARGIN);
+        let Some(rect) = around_panels(canvas, page, empty, SHAPES, &marks) else { return };
         for (actions, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
             let title = format!("{}: {}", heading(&actions.task.name), actions.task.placeable.kind);
             let view = SceneView::new(canvas, cell, &title, window);

@@ -4,7 +4,7 @@ use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, TextFormat};
 use super::data::{Curve, Statistics, labels};
-use super::layout::{LEGEND, Mark, NOTE, legend, legend_height, note, note_height, panels};
+use super::layout::{LEGEND, Mark, NOTE, around_panels, legend_height, note_height, panels};
 use super::plot_style::PlotStyle;
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
 use super::table::Table;
@@ -281,13 +281,10 @@ impl Figure for LearningCurves {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
-        if self.panels.is_empty() {
-            return canvas.placeholder(page, "no learning curves");
-        }
         let curves = self.legend();
-        let rect = note(canvas, page, &self.caption(&curves));
-        let rect = legend(canvas, rect, &curves.marks());
+        let empty = self.panels.is_empty().then_some("no learning curves");
+        let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
+        let Some(rect) = around_panels(canvas, page, empty, &self.caption(&curves), &curves.marks()) else { return };
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), self.columns())) {
             let x = self.x_axis(&panel.curves).labelled(place.x_label);
             let y = rate_axis(&format!("{} (%)", self.measure.words()[0])).labelled(place.y_label);
@@ -315,13 +312,11 @@ impl Figure for PerformanceProfile {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN);
-        if self.curves.iter().all(Curve::is_empty) {
-            return canvas.placeholder(page, "no scores");
-        }
         let curves = Legend::of(&self.curves);
-        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(curves.entries.len()))));
-        let rect = legend(canvas, rect, &curves.marks());
+        let caption = format!("{}.", self.statistics.caption(band_mark(curves.entries.len())));
+        let empty = self.curves.iter().all(Curve::is_empty).then_some("no scores");
+        let page = canvas.page().inset(MARGIN);
+        let Some(rect) = around_panels(canvas, page, empty, &caption, &curves.marks()) else { return };
         let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);

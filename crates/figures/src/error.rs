@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 /// Largest side of an image in pixels.
 pub const MAX_SIDE: u32 = 20_000;
 
-/// Why a figure could not be drawn, written or read.
+/// Why a figure could not be drawn or written.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError {
     /// An image could not be encoded.
@@ -19,12 +19,9 @@ pub enum FigureError {
     /// The file's extension is not a format that the figure can be written in.
     #[error("{}: figures are written as `.png`, `.svg` or `.pdf`: use one of these extensions", .0.display())]
     Format(PathBuf),
-    /// The file cannot be read or written.
+    /// The file cannot be written.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
-    /// The file is not one this program wrote.
-    #[error("{}: {message}", path.display())]
-    Unreadable { path: PathBuf, message: String },
 }
 
 impl FigureError {

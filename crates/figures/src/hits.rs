@@ -6,7 +6,7 @@ use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
 use super::data::{Statistics, labels};
 use super::geometry::Rect;
-use super::layout::{Mark, legend, note};
+use super::layout::{Mark, around_panels};
 use super::style::{DOUBLE_COLUMN, GAP, MARGIN, series};
 use super::table::Table;
 use super::tasks::heading;
@@ -79,21 +79,18 @@ impl Figure for HitBars {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN);
-        if self.tasks.is_empty() {
-            return canvas.placeholder(page, "no hits were counted");
-        }
         let episodes = number(self.episodes as f64, 0);
         let text = format!(
             "Counts in {episodes} episodes of each policy. {}. T1: Task 1; below the bars in (b): subgoals in order of reach.",
             self.statistics.caption("error bars")
         );
-        let rect = note(canvas, page, &text);
         let policies = self.policies();
         let looks = series(&policies);
         let marks: Vec<(Mark, String)> =
             looks.iter().zip(&policies).map(|(look, name)| (Mark::Bar(*look), (*name).to_owned())).collect();
-        let rect = legend(canvas, rect, &marks);
+        let empty = self.tasks.is_empty().then_some("no hits were counted");
+        let page = canvas.page().inset(MARGIN);
+        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
         let middle = rect.left + 0.4 * rect.width();
         let left = Rect { right: middle - GAP / 2.0, ..rect };
         let right = Rect { left: middle + GAP / 2.0, ..rect };

@@ -3,7 +3,7 @@
 use super::Figure;
 use super::axes::number;
 use super::canvas::{Canvas, Pen};
-use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
+use super::layout::{LEGEND, Mark, NOTE, around_panels, panels, squares_height};
 use super::scene::{Position, SCENE_TOOL, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, VERMILLION, faded};
 use super::table::Table;
@@ -83,10 +83,6 @@ impl Figure for Launches {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN);
-        if self.tools.is_empty() {
-            return canvas.placeholder(page, "no launches");
-        }
         let shown: usize = self.tools.iter().map(|tool| tool.trajectories.len()).sum();
         let counts: Vec<String> = self
             .tools
@@ -98,13 +94,14 @@ impl Figure for Launches {
              observations in the data: {}. Grey ring: a ball to scale.",
             counts.join(", ")
         );
-        let rect = note(canvas, page, &text);
         let marks = [
             (Mark::Dot(BLUE), "launch".to_owned()),
             (Mark::Line(Pen::new(BLUE, 1.4 * LINE_WIDTH)), "until the ball meets the tool".to_owned()),
             (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "afterwards".to_owned()),
         ];
-        let rect = legend(canvas, rect, &marks);
+        let empty = self.tools.is_empty().then_some("no launches");
+        let page = canvas.page().inset(MARGIN);
+        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
         let half = self.reach();
         for (tool, place) in self.tools.iter().zip(panels(rect, self.tools.len(), self.tools.len())) {
             let origin = tool.tool.position.map(f64::from);

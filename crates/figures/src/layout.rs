@@ -185,6 +185,22 @@ fn draw_mark(canvas: &Canvas, mark: Mark, x: f64, y: f64) {
     }
 }
 
+/// Draws what is around the panels of a figure, the note below and the legend above them, and returns the rectangle
+/// between these. A figure without data has only the message `empty`, and no such rectangle.
+pub fn around_panels(
+    canvas: &Canvas,
+    page: Rect,
+    empty: Option<&str>,
+    text: &str,
+    marks: &[(Mark, String)],
+) -> Option<Rect> {
+    if let Some(message) = empty {
+        canvas.placeholder(page, message);
+        return None;
+    }
+    Some(legend(canvas, note(canvas, page, text), marks))
+}
+
 /// Wraps a note at word boundaries so that the last line is not just a word or two.
 fn note_lines(width: f64, text: &str) -> Vec<String> {
     /// Smallest share of the width that the last line should fill: more than a word or two, but not so much that the

@@ -5,7 +5,7 @@ use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, TextFormat};
 use super::data::{Statistics, labels};
 use super::geometry::Rect;
-use super::layout::{Mark, legend, legend_height, note, note_height};
+use super::layout::{Mark, around_panels, legend_height, note_height};
 use super::style::{
     Color, DOUBLE_COLUMN, FRAME_WIDTH, GAP, GREY, GRID, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, THIN_WIDTH, TITLE_SIZE,
     faded, series,
@@ -157,12 +157,9 @@ impl Figure for MethodScores {
     }
 
     fn draw(&self, canvas: &Canvas) {
+        let empty = self.methods().is_empty().then_some("no finished runs");
         let page = canvas.page().inset(MARGIN);
-        if self.methods().is_empty() {
-            return canvas.placeholder(page, "no finished runs");
-        }
-        let rect = note(canvas, page, &self.caption());
-        let rect = legend(canvas, rect, &self.marks());
+        let Some(rect) = around_panels(canvas, page, empty, &self.caption(), &self.marks()) else { return };
         // The label of the x axes is written once, below all panels.
         let (rect, foot) = rect.split_bottom(1.4 * LABEL_SIZE);
         canvas.text(foot.center(), &self.measure, TextFormat::LABEL.centered());

@@ -6,7 +6,7 @@ use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
 use super::data::Statistics;
 use super::geometry::Rect;
-use super::layout::{Mark, legend, note, panels};
+use super::layout::{Mark, around_panels, panels};
 use super::style::{DOUBLE_COLUMN, LINE_WIDTH, MARGIN, Series, series};
 use super::table::Table;
 use mge_stats::Estimate;
@@ -90,23 +90,20 @@ impl Figure for ModelError {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN);
-        if self.tools.is_empty() || self.predictors.is_empty() {
-            return canvas.placeholder(page, "no model was evaluated");
-        }
         let text = format!(
             "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. Subgoals are circles near the paths of balls deflected by a tool. {}.",
             number(self.step_seconds, 2),
             self.statistics.caption("error bars and bands")
         );
-        let rect = note(canvas, page, &text);
         let looks = self.looks();
         let marks: Vec<(Mark, String)> = looks
             .iter()
             .zip(&self.predictors)
             .map(|(look, predictor)| (Mark::Bar(*look), look.numbered(&predictor.label)))
             .collect();
-        let rect = legend(canvas, rect, &marks);
+        let empty = (self.tools.is_empty() || self.predictors.is_empty()).then_some("no model was evaluated");
+        let page = canvas.page().inset(MARGIN);
+        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
         let (above, below) = rect.split_top(rect.height() / 3.0);
         let (middle, below) = below.split_top(0.5 * below.height());
         let look = |title, label| BarLook { title, label, ..BarLook::default() };

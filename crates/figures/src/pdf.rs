@@ -5,7 +5,7 @@ use pdf_writer::types::{LineCapStyle, LineJoinStyle};
 use pdf_writer::writers::ExtGraphicsState;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 use resvg::tiny_skia::{Path, PathSegment, Point, Transform};
-use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Paint, Tree};
+use resvg::usvg::{Group, Node, Paint, Tree};
 
 use super::error::FigureError;
 use super::provenance::Provenance;
@@ -63,14 +63,16 @@ struct Page {
 impl Page {
     fn of(tree: &Tree) -> Self {
         let mut page = Self { content: Content::new(), opacities: Vec::new() };
+        // All strokes of figures are round.
+        page.content.set_line_cap(LineCapStyle::RoundCap).set_line_join(LineJoinStyle::RoundJoin);
         let to_points = Transform::from_row(POINTS, 0.0, 0.0, -POINTS, 0.0, tree.size().height() * POINTS);
-        page.group(tree.root(), to_points, 1.0);
+        page.group(tree.root(), to_points);
         page
     }
 
-    /// Applies a group's opacity to each of its members, which is exact because members never overlap.
-    fn group(&mut self, group: &Group, around: Transform, opacity: f32) {
-        let (transform, opacity) = (around.pre_concat(group.transform()), opacity * group.opacity().get());
+    /// Groups of figures have a transformation and a clip, and no opacity of their own.
+    fn group(&mut self, group: &Group, around: Transform) {
+        let transform = around.pre_concat(group.transform());
         self.content.save_state();
         // Figures clip to rectangles only.
         if let Some(clip) = group.clip_path() {
@@ -83,11 +85,11 @@ impl Page {
         }
         for node in group.children() {
             match node {
-                Node::Group(group) => self.group(group, transform, opacity),
-                Node::Text(text) => self.group(text.flattened(), transform, opacity),
+                Node::Group(group) => self.group(group, transform),
+                Node::Text(text) => self.group(text.flattened(), transform),
                 Node::Path(path) => {
                     self.content.save_state();
-                    self.path(path, transform, opacity);
+                    self.path(path, transform);
                     self.content.restore_state();
                 }
                 Node::Image(_) => {}
@@ -96,34 +98,21 @@ impl Page {
         self.content.restore_state();
     }
 
-    fn path(&mut self, path: &resvg::usvg::Path, transform: Transform, opacity: f32) {
+    fn path(&mut self, path: &resvg::usvg::Path, transform: Transform) {
         if let Some((fill, color)) = path.fill().and_then(|fill| Some((fill, color(fill.paint())?))) {
-            self.opacity(opacity * fill.opacity().get());
+            self.opacity(fill.opacity().get());
             self.content.set_fill_rgb(color[0], color[1], color[2]);
             self.outline(path.data(), transform);
-            match fill.rule() {
-                FillRule::NonZero => self.content.fill_nonzero(),
-                FillRule::EvenOdd => self.content.fill_even_odd(),
-            };
+            self.content.fill_nonzero();
         }
         if let Some((stroke, color)) = path.stroke().and_then(|stroke| Some((stroke, color(stroke.paint())?))) {
-            self.opacity(opacity * stroke.opacity().get());
+            self.opacity(stroke.opacity().get());
             self.content.set_stroke_rgb(color[0], color[1], color[2]);
             let scale = transform.get_scale().0;
             self.content.set_line_width(stroke.width().get() * scale);
             if let Some(lengths) = stroke.dasharray() {
                 self.content.set_dash_pattern(lengths.iter().map(|length| length * scale), 0.0);
             }
-            self.content.set_line_cap(match stroke.linecap() {
-                LineCap::Butt => LineCapStyle::ButtCap,
-                LineCap::Round => LineCapStyle::RoundCap,
-                LineCap::Square => LineCapStyle::ProjectingSquareCap,
-            });
-            self.content.set_line_join(match stroke.linejoin() {
-                LineJoin::Round => LineJoinStyle::RoundJoin,
-                LineJoin::Bevel => LineJoinStyle::BevelJoin,
-                LineJoin::Miter | LineJoin::MiterClip => LineJoinStyle::MiterJoin,
-            });
             self.outline(path.data(), transform);
             self.content.stroke();
         }

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use super::error::FigureError;
 use super::xml::escaped;
 
 /// The command, seeds, config and program behind a figure.
@@ -40,15 +39,6 @@ impl Provenance {
         ]
     }
 
-    fn from_chunks(find: impl Fn(&str) -> Option<String>) -> Option<Self> {
-        Some(Self {
-            version: find("Software")?.strip_prefix("mge ")?.to_owned(),
-            command: find("Command")?,
-            seeds: find("Seed")?.split_whitespace().map(|seed| seed.parse().ok()).collect::<Option<_>>()?,
-            config_hash: find("Config hash")?,
-        })
-    }
-
     /// Adds the text chunks to a PNG's header; text outside Latin-1 is written as UTF-8.
     pub(super) fn describe<W: std::io::Write>(
         &self,
@@ -77,24 +67,5 @@ impl Provenance {
     /// One line per keyword, for a GIF's comment.
     pub(super) fn to_comment(&self) -> String {
         self.chunks().map(|(keyword, text)| format!("{keyword}: {text}")).join("\n")
-    }
-
-    /// Reads back the provenance in a PNG written by this program.
-    ///
-    /// # Errors
-    /// When the file cannot be read, is not a PNG, or carries no provenance.
-    pub fn read(path: &std::path::Path) -> Result<Self, FigureError> {
-        let unreadable = |message: String| FigureError::Unreadable { path: path.to_owned(), message };
-        let file = std::fs::File::open(path).map_err(|source| FigureError::io(path, source))?;
-        let reader = png::Decoder::new(std::io::BufReader::new(file))
-            .read_info()
-            .map_err(|error| unreadable(error.to_string()))?;
-        let info = reader.info();
-        let find = |keyword: &str| {
-            let plain = info.uncompressed_latin1_text.iter().find(|chunk| chunk.keyword == keyword);
-            let utf8 = info.utf8_text.iter().find(|chunk| chunk.keyword == keyword);
-            plain.map(|chunk| chunk.text.clone()).or_else(|| utf8.and_then(|chunk| chunk.get_text().ok()))
-        };
-        Self::from_chunks(find).ok_or_else(|| unreadable("the image carries no provenance of this program".to_owned()))
     }
 }

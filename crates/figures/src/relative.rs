@@ -4,7 +4,7 @@ use super::Figure;
 use super::axes::{X_LABEL, number};
 use super::canvas::{Canvas, Pen};
 use super::geometry::circle;
-use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
+use super::layout::{LEGEND, Mark, NOTE, around_panels, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, faded};
 use super::table::Table;
@@ -94,22 +94,19 @@ impl Figure for RelativeFrames {
     }
 
     fn draw(&self, canvas: &Canvas) {
-        let page = canvas.page().inset(MARGIN);
-        if self.instants.is_empty() {
-            return canvas.placeholder(page, "no instants");
-        }
         let text = format!(
             "Above: the screen's coordinates. Below: the same instants with the ball as origin. Dotted circle: cutoff of {} units from the ball to a tool's surface.",
             self.cutoff
         );
-        let rect = note(canvas, page, &text);
         let marks = [
             (Mark::Line(Pen::new(BLUE, 1.4 * LINE_WIDTH)), "axes of the ball".to_owned()),
             (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "active edge".to_owned()),
             (Mark::Line(Pen::new(GREY, LINE_WIDTH).dashed(&[2.5, 1.8])), "inactive edge".to_owned()),
             (Mark::Patch(PLACED_TOOL), "placed by the agent".to_owned()),
         ];
-        let rect = legend(canvas, rect, &marks);
+        let empty = self.instants.is_empty().then_some("no instants");
+        let page = canvas.page().inset(MARGIN);
+        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
         let count = self.instants.len();
         let (above, below) = rect.split_top((rect.height() + TITLE) / 2.0);
         let places = panels(above, count, count).into_iter().zip(panels(below, count, count));

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Mlp, NnError, TensorFile, TensorFileError,
-    kernel::{Adam, Kernel, LINE, RmsProp, Sgd, SumOfSquares, Update},
+    kernel::{Adam, Kernel, LINE, RmsProp, Rule, Sgd, SumOfSquares, Update},
 };
 
 /// The optimisers of the paper's hyperparameter sweeps (tables 1 and 2), with PyTorch's default
@@ -83,12 +83,21 @@ impl Optimiser {
             return Err(NnError::NotFinite { norm });
         }
         self.steps += 1;
+        let kind = self.kind;
+        let correction = |beta: f32| 1.0 / (1.0 - f64::from(beta).powf(self.steps as f64));
+        let (corrected, square_correction) = ((f64::from(rate) * correction(BETA1)) as f32, correction(BETA2) as f32);
+        let adam = Adam { beta1: BETA1, beta2: BETA2, epsilon: EPSILON, rate: corrected, square_correction };
         let (mut mean, mut square) = (&mut self.mean[..], &mut self.square[..]);
         for network in networks {
             let gradient = grads.get_or_alloc_mut(network.parameters())?;
             let (mean, square) = (split_front(&mut mean, gradient.len()), split_front(&mut square, gradient.len()));
-            let (kind, steps) = (self.kind, self.steps);
-            network.edit(|parameters| Step { parameters, gradient, mean, square }.apply(kind, steps, rate));
+            network.edit(|parameters| match kind {
+                OptimiserKind::Adam => apply(adam, [parameters, mean, square], gradient),
+                OptimiserKind::RmsProp => {
+                    apply(RmsProp { alpha: ALPHA, epsilon: EPSILON, rate }, [parameters, square], gradient);
+                }
+                OptimiserKind::Sgd => apply(Sgd { rate }, [parameters], gradient),
+            });
         }
         Ok(norm)
     }
@@ -155,47 +164,18 @@ fn split_front<'a>(rest: &mut &'a mut [f32], n: usize) -> &'a mut [f32] {
 /// Parameters below which a second thread costs more than it saves.
 const MIN_PER_THREAD: usize = 50_000;
 
-/// Parameters, their gradient, and their moments where the optimiser has them.
-struct Step<'a> {
-    parameters: &'a mut [f32],
-    gradient: &'a [f32],
-    mean: &'a mut [f32],
-    square: &'a mut [f32],
-}
-
-impl<'a> Step<'a> {
-    /// Updates all parameters of a network; halves of large networks run in parallel.
-    fn apply(self, kind: OptimiserKind, steps: u64, rate: f32) {
-        if self.parameters.len() > MIN_PER_THREAD {
-            let (front, back) = self.halves();
-            rayon::join(|| front.apply(kind, steps, rate), || back.apply(kind, steps, rate));
-            return;
-        }
-        let correction = |beta: f32| 1.0 / (1.0 - f64::from(beta).powf(steps as f64));
-        let Step { parameters, gradient: input, mean, square } = self;
-        match kind {
-            OptimiserKind::Adam => {
-                let (rate, square_correction) =
-                    ((f64::from(rate) * correction(BETA1)) as f32, correction(BETA2) as f32);
-                let rule = Adam { beta1: BETA1, beta2: BETA2, epsilon: EPSILON, rate, square_correction };
-                Update { rule, state: [parameters, mean, square], input }.execute();
-            }
-            OptimiserKind::RmsProp => {
-                let rule = RmsProp { alpha: ALPHA, epsilon: EPSILON, rate };
-                Update { rule, state: [parameters, square], input }.execute();
-            }
-            OptimiserKind::Sgd => Update { rule: Sgd { rate }, state: [parameters], input }.execute(),
-        }
+/// Applies a rule to all parameters of a network; halves of large networks run in parallel.
+fn apply<R, const N: usize>(rule: R, mut state: [&mut [f32]; N], input: &[f32])
+where
+    R: Rule<N> + Copy + Send,
+{
+    if input.len() <= MIN_PER_THREAD {
+        return Update { rule, state, input }.execute();
     }
-
-    fn halves(mut self) -> (Self, Self) {
-        let half = (self.parameters.len() / 2).next_multiple_of(LINE);
-        let (gradient, rest) = self.gradient.split_at(half);
-        self.gradient = rest;
-        let [parameters, mean, square] =
-            [&mut self.parameters, &mut self.mean, &mut self.square].map(|rest| split_front(rest, half));
-        (Self { parameters, gradient, mean, square }, self)
-    }
+    let half = (input.len() / 2).next_multiple_of(LINE);
+    let (front, back) = input.split_at(half);
+    let state_of_front = state.each_mut().map(|rest| split_front(rest, half));
+    rayon::join(|| apply(rule, state_of_front, front), || apply(rule, state, back));
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Bodies: balls, boxes, their motion, and the ground.
 
+use educe::Educe;
 use rapier2d::prelude::*;
 
 use super::direction::direction;
@@ -125,7 +126,8 @@ impl From<Motion> for BallState {
 }
 
 /// A body: its motion, the forces on it and its bookkeeping.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Educe)]
+#[educe(Default)]
 pub(super) struct Body {
     pub position: Vector,
     pub velocity: Vector,
@@ -147,6 +149,7 @@ pub(super) struct Body {
     pub idle: f64,
     /// Its shape in its own frame, if it has one, and that shape's index.
     pub outline: Option<Outline>,
+    #[educe(Default = u32::MAX)]
     pub shape: u32,
     /// Whether it is round, as a ball: rolling friction applies to it, and its rotation is computed only when something
     /// asks for it.
@@ -174,20 +177,11 @@ impl Body {
             angle: motion.angle,
             spin: motion.angular_velocity,
             rotation: direction(motion.angle),
-            bias_velocity: Vector::ZERO,
-            bias_spin: 0.0,
-            force: Vector::ZERO,
             mass,
             moment,
             inverse_mass: 1.0 / mass,
             inverse_moment: 1.0 / moment,
-            idle: 0.0,
-            outline: None,
-            shape: u32::MAX,
-            is_round: false,
-            captured: false,
-            root: None,
-            next: None,
+            ..Self::default()
         }
     }
 
@@ -202,15 +196,8 @@ impl Body {
 
     /// Sets its motion, and resets forces, idle time and capture.
     pub fn set_motion(&mut self, motion: Motion) {
-        self.position = motion.position.into();
-        self.velocity = motion.velocity.into();
-        self.spin = motion.angular_velocity;
-        self.turn_to(motion.angle);
-        self.bias_velocity = Vector::ZERO;
-        self.bias_spin = 0.0;
-        self.force = Vector::ZERO;
-        self.idle = 0.0;
-        self.captured = false;
+        let Self { outline, shape, is_round, root, next, .. } = *self;
+        *self = Self { outline, shape, is_round, root, next, ..Self::new(self.mass, self.moment, motion) };
     }
 
     pub fn turn_to(&mut self, angle: f64) {

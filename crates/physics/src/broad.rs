@@ -5,6 +5,8 @@
 //! act on one body. Therefore the shape of the trees, the order of the moving leaves and the order of remembered pairs
 //! equal the engine's.
 
+use educe::Educe;
+
 use super::outline::Bounds;
 use rapier2d::prelude::Vector;
 
@@ -60,39 +62,25 @@ struct Pair {
 }
 
 /// The broad phase.
-#[derive(Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone, Default)]
 pub(super) struct BroadPhase {
     nodes: Vec<Node>,
     free_nodes: Vec<u32>,
     /// Remembered pairs, the newest last.
     pairs: Vec<Pair>,
+    #[educe(Default = NONE)]
     moving: u32,
+    #[educe(Default = NONE)]
     resting: u32,
     /// Moving leaves in the order of the engine's hash table: by bin, the newest of a bin first.
     movers: Vec<u32>,
     /// The number of its bins.
+    #[educe(Default = BINS[0])]
     bins: u64,
     /// Leaf of each shape; [`NONE`] for removed shapes.
     leaves: Vec<u32>,
     stamp: u64,
-}
-
-super::clone_fields!(BroadPhase { nodes, free_nodes, pairs, moving, resting, movers, bins, leaves, stamp });
-
-impl Default for BroadPhase {
-    fn default() -> Self {
-        Self {
-            nodes: Vec::new(),
-            free_nodes: Vec::new(),
-            pairs: Vec::new(),
-            moving: NONE,
-            resting: NONE,
-            movers: Vec::new(),
-            bins: BINS[0],
-            leaves: Vec::new(),
-            stamp: 0,
-        }
-    }
 }
 
 impl BroadPhase {

@@ -4,6 +4,7 @@
 //! Here and in the joints, the order of every addition is the engine's: another order changes the last digit, and a
 //! few hundred steps later the path.
 
+use educe::Educe;
 use rapier2d::prelude::*;
 
 use super::body::{Body, GROUND, Shape};
@@ -23,9 +24,10 @@ pub(super) const PULL: f64 = -BIAS_SHARE / DT;
 pub(super) const PERSISTENCE: u64 = 3;
 
 /// State of a contact between two shapes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum State {
     /// It began in this step.
+    #[default]
     New,
     /// It already existed in the previous step.
     Lasting,
@@ -51,8 +53,9 @@ struct ContactPoint {
     bias_impulse: f64,
 }
 
-/// A contact between two shapes, remembered across steps.
-#[derive(Debug, Clone, Copy)]
+/// A contact between two shapes, remembered across steps; by default one that no step has found yet.
+#[derive(Debug, Clone, Copy, Educe)]
+#[educe(Default)]
 pub(super) struct Contact {
     pub shapes: [u32; 2],
     pub bodies: [u32; 2],
@@ -60,6 +63,7 @@ pub(super) struct Contact {
     /// The latest step that found it.
     pub seen: u64,
     /// Whether detection can find it again; contacts of sleeping bodies cannot be found.
+    #[educe(Default = true)]
     pub is_cached: bool,
     /// If it is linked to its bodies, the number of its link, in order of linking. Linked contacts connect bodies
     /// into groups.
@@ -74,24 +78,6 @@ pub(super) struct Contact {
 }
 
 impl Contact {
-    /// A contact that no step has found yet.
-    pub fn new() -> Self {
-        Self {
-            shapes: [0; 2],
-            bodies: [0; 2],
-            state: State::New,
-            seen: 0,
-            is_cached: true,
-            linked: None,
-            origins: [Vector::ZERO; 2],
-            normal: Vector::ZERO,
-            count: 0,
-            points: [ContactPoint::default(); 2],
-            elasticity: 0.0,
-            friction: 0.0,
-        }
-    }
-
     pub fn is_between(&self, shapes: [u32; 2]) -> bool {
         self.shapes == shapes || self.shapes == [shapes[1], shapes[0]]
     }

@@ -41,25 +41,6 @@
 
 #![deny(unsafe_code)]
 
-/// Implements `Clone` field by field with a `clone_from` that reuses allocations, which the derived one does not:
-/// snapshots are restored by the thousand.
-#[macro_export]
-macro_rules! clone_fields {
-    ($name:ty { $($field:ident),+ $(,)? }) => {
-        // Clones numbers too, so that one pattern serves every field.
-        #[allow(clippy::clone_on_copy)]
-        impl Clone for $name {
-            fn clone(&self) -> Self {
-                Self { $($field: self.$field.clone()),+ }
-            }
-
-            fn clone_from(&mut self, source: &Self) {
-                $(self.$field.clone_from(&source.$field);)+
-            }
-        }
-    };
-}
-
 mod body;
 mod broad;
 mod catalogue;

@@ -96,6 +96,16 @@ impl World {
         std::iter::successors(Some(root), |&body| self.bodies[body as usize].next).collect()
     }
 
+    /// The contacts and the joints that are stored with a body: its first body stores each; if that is the ground, the
+    /// other does.
+    fn stored_with(&self, body: u32) -> (Vec<u32>, Vec<u32>) {
+        let is_stored = |[first, _]: [u32; 2]| first == body || first == GROUND as u32;
+        let contacts =
+            self.linked(body).into_iter().filter(|&contact| is_stored(self.contacts[contact as usize].bodies));
+        let joints = self.joints_of(body).filter(|&joint| is_stored(self.joints[joint as usize].bodies));
+        (contacts.collect(), joints.collect())
+    }
+
     fn put_to_sleep(&mut self, body: u32) {
         swap_out(&mut self.awake, body);
         let shape = self.bodies[body as usize].shape;
@@ -104,24 +114,12 @@ impl World {
             self.broad.remove_moving(shape);
             self.broad.insert_resting(shape, number, bounds);
         }
-        for contact in self.linked(body) {
-            if self.is_stored_with(self.contacts[contact as usize].bodies[0], body) {
-                self.contacts[contact as usize].is_cached = false;
-                swap_out(&mut self.order, contact);
-            }
+        let (contacts, joints) = self.stored_with(body);
+        for contact in contacts {
+            self.contacts[contact as usize].is_cached = false;
+            swap_out(&mut self.order, contact);
         }
-        let joints: Vec<u32> = self.joints_of(body).collect();
-        for joint in joints {
-            if self.is_stored_with(self.joints[joint as usize].bodies[0], body) {
-                swap_out(&mut self.active_joints, joint);
-            }
-        }
-    }
-
-    /// Whether a contact or joint is stored with `body`: its first body stores it; if that is the ground, the other
-    /// does.
-    fn is_stored_with(&self, first: u32, body: u32) -> bool {
-        first == body || first == GROUND as u32
+        joints.into_iter().for_each(|joint| swap_out(&mut self.active_joints, joint));
     }
 
     /// Wakes a sleeping body and its group.
@@ -143,20 +141,13 @@ impl World {
             self.broad.remove_resting(shape);
             self.broad.insert_moving(shape, number, &extent);
         }
-        for index in self.linked(body) {
-            if self.is_stored_with(self.contacts[index as usize].bodies[0], body) {
-                let contact = &mut self.contacts[index as usize];
-                contact.is_cached = true;
-                contact.seen = self.step;
-                self.order.push(index);
-            }
+        let (contacts, joints) = self.stored_with(body);
+        for index in contacts {
+            let contact = &mut self.contacts[index as usize];
+            (contact.is_cached, contact.seen) = (true, self.step);
+            self.order.push(index);
         }
-        let joints: Vec<u32> = self.joints_of(body).collect();
-        for joint in joints {
-            if self.is_stored_with(self.joints[joint as usize].bodies[0], body) {
-                self.active_joints.push(joint);
-            }
-        }
+        self.active_joints.extend(joints);
     }
 
     /// Resets the idle time of a body that a rule has changed, and of the bodies that touch it.

@@ -101,10 +101,10 @@ impl World {
             return index as u32;
         }
         if let Some(free) = self.free_contacts.pop() {
-            self.contacts[free as usize] = Contact::new();
+            self.contacts[free as usize] = Contact::default();
             return free;
         }
-        self.contacts.push(Contact::new());
+        self.contacts.push(Contact::default());
         self.contacts.len() as u32 - 1
     }
 

@@ -103,11 +103,6 @@ impl Tool {
     /// World coordinates of the corners, counter-clockwise; for segments the two ends, for circles points along the
     /// circumference. In single precision, for networks and screens.
     pub fn vertices(&self) -> Vec<[f32; 2]> {
-        self.corner_points().into_iter().map(|corner| corner.map(|p| p as f32)).collect()
-    }
-
-    /// Like [`vertices`](Self::vertices), in the precision of the physics.
-    pub fn corner_points(&self) -> Vec<[f64; 2]> {
         let corners: Vec<Vector> = match self.outline() {
             Outline::Disc { centre, radius } => {
                 (0..48).map(|k| centre + direction(TAU * f64::from(k) / 48.0) * radius).collect()
@@ -115,7 +110,7 @@ impl Tool {
             Outline::Segment { a, b, .. } => vec![a, b],
             Outline::Polygon(polygon) => polygon.corners().iter().map(|corner| corner.position).collect(),
         };
-        corners.into_iter().map(Into::into).collect()
+        corners.into_iter().map(single).collect()
     }
 
     /// Centre in units, in single precision.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use educe::Educe;
 use rapier2d::prelude::Vector;
 
 use super::body::{Ball, BallState, Body, GROUND, Motion, MovingBox, Shape};
@@ -36,11 +37,13 @@ enum Mover {
 }
 
 /// Bodies, tools and sensors under gravity. Cloning takes a snapshot; assigning the
-/// clone back restores it exactly.
-#[derive(Debug)]
+/// clone back restores it exactly, and reuses allocations: snapshots are restored by the thousand.
+#[derive(Debug, Educe)]
+#[educe(Clone, Default)]
 pub struct World {
     pub(super) gravity: Vector,
     /// The ground, then bodies in the order in which they were added.
+    #[educe(Default = vec![Body::ground()])]
     pub(super) bodies: Vec<Body>,
     pub(super) shapes: Vec<Shape>,
     /// Number of the next shape.
@@ -70,54 +73,10 @@ pub struct World {
     pub(super) candidates: Vec<Candidate>,
 }
 
-super::clone_fields!(World {
-    gravity,
-    bodies,
-    shapes,
-    next_number,
-    joints,
-    awake,
-    active_joints,
-    broad,
-    contacts,
-    free_contacts,
-    order,
-    links,
-    step,
-    balls,
-    tools,
-    tool_shapes,
-    sensors,
-    touches,
-    moved,
-    candidates,
-});
-
 impl World {
     /// An empty world; gravity in units per second squared.
     pub fn new(gravity: [f32; 2]) -> Self {
-        Self {
-            gravity: Vector::from(gravity.map(exact)),
-            bodies: vec![Body::ground()],
-            shapes: Vec::new(),
-            next_number: 0,
-            joints: Vec::new(),
-            awake: Vec::new(),
-            active_joints: Vec::new(),
-            broad: BroadPhase::default(),
-            contacts: Vec::new(),
-            free_contacts: Vec::new(),
-            order: Vec::new(),
-            links: 0,
-            step: 0,
-            balls: Vec::new(),
-            tools: Vec::new(),
-            tool_shapes: Vec::new(),
-            sensors: Vec::new(),
-            touches: Vec::new(),
-            moved: Vec::new(),
-            candidates: Vec::new(),
-        }
+        Self { gravity: Vector::from(gravity.map(exact)), ..Self::default() }
     }
 
     /// Adds a ball and returns its index.
@@ -295,7 +254,7 @@ impl World {
         for slot in 0..self.contacts.len() {
             let contact = &mut self.contacts[slot];
             if contact.involves(body) && (contact.is_cached || contact.linked.is_some()) {
-                *contact = Contact::new();
+                *contact = Contact::default();
                 contact.is_cached = false;
                 self.free_contacts.push(slot as u32);
                 self.order.retain(|&other| other != slot as u32);

@@ -2,15 +2,13 @@
 
 use std::path::PathBuf;
 
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer};
 
 use super::Task;
-use super::create;
 use mge_base::atomic::{Format, Target};
 use mge_base::bounded;
 use mge_base::json::{self, SyntaxError};
-use mge_base::paths::{expanded, suffix};
+use mge_base::paths::expanded;
 use mge_base::spelling::did_you_mean;
 use mge_base::validation::ValidationError;
 
@@ -51,21 +49,21 @@ pub enum TaskError {
     Invalid { origin: String, error: ValidationError },
 }
 
-/// CREATE's level files (MIT licence; the notice is in the folder).
+/// CREATE's levels with their random shifts (MIT licence; the notice is in the folder).
 const LEVELS: [(&str, &str); 13] = [
-    ("Basket", include_str!("../tasks/create/level_basket.json")),
-    ("Belt", include_str!("../tasks/create/level_belt.json")),
-    ("Buckets", include_str!("../tasks/create/level_buckets.json")),
-    ("Cannon", include_str!("../tasks/create/level_cannon.json")),
-    ("Collide", include_str!("../tasks/create/level_collide.json")),
-    ("Funnel", include_str!("../tasks/create/level_funnel.json")),
-    ("GoalTest", include_str!("../tasks/create/level_test.json")),
-    ("Ladder", include_str!("../tasks/create/level_ladder.json")),
-    ("Moving", include_str!("../tasks/create/level_moving.json")),
-    ("Navigate", include_str!("../tasks/create/level_navigate.json")),
-    ("Obstacle", include_str!("../tasks/create/level_obstacle.json")),
-    ("Push", include_str!("../tasks/create/level_push.json")),
-    ("Seesaw", include_str!("../tasks/create/level_seesaw.json")),
+    ("Basket", include_str!("../tasks/create/basket-random.json")),
+    ("Belt", include_str!("../tasks/create/belt-random.json")),
+    ("Buckets", include_str!("../tasks/create/buckets-random.json")),
+    ("Cannon", include_str!("../tasks/create/cannon-random.json")),
+    ("Collide", include_str!("../tasks/create/collide-random.json")),
+    ("Funnel", include_str!("../tasks/create/funnel-random.json")),
+    ("GoalTest", include_str!("../tasks/create/goaltest-random.json")),
+    ("Ladder", include_str!("../tasks/create/ladder-random.json")),
+    ("Moving", include_str!("../tasks/create/moving-random.json")),
+    ("Navigate", include_str!("../tasks/create/navigate-random.json")),
+    ("Obstacle", include_str!("../tasks/create/obstacle-random.json")),
+    ("Push", include_str!("../tasks/create/push-random.json")),
+    ("Seesaw", include_str!("../tasks/create/seesaw-random.json")),
 ];
 
 /// Names of CREATE's levels. `create/NAME` loads one, `create/NAME-random` its variant with
@@ -101,7 +99,8 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     if let Some(level) = name.strip_prefix("create/") {
         let (level, is_random) = level.strip_suffix("-random").map_or((level, false), |level| (level, true));
         if let Some((_, text)) = LEVELS.iter().find(|(known, _)| *known == level) {
-            return parse_level(text, name, is_random);
+            let task = parse(text, name)?;
+            return Ok(if is_random { task } else { Task { name: level.to_owned(), shifts: Vec::new(), ..task } });
         }
     }
     let path = expanded(name);
@@ -134,32 +133,6 @@ pub fn file_of(name: &str) -> Option<PathBuf> {
     (path.is_file() && !is_built_in(name)).then_some(path)
 }
 
-/// The tasks of all files in a folder whose names end in `.json`, by name, except `index.json`, which lists puzzles;
-/// for anything else as [`load`]. Pipes and devices are refused.
-///
-/// # Errors
-/// When a file cannot be read or is not a valid task, or the folder has none.
-pub fn load_all(place: &str) -> Result<Vec<Task>, TaskError> {
-    let path = expanded(place);
-    if !path.is_dir() || built_in().any(|(built_in, _)| *built_in == place) {
-        return Ok(vec![load_regular(place)?]);
-    }
-    let unreadable = |source| TaskError::Io { path: path.clone(), source };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(&path).map_err(unreadable)? {
-        let file = entry.map_err(unreadable)?.path();
-        let is_index = file.file_name().is_some_and(|name| name == "index.json");
-        if suffix(&file) == "json" && !is_index {
-            files.push(file);
-        }
-    }
-    files.sort();
-    if files.is_empty() {
-        return Err(unreadable(std::io::Error::new(std::io::ErrorKind::NotFound, "the folder has no task files")));
-    }
-    files.iter().map(|file| load_regular(&file.display().to_string())).collect()
-}
-
 /// As [`load`], but refuses pipes and devices, on which a read might block.
 ///
 /// # Errors
@@ -181,25 +154,13 @@ pub fn name_of(task: &Task) -> Option<String> {
     names.find(|name| load(name).is_ok_and(|known| known == *task))
 }
 
-/// Parses a task from JSON, in our format or that of CREATE's level files; `origin` names the text in errors.
+/// Parses a task from JSON; `origin` names the text in errors.
 ///
 /// # Errors
 /// When the text is not JSON, not a task, or a task that cannot be played.
 pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
-    let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
-    if is_create_level(text) {
-        return parse_level(text, origin, false);
-    }
     let Unchecked(task) = json::parse(text.as_bytes(), origin)?;
-    task.validate().map_err(invalid)?;
-    Ok(task)
-}
-
-/// Parses a level file, with or without its random shifts.
-fn parse_level(text: &str, origin: &str, is_random: bool) -> Result<Task, TaskError> {
-    let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
-    let task = create::level_task(json::parse(text.as_bytes(), origin)?, is_random).map_err(invalid)?;
-    task.validate().map_err(invalid)?;
+    task.validate().map_err(|error| TaskError::Invalid { origin: origin.to_owned(), error })?;
     Ok(task)
 }
 
@@ -213,16 +174,6 @@ impl<'de> Deserialize<'de> for Unchecked {
     }
 }
 
-/// Whether the text is one of CREATE's level files, which list their objects in `env` and have no version.
-fn is_create_level(text: &str) -> bool {
-    #[derive(Deserialize)]
-    struct Marks {
-        version: Option<IgnoredAny>,
-        env: Option<IgnoredAny>,
-    }
-    json::parse(text.as_bytes(), "").is_ok_and(|Marks { version, env }| version.is_none() && env.is_some())
-}
-
 /// The JSON text of a task, as it is saved.
 pub fn to_json(task: &Task) -> String {
     json::pretty(task)
@@ -232,8 +183,7 @@ pub fn to_json(task: &Task) -> String {
 pub const FORMAT: Format<'static> = Format { name: "a task", suffix: "json", is: &is_task };
 
 fn is_task(found: &[u8]) -> bool {
-    // CREATE's levels are other programs' files.
-    str::from_utf8(found).is_ok_and(|text| !is_create_level(text) && parse(text, "").is_ok())
+    str::from_utf8(found).is_ok_and(|text| parse(text, "").is_ok())
 }
 
 /// Writes the task atomically.
@@ -249,24 +199,6 @@ pub fn save(task: &Task, to: impl Into<Target>) -> Result<(), TaskError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_folder_stands_for_its_task_files_by_name() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().display().to_string();
-        let error = load_all(&place).unwrap_err().to_string();
-        assert!(error.contains("the folder has no task files"), "{error}");
-        for (name, file) in [("task2", "b.json"), ("task1", "a.json")] {
-            save(&load(name).unwrap(), &folder.path().join(file)).unwrap();
-        }
-        std::fs::write(folder.path().join("index.json"), "{}").unwrap();
-        std::fs::write(folder.path().join("notes.txt"), "not a task").unwrap();
-        let names: Vec<String> = load_all(&place).unwrap().into_iter().map(|task| task.name).collect();
-        assert_eq!(names, ["task1", "task2"]);
-        assert_eq!(load_all("task3").unwrap()[0].name, "task3");
-        std::fs::write(folder.path().join("c.json"), "{").unwrap();
-        assert!(load_all(&place).unwrap_err().to_string().contains("c.json"));
-    }
 
     #[test]
     fn tasks_are_known_by_the_name_they_were_loaded_by_until_edited() {

@@ -2,7 +2,7 @@
 //!
 //! A task is a scene (ball, tools, goal, ordered subgoals), the tool that the agent places, and the rules of an
 //! episode, in one versioned JSON file. Positions are normalised to [-1, 1]; sizes are in units of the 84 x 84
-//! screen. CREATE's own level files are read too. Whatever is loaded has been validated, and errors name the place in
+//! screen. CREATE's own levels are included. Whatever is loaded has been validated, and errors name the place in
 //! the file; an [`Editor`] applies, undoes and redoes [`Edit`]s that keep a task valid.
 //!
 //! ```
@@ -17,7 +17,6 @@
 
 #![deny(unsafe_code)]
 
-mod create;
 mod edit;
 mod file;
 mod objects;
@@ -31,7 +30,7 @@ mod validate;
 
 pub use edit::{Draft, Edit, Editor};
 pub use file::{
-    FORMAT, TaskError, file_of, is_built_in, level_names, load, load_all, load_regular, name_of, parse, save, shipped,
+    FORMAT, TaskError, file_of, is_built_in, level_names, load, load_regular, name_of, parse, save, shipped,
     shipped_names, to_json,
 };
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};

@@ -188,16 +188,6 @@ impl Form {
         }
         Ok(self)
     }
-
-    /// The form of a tool: its size, and the properties that differ from its type's defaults.
-    pub fn of(tool: &Tool) -> Self {
-        let usual = Tool::new(tool.kind, tool.position);
-        let mut form = Self { size: Some(tool.size), ..Self::default() };
-        for row in PROPERTIES.iter().filter(|row| (row.of)(tool) != (row.of)(&usual)) {
-            (row.set)(&mut form, (row.of)(tool));
-        }
-        form
-    }
 }
 
 #[cfg(test)]

@@ -73,40 +73,31 @@ pub fn check_name(name: &str) -> Result<(), ValidationError> {
 
 /// Checks that the order names existing parts, each once, and tools in the order of their list.
 fn order(task: &Task) -> Result<(), ValidationError> {
-    let known: Vec<Part> = task.default_parts().collect();
-    let mut last_tool = None;
-    for (i, part) in task.order.iter().enumerate() {
-        listed(&task.order[..=i], &known, &format!("order[{i}]"))?;
-        if let Part::Tool(tool) = *part {
-            if last_tool.map_or(tool != 0, |last: usize| tool != last + 1) {
-                return problem(
-                    &format!("order[{i}]"),
-                    "must name the tools in the order of their list, and all of them",
-                );
-            }
-            last_tool = Some(tool);
-        }
-    }
-    if last_tool.is_some_and(|last| last + 1 != task.tools.len()) {
-        return problem("order", "must name all tools or none");
+    listed(task, &task.order, "order")?;
+    let tool = |part: &Part| if let Part::Tool(index) = *part { Some(index) } else { None };
+    let tools: Vec<usize> = task.order.iter().filter_map(tool).collect();
+    if !tools.is_empty() && !tools.into_iter().eq(0..task.tools.len()) {
+        return problem("order", "must name all tools in the order of their list, or none");
     }
     Ok(())
 }
 
-/// Checks that the last of these parts exists and is not among those before it.
-fn listed(parts: &[Part], known: &[Part], path: &str) -> Result<(), ValidationError> {
-    match parts.split_last() {
-        Some((part, _)) if !known.contains(part) => problem(path, "is not a part of the scene"),
-        Some((part, before)) if before.contains(part) => problem(path, "is listed twice: name each part once"),
-        _ => Ok(()),
+/// Checks that these parts exist, and that none is named twice.
+fn listed(task: &Task, parts: &[Part], path: &str) -> Result<(), ValidationError> {
+    let known: Vec<Part> = task.default_parts().collect();
+    for (i, part) in parts.iter().enumerate() {
+        if !known.contains(part) {
+            return problem(&format!("{path}[{i}]"), "is not a part of the scene");
+        }
+        if parts[..i].contains(part) {
+            return problem(&format!("{path}[{i}]"), "is listed twice: name each part once");
+        }
     }
+    Ok(())
 }
 
 fn shifted(task: &Task, shift: &Shift) -> Result<(), ValidationError> {
-    let known: Vec<Part> = task.default_parts().collect();
-    for i in 0..shift.parts.len() {
-        listed(&shift.parts[..=i], &known, &format!("parts[{i}]"))?;
-    }
+    listed(task, &shift.parts, "parts")?;
     let offset = |value: &f32| in_range(*value, ".", -2.0, 2.0);
     match &shift.by {
         Offset::Uniform { x, y } => {

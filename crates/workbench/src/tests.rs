@@ -19,6 +19,13 @@ fn session(folder: &Path) -> Session {
     session
 }
 
+/// A text in the header of a PNG.
+pub fn text_of_png(path: &Path, keyword: &str) -> String {
+    let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut texts = reader.info().uncompressed_latin1_text.iter();
+    texts.find(|chunk| chunk.keyword == keyword).unwrap().text.clone()
+}
+
 fn try_run(session: &mut Session, lines: &str) -> Result<(), String> {
     Script::parse(lines, "s", &[]).unwrap().run(session, |_| {}).map_err(|error| error.to_string())
 }

@@ -32,9 +32,6 @@ pub enum Env {
         /// train, validation, test
         #[arg(long, value_name = "SPLIT")]
         tools: Option<ToolSplit>,
-        /// Also send images of the scene, 84 x 84 pixels as in CREATE
-        #[arg(long)]
-        images: bool,
         /// Seed of the start noise, random shifts and action sets until a reset sets another
         #[arg(long, default_value_t = 0)]
         seed: u64,

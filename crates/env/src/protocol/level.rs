@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::lines::Ignored;
 use super::recorded::Recorded;
 use mge_base::validation::{ValidationError, Within};
-use mge_physics::{PHYSICS_DT, Tool, ToolKind, to_normalised};
+use mge_physics::{PHYSICS_DT, ToolKind, to_normalised};
 use mge_task::{Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION};
 
 /// A recorded level: a task without the tool that the agent places.
@@ -68,10 +68,8 @@ impl RecordedLevel {
         if self.marker.is_none() && !self.marker_subgoals.is_empty() {
             return Err(ValidationError::new("marker_subgoals", "needs a marker ball"));
         }
-        let placeable = match tool {
-            Some(tool) => tool.tool_at([0.0; 2]).within("tool")?,
-            None => Tool::new(ToolKind::Box, [0.0; 2]),
-        };
+        let usual = Ok((ToolKind::Box, Form::default()));
+        let (kind, form) = tool.map_or(usual, Recorded::form).within("tool")?;
         let mut task = Task {
             version: VERSION,
             name: self.name.clone(),
@@ -81,7 +79,7 @@ impl RecordedLevel {
             balls: Vec::new(),
             boxes: Vec::new(),
             tools: Vec::new(),
-            placeable: Placeable { kind: placeable.kind, form: Form::of(&placeable) },
+            placeable: Placeable { kind, form },
             subgoals: regions(&self.subgoals, "subgoals")?,
             search_actions: 0,
             goal: self.goal.goal().within("goal")?,
@@ -140,9 +138,9 @@ fn add_fixed(task: &mut Task, object: &Recorded) -> Result<Part, ValidationError
             Part::Box(task.boxes.len() - 1)
         }
         _ => {
-            let tool = object.tool()?;
-            let position = to_normalised(tool.position).map(|p| p as f32);
-            task.tools.push(ToolSpec { kind: tool.kind, position, form: Form::of(&tool) });
+            let (kind, form) = object.form()?;
+            let position = to_normalised(object.tool()?.position).map(|p| p as f32);
+            task.tools.push(ToolSpec { kind, position, form });
             Part::Tool(task.tools.len() - 1)
         }
     })

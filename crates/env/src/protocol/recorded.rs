@@ -66,8 +66,19 @@ impl Recorded {
     /// The tool at another position, in units.
     ///
     /// # Errors
-    /// When it is no tool, the size is missing or a number is out of range.
+    /// As [`form`](Self::form), and when the position is out of range.
     pub fn tool_at(&self, position: [f64; 2]) -> Result<Tool, ValidationError> {
+        let (kind, form) = self.form()?;
+        let tool = form.apply(Tool::new(kind, position));
+        tool.check()?;
+        Ok(tool)
+    }
+
+    /// The tool's type and its numbers.
+    ///
+    /// # Errors
+    /// When it is no tool, the size is missing or a number is out of range.
+    pub fn form(&self) -> Result<(ToolKind, Form), ValidationError> {
         let kind: ToolKind = self.r#type.parse().map_err(|problem| ValidationError::new("type", problem as String))?;
         let (length, thickness, measure) = (self.length, self.thickness, kind.measure());
         let misplaced = [
@@ -106,9 +117,7 @@ impl Recorded {
             let message = format_args!("must be {} for a {kind}: remove it", kind.is_sensor());
             return Err(ValidationError::new("sensor", message));
         }
-        let tool = form.apply(Tool::new(kind, position));
-        tool.check()?;
-        Ok(tool)
+        Ok((kind, form))
     }
 
     /// The radius or the size in units, whichever such an object has. The other may only be given as 0.

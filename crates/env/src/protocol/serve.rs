@@ -10,20 +10,17 @@
 //! With an action set, the answer to a reset also has `"tools": [..]`, the catalogue numbers of the tools in the set.
 //! A step chooses one by its index in that list, `"tool": 3`; `"tool_space": {"n": 40}` gives their number.
 //!
-//! With images, the answers to resets and steps also have `"image"`: 84 x 84 x 3 bytes, rows from the top, in base64.
-//!
 //! A bound of null means unbounded. `observation_parts` lists the parts of an observation. Without a seed, `reset`
 //! continues the stream of the last seed. A request that cannot be executed is answered by `{"error": ".."}` and
 //! leaves the environment unchanged.
 
 use std::io::{BufRead, Write};
 
-use base64::prelude::{BASE64_STANDARD, Engine};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
-use crate::{Action, Choice, Environment, IMAGE_LEN, IMAGE_SIDE, Info, ObservationPart, Placement};
+use crate::{Action, Choice, Environment, Info, ObservationPart, Placement};
 use mge_base::streams::Stream;
 use mge_physics::ACTION_SET;
 
@@ -54,21 +51,15 @@ enum Answer {
         action_space: Space,
         #[serde(skip_serializing_if = "Option::is_none")]
         tool_space: Option<Discrete>,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        image_space: Option<ImageSpace>,
     },
     Reset {
         observation: Vec<f32>,
         #[serde(skip_serializing_if = "Option::is_none")]
         tools: Option<Vec<usize>>,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        image: Option<String>,
         info: Info,
     },
     Step {
         observation: Vec<f32>,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        image: Option<String>,
         reward: f32,
         terminated: bool,
         truncated: bool,
@@ -96,25 +87,13 @@ struct Space {
     high: Vec<Option<f32>>,
 }
 
-/// The shape of images: height, width, channels of a byte each.
-#[derive(Debug, Serialize)]
-struct ImageSpace {
-    shape: [usize; 3],
-}
-
 /// Serves the requests in `input` until a `close` request or the end of the input. `seed` applies until a reset gives
-/// another. With `has_images`, answers include images of the scene.
+/// another.
 ///
 /// # Errors
 /// When the input cannot be read, a line is too long, or an answer cannot be written.
-pub fn serve(
-    env: Environment,
-    has_images: bool,
-    seed: u64,
-    input: impl BufRead,
-    mut output: impl Write,
-) -> Result<(), LinesError> {
-    let mut server = Server { env, has_images, rng: Stream::Episode.of(seed), begun: false };
+pub fn serve(env: Environment, seed: u64, input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
+    let mut server = Server { env, rng: Stream::Episode.of(seed), begun: false };
     let mut lines = Lines::new(input, "stdin");
     loop {
         let answer = match lines.read() {
@@ -134,7 +113,6 @@ pub fn serve(
 
 struct Server {
     env: Environment,
-    has_images: bool,
     rng: ChaCha8Rng,
     begun: bool,
 }
@@ -150,7 +128,7 @@ impl Server {
                 self.begun = true;
                 let observation = self.env.reset(&mut self.rng);
                 let tools = self.env.action_set().map(|set| set.numbers().collect());
-                Answer::Reset { observation, tools, image: self.image(), info: self.info(None) }
+                Answer::Reset { observation, tools, info: self.info(None) }
             }
             Request::Step { .. } if !self.begun => {
                 Answer::Error { error: "the first episode has not begun: reset the environment first".to_owned() }
@@ -170,7 +148,6 @@ impl Server {
         let step = self.env.step(Choice { tool, place }).map_err(|over| over.to_string())?;
         Ok(Answer::Step {
             observation: step.observation,
-            image: self.image(),
             reward: step.reward,
             terminated: step.terminated,
             truncated: step.truncated,
@@ -182,14 +159,6 @@ impl Server {
         Info::of(self.env.snapshot(), placement)
     }
 
-    fn image(&self) -> Option<String> {
-        self.has_images.then(|| {
-            let mut pixels = [0; IMAGE_LEN];
-            self.env.draw(&mut pixels);
-            BASE64_STANDARD.encode(pixels)
-        })
-    }
-
     /// Infinite bounds are given as null.
     fn spaces(&self) -> Answer {
         let finite = |bounds: Vec<f32>| bounds.into_iter().map(|bound| bound.is_finite().then_some(bound)).collect();
@@ -199,7 +168,6 @@ impl Server {
             observation_parts: self.env.observation_parts(),
             action_space: Space { shape: [2], low: vec![Some(-1.0); 2], high: vec![Some(1.0); 2] },
             tool_space: self.env.split().map(|_| Discrete { n: ACTION_SET }),
-            image_space: self.has_images.then_some(ImageSpace { shape: [IMAGE_SIDE, IMAGE_SIDE, 3] }),
         }
     }
 }
@@ -221,7 +189,7 @@ mod tests {
 
     fn talk_to(env: Environment, requests: &str) -> Vec<Value> {
         let mut output = Vec::new();
-        serve(env, true, 0, requests.as_bytes(), &mut output).unwrap();
+        serve(env, 0, requests.as_bytes(), &mut output).unwrap();
         String::from_utf8(output).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
@@ -266,10 +234,6 @@ mod tests {
             |part: &Value| -> u64 { part["shape"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).product() };
         assert_eq!(parts.iter().map(length).sum::<u64>(), observation.len() as u64);
         assert_eq!(answers[1]["tools"], json!(numbers));
-        let mut image = [0; IMAGE_LEN];
-        env.draw(&mut image);
-        assert_eq!(answers[0]["image_space"], json!({"shape": [84, 84, 3]}));
-        assert_eq!(BASE64_STANDARD.decode(answers[2]["image"].as_str().unwrap()).unwrap(), image);
         assert_eq!(answers[2]["info"]["placement"], json!(step.placement));
         assert_eq!(serde_json::from_value::<Vec<f32>>(answers[2]["observation"].clone()).unwrap(), step.observation);
         for refused in &answers[3..5] {
@@ -284,7 +248,7 @@ mod tests {
         task.rules.start_noise = 1.0;
         let reset = |requests: &str| {
             let mut output = Vec::new();
-            serve(Environment::new(Arc::new(task.clone())), false, 7, requests.as_bytes(), &mut output).unwrap();
+            serve(Environment::new(Arc::new(task.clone())), 7, requests.as_bytes(), &mut output).unwrap();
             String::from_utf8(output).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
         };
         let seeded =

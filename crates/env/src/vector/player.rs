@@ -7,7 +7,6 @@ use crate::action::{EndReason, Placement};
 use crate::action_set::Choice;
 use crate::environment::Environment;
 use crate::episode::Snapshot;
-use crate::image::IMAGE_LEN;
 
 /// What an environment does after the end of an episode (the autoreset modes of Gymnasium's vector environments).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,8 +32,6 @@ pub struct Outcome {
     pub info: Info,
     /// The episode that this step ended, if the next one has already started.
     pub ended: Option<Ended>,
-    /// The last image of that episode, if images are enabled.
-    pub ended_image: Option<Vec<u8>>,
 }
 
 /// The end of an episode.
@@ -113,28 +110,23 @@ impl Player {
     }
 
     /// Takes an action and writes the observation after it.
-    pub fn step(&mut self, action: Choice, autoreset: Autoreset, has_images: bool, observation: &mut [f32]) {
+    pub fn step(&mut self, action: Choice, autoreset: Autoreset, observation: &mut [f32]) {
         let Ok(step) = self.env.step_without_observation(action) else {
             return observation.copy_from_slice(&self.reset());
         };
         self.actions.push(action);
         let outcome = &mut self.outcome;
         (outcome.reward, outcome.terminated, outcome.truncated) = (step.reward, step.terminated, step.truncated);
-        (outcome.ended, outcome.ended_image) = (None, None);
+        outcome.ended = None;
         outcome.info.update(self.env.snapshot(), Some(step.placement));
         if step.end.is_none() || autoreset != Autoreset::SameStep {
             return self.env.write_observation(observation);
         }
-        let ended_image = has_images.then(|| {
-            let mut image = [0; IMAGE_LEN];
-            self.env.draw(&mut image);
-            image.to_vec()
-        });
         let (last, tools) = (self.env.observation(), self.env.start().tools.clone());
         let Outcome { reward, terminated, truncated, info, .. } = std::mem::take(&mut self.outcome);
         observation.copy_from_slice(&self.reset());
         let begun = std::mem::take(&mut self.outcome.info);
         let ended = Some(Ended { observation: last, info, tools });
-        self.outcome = Outcome { reward, terminated, truncated, info: begun, ended, ended_image };
+        self.outcome = Outcome { reward, terminated, truncated, info: begun, ended };
     }
 }

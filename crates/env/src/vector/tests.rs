@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::*;
-use crate::{IMAGE_LEN, Placement, Step, TOOL_FEATURES, tool_features, uniform_action};
+use crate::{Placement, Step, TOOL_FEATURES, tool_features, uniform_action};
 use mge_physics::ACTION_SET;
 
 fn noisy_task() -> Arc<Task> {
@@ -160,35 +160,6 @@ fn a_state_continues_like_the_original_also_after_a_round_trip() {
     let state = VectorEnvironment::new(other, 1, Autoreset::NextStep).state(0).unwrap();
     assert!(matches!(vector.restore(0, &state, &mut rows[..length]), Err(VectorError::OtherTask { .. })));
     assert!(State::parse("{}", &task).is_err());
-}
-
-#[test]
-fn images_show_each_environment_and_the_last_of_an_episode_is_kept() {
-    let task = Arc::new(mge_task::load("create/Buckets").unwrap());
-    let new = |reset| VectorEnvironment::with_tools(task.clone(), ToolSplit::All, 2, reset);
-    let (mut same, mut next) = (new(Autoreset::SameStep).with_images(), new(Autoreset::NextStep));
-    let mut rows = vec![0.0; 2 * same.observation_len()];
-    let [mut images, mut others] = [vec![0; 2 * IMAGE_LEN], vec![1; 2 * IMAGE_LEN]];
-    same.reset(&[Some(1), Some(2)], None, &mut rows);
-    next.reset(&[Some(1), Some(2)], None, &mut rows);
-    for choice in choices(31, ACTION_SET) {
-        same.step(&[choice; 2], &mut rows).unwrap();
-        next.step(&[choice; 2], &mut rows).unwrap();
-        same.draw(&mut images);
-        next.draw(&mut others);
-        let is_over = same.outcomes().any(|outcome| outcome.ended.is_some());
-        for (index, outcome) in same.outcomes().enumerate() {
-            let shown = others[index * IMAGE_LEN..][..IMAGE_LEN].to_vec();
-            match &outcome.ended_image {
-                Some(image) => assert_eq!(*image, shown),
-                None => assert_eq!(images[index * IMAGE_LEN..][..IMAGE_LEN], shown),
-            }
-        }
-        if is_over {
-            return;
-        }
-    }
-    panic!("no episode has ended");
 }
 
 /// Random choices of tools and positions.

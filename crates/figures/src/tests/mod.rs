@@ -22,6 +22,23 @@ fn decode(path: &Path) -> (u32, u32, Vec<u8>) {
     (info.width, info.height, pixels)
 }
 
+/// The provenance in the text chunks of a PNG.
+fn read(path: &Path) -> Provenance {
+    let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+    let info = reader.info();
+    let find = |keyword: &str| {
+        let plain = info.uncompressed_latin1_text.iter().find(|chunk| chunk.keyword == keyword);
+        let utf8 = info.utf8_text.iter().find(|chunk| chunk.keyword == keyword);
+        plain.map(|chunk| chunk.text.clone()).or_else(|| utf8.and_then(|chunk| chunk.get_text().ok())).unwrap()
+    };
+    Provenance {
+        version: find("Software").strip_prefix("mge ").unwrap().to_owned(),
+        command: find("Command"),
+        seeds: find("Seed").split_whitespace().map(|seed| seed.parse().unwrap()).collect(),
+        config_hash: find("Config hash"),
+    }
+}
+
 /// Rows of the CSV beside `path`, by column name.
 fn rows(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
     csv::Reader::from_path(path.with_extension("csv")).unwrap().deserialize().collect::<Result<_, _>>().unwrap()
@@ -62,7 +79,7 @@ fn every_figure_is_written_with_its_numbers() {
         let expected = figure.size().map(|points| (points / 72.0 * f64::from(dpi)).round() as u32);
         assert_eq!([width, height], expected, "{name}");
         assert!(pixels.iter().any(|byte| *byte < 100), "{name} is blank");
-        assert_eq!(Provenance::read(&path).unwrap(), provenance());
+        assert_eq!(read(&path), provenance());
         assert_eq!(rows(&path).len(), figure.table().rows().len());
         assert!(!rows(&path).is_empty(), "{name} has no numbers");
     }
@@ -249,9 +266,7 @@ fn provenance_survives_any_text() {
     let path = folder.path().join("tasks.png");
     let ours = Provenance::new("mge figures läufe/ε-0.5 日本", &[], "");
     invented::tasks().write(&Target::from(&path), &ours, 50).unwrap();
-    assert_eq!(Provenance::read(&path).unwrap(), ours);
-    std::fs::write(&path, b"not a png").unwrap();
-    assert!(matches!(Provenance::read(&path), Err(FigureError::Unreadable { .. })));
+    assert_eq!(read(&path), ours);
 }
 
 #[test]

@@ -142,7 +142,7 @@ fn shipped_figures_show_the_numbers_beside_them() {
     let redraw = std::env::var_os("MGE_REDRAW_FIGURES").is_some();
     for name in ["figure4", "figure5", "figure6", "figure6-greedy", "methods"] {
         let path = folder().join(name).with_extension("png");
-        let provenance = Provenance::read(&path).unwrap();
+        let provenance = super::read(&path);
         let beside = std::fs::read_to_string(path.with_extension("csv")).unwrap();
         let rows: Vec<Row> =
             csv::Reader::from_reader(beside.as_bytes()).deserialize().collect::<Result<_, _>>().unwrap();

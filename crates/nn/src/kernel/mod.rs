@@ -23,4 +23,4 @@ pub(super) use dispatch::{Kernel, LINE, Level, padded};
 pub(super) use elementwise::{ColumnSums, Derivative, SumOfSquares, Transpose};
 pub(super) use normalise::{Normalise, NormaliseGradient};
 pub(super) use product::{Epilogue, Product, Start};
-pub(super) use update::{Adam, Blend, RmsProp, Sgd, Update};
+pub(super) use update::{Adam, Blend, RmsProp, Rule, Sgd, Update};
