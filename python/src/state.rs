@@ -37,7 +37,7 @@ pub fn scene(env: &env::Environment) -> Animation {
     let mover = |index: usize| Mover {
         position: to_normalised(world.ball(index).position),
         radius: world.ball_material(index).radius,
-        angle: world.moving_box(index).map(|_| world.ball(index).angle),
+        angle: world.is_box(index).then(|| world.ball(index).angle),
     };
     let movers = (1..world.ball_count()).filter(|index| Some(*index) != goal).map(mover).collect();
     let moment = Moment {

@@ -27,8 +27,8 @@ pub enum Placement {
     NoOp,
 }
 
-/// Why an episode is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// Why an episode is over; of several reasons the first here is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
     /// The goal was reached (terminated).

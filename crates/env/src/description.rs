@@ -82,7 +82,7 @@ impl ObjectWriter<'_> {
                 TARGET => "target",
                 MARKER if task.marker.is_some() => "marker",
                 index if goal == ObjectId::Ball(index) => "goal",
-                index if world.moving_box(index).is_some() => "box",
+                index if world.is_box(index) => "box",
                 _ => "ball",
             };
             let properties =

@@ -337,14 +337,7 @@ impl Snapshot {
             (EndReason::Goal, self.goal && self.task.rules.goal_ends_episode),
         ];
         self.reasons = reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect();
-        let by_weight = [
-            EndReason::Goal,
-            EndReason::OutOfBounds,
-            EndReason::MarkerOut,
-            EndReason::Standstill,
-            EndReason::MaxActions,
-        ];
-        by_weight.into_iter().find(|reason| self.reasons.contains(reason))
+        self.reasons.iter().copied().min()
     }
 
     /// Whether all balls, boxes and planks are at rest.

@@ -154,7 +154,9 @@ impl BroadPhase {
         self.moving = self.remove(self.moving, leaf);
         self.moving = self.insert(self.moving, leaf);
         self.clear_pairs(leaf);
-        self.leaf_mut(leaf).stamp = self.stamp;
+        if let Kind::Leaf(leaf) = &mut self.nodes[leaf as usize].kind {
+            leaf.stamp = self.stamp;
+        }
     }
 
     // Traversal.
@@ -315,13 +317,6 @@ impl BroadPhase {
 
     fn leaf(&self, node: u32) -> &Leaf {
         match &self.nodes[node as usize].kind {
-            Kind::Leaf(leaf) => leaf,
-            Kind::Branch { .. } => unreachable!("tables, pairs and `leaves` hold leaves"),
-        }
-    }
-
-    fn leaf_mut(&mut self, node: u32) -> &mut Leaf {
-        match &mut self.nodes[node as usize].kind {
             Kind::Leaf(leaf) => leaf,
             Kind::Branch { .. } => unreachable!("tables, pairs and `leaves` hold leaves"),
         }

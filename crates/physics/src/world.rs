@@ -29,13 +29,6 @@ pub enum Sensor {
     Square { position: [f64; 2], side: f64 },
 }
 
-/// Size and material of a ball or a moving box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Mover {
-    Ball(Ball),
-    Box(MovingBox),
-}
-
 /// Bodies, tools and sensors under gravity. Cloning takes a snapshot; assigning the
 /// clone back restores it exactly, and reuses allocations: snapshots are restored by the thousand.
 #[derive(Debug, Educe)]
@@ -61,8 +54,8 @@ pub struct World {
     /// Number of contact links made so far.
     pub(super) links: u64,
     pub(super) step: u64,
-    /// Bodies of balls and boxes.
-    balls: Vec<(u32, Mover)>,
+    /// Bodies of balls and boxes, with size and material: a box has those of a ball of the same width.
+    balls: Vec<(u32, Ball)>,
     pub(super) tools: Vec<Arc<RuleTool>>,
     /// Shapes of tools and sensors; None for removed sensors.
     tool_shapes: Vec<u32>,
@@ -85,22 +78,24 @@ impl World {
         let mut body = Body::new(mass, mass * (0.5 * (radius * radius)), motion.into());
         body.is_round = true;
         let material = [ball.elasticity, ball.friction].map(exact);
-        self.add_mover(body, Outline::disc(radius), material, Mover::Ball(ball))
+        self.add_mover(body, Outline::disc(radius), material, ball)
     }
 
     /// Adds a moving box and returns its index; balls and boxes share one numbering.
     pub fn add_box(&mut self, moving: MovingBox, motion: impl Into<Motion>) -> usize {
-        let (mass, side) = (exact(moving.mass), exact(moving.size));
+        let MovingBox { size, mass, elasticity, friction } = moving;
+        let ball = Ball { radius: size / 2.0, mass, elasticity, friction };
+        let (mass, side) = (exact(mass), exact(size));
         let body = Body::new(mass, mass * (1.0 / 12.0) * (side * side + side * side), motion.into());
-        let material = [moving.elasticity, moving.friction].map(exact);
-        self.add_mover(body, Outline::rectangle(side, side), material, Mover::Box(moving))
+        let material = [elasticity, friction].map(exact);
+        self.add_mover(body, Outline::rectangle(side, side), material, ball)
     }
 
-    fn add_mover(&mut self, mut body: Body, outline: Outline, material: [f64; 2], mover: Mover) -> usize {
+    fn add_mover(&mut self, mut body: Body, outline: Outline, material: [f64; 2], ball: Ball) -> usize {
         body.outline = Some(outline);
         let body = self.add_body(body);
         let index = self.balls.len();
-        self.balls.push((body, mover));
+        self.balls.push((body, ball));
         self.add_moving_shape(body, outline, material, ObjectId::Ball(index));
         index
     }
@@ -286,20 +281,12 @@ impl World {
 
     /// Size and material of a ball; for a moving box, a ball of the same width.
     pub fn ball_material(&self, index: usize) -> Ball {
-        match self.balls[index].1 {
-            Mover::Ball(ball) => ball,
-            Mover::Box(MovingBox { size, mass, elasticity, friction }) => {
-                Ball { radius: size / 2.0, mass, elasticity, friction }
-            }
-        }
+        self.balls[index].1
     }
 
-    /// The moving box with this index; None for a ball.
-    pub fn moving_box(&self, index: usize) -> Option<MovingBox> {
-        match self.balls[index].1 {
-            Mover::Ball(_) => None,
-            Mover::Box(moving) => Some(moving),
-        }
+    /// Whether it is a moving box and not a ball.
+    pub fn is_box(&self, index: usize) -> bool {
+        !self.body(index).is_round
     }
 
     /// Whether a bucket has captured the ball.
