@@ -167,7 +167,7 @@ const MIN_PER_THREAD: usize = 50_000;
 /// Applies a rule to all parameters of a network; halves of large networks run in parallel.
 fn apply<R, const N: usize>(rule: R, mut state: [&mut [f32]; N], input: &[f32])
 where
-    R: Rule<N> + Copy + Send,
+    R: Rule<N> + Copy + Send + Sync,
 {
     if input.len() <= MIN_PER_THREAD {
         return Update { rule, state, input }.execute();
