@@ -104,9 +104,9 @@ def read_results(folders: Folders) -> Table:
     """Results of all runs in folders (runs, folders of runs, sweeps, studies): one row for each run."""
     rows = []
     for run in json.loads(_mge.read_results(folder_list(folders))):
-        measures, charged = run.pop("measures"), run.pop("charged")
+        measures = run.pop("measures")
         differing = {**measures.pop("settings", {}), **measures.pop("implied", {})}
-        rows.append({**run, **differing, **measures, "charged": charged})
+        rows.append({**run, **differing, **measures})
     return _table(rows)
 
 

@@ -47,14 +47,14 @@ pub fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
     abandonable_on_threads(py, move || read_runs(&find_runs(&folders)?))?.map_err(exception)
 }
 
-/// The results of the runs in folders as JSON: for each its path, state, label in figures and charged actions, and its
-/// measures, of which `settings` and `implied` are the effective values of all settings in which any two runs differ.
+/// The results of the runs in folders as JSON: for each its path, state and label in figures, and its measures, of which
+/// `settings` and `implied` are the effective values of all settings in which any two runs differ.
 #[pyfunction]
 pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<String> {
     let found = found(py, folders)?;
     let rows = found.iter().map(|FoundRun { path, state, trained, .. }| {
         let row = &trained.row;
-        json!({"run": path.to_string_lossy(), "state": state.name(), "label": row.label(), "measures": row, "charged": row.charged})
+        json!({"run": path.to_string_lossy(), "state": state.name(), "label": row.label(), "measures": row})
     });
     Ok(Value::from_iter(rows).to_string())
 }
