@@ -11,8 +11,6 @@ use super::{
 };
 use mge_nn::{Mlp, OptimiserKind, TensorFile, join_rows};
 
-mod probe;
-
 const OBSERVATION: usize = 5;
 const ACTION: usize = 2;
 
