@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use clap::CommandFactory as _;
 use serde_json::json;
 
-use super::arguments::{Delete, Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
+use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
 use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
@@ -17,9 +18,10 @@ use super::settings;
 use crate::tui;
 use mge_agent::Ddpg;
 use mge_base::paths::{fitting, given};
+use mge_base::spelling::did_you_mean;
 use mge_base::text::printable;
 use mge_figures::DEFAULT_DPI;
-use mge_results::Composition;
+use mge_results::{Composition, is_listed_run};
 use mge_run::RunError;
 use mge_task as task;
 use mge_trainer::{Method, set_the_same};
@@ -27,12 +29,21 @@ use mge_workbench::{self as workbench, Command, FigureKind, Output, RunView, Ses
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
-    let mut session = Session::on_task(&arguments.task, RUNS.into())?;
-    use_folder(&mut session, &arguments.runs)?;
+    let run = arguments.run.as_ref().or(Some(&arguments.runs).filter(|folder| is_listed_run(folder)));
+    let session = match run {
+        Some(run) if !run.exists() => return Err(no_such(run).into()),
+        Some(run) => Session::on_run(run)?,
+        None => {
+            let mut session = Session::on_task(&arguments.task, RUNS.into())?;
+            use_folder(&mut session, &arguments.runs)?;
+            session
+        }
+    };
     let first_start = !arguments.runs.exists();
     let options = tui::Options {
         keys: arguments.keys.clone(),
         tour: first_start,
+        fresh: arguments.fresh,
         no_mouse: arguments.no_mouse,
         notify: arguments.notify,
     };
@@ -49,6 +60,14 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 
 /// Success rate of a solved task.
 const SOLVED: &str = "0.8";
+
+/// Says that a word is neither a command nor a run.
+fn no_such(word: &Path) -> String {
+    let word = word.display().to_string();
+    let program = Arguments::command();
+    let commands = program.get_subcommands().map(clap::Command::get_name);
+    format!("`{word}` is neither a command nor the folder of a run{}", did_you_mean(commands, &word))
+}
 
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;

@@ -43,6 +43,12 @@ impl Effect {
         Self::call(|app| app.open(layer))
     }
 
+    /// Opens the palette with a command typed in.
+    pub fn palette(command: impl ToString) -> Self {
+        let line = command.to_string();
+        Self::call(move |app| app.open_palette(&line))
+    }
+
     /// Shows a message.
     pub fn message(level: Level, text: impl Into<String>) -> Self {
         let text = text.into();

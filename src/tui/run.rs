@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 
-use super::app::{App, Guarded, TerminalRequest, report_recovered_edits};
+use super::app::{App, Guarded, Remembered, TerminalRequest, report_recovered_edits};
 use super::input::{Keymap, KeymapError};
 use super::terminal::signals::{self, Listener, Request};
 use super::terminal::{self, Graphics, Input, Notify, Screen, TerminalError};
@@ -26,6 +26,8 @@ pub struct Options {
     pub keys: Option<PathBuf>,
     /// Show the tour first.
     pub tour: bool,
+    /// Forget what earlier sessions with the folder of runs have chosen.
+    pub fresh: bool,
     /// Do not capture the mouse.
     pub no_mouse: bool,
     /// How the terminal announces that long work has ended.
@@ -71,6 +73,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
     let variable = |name: &str| std::env::var(name).ok();
     let theme = Theme::from_env(variable);
+    let folder = session.folder().to_owned();
     // Before the terminal is taken over: until then, a signal ends the program, which would leave it as it is.
     let (listener, wake) = Listener::start()?;
     let screen = Screen::open(!options.no_mouse)?;
@@ -80,16 +83,28 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
     let app = if Palette::from_env(variable).is_none() { app.following_background() } else { app };
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
+    if let Some(remembered) = Remembered::load(&folder).filter(|_| !options.fresh) {
+        app.restore(remembered);
+    }
     report_recovered_edits(&mut app, Path::new("."));
     if options.tour {
         app.show_tour();
     }
+    let reason = until_left(&mut app, &mut display, &listener)?;
+    if let Err(error) = app.remembered().save(&folder) {
+        terminal::report_at_the_end(format!("the choices of this session are not remembered: {error}"));
+    }
+    Ok(reason)
+}
+
+/// Handles events and draws frames until the workbench is left; returns why it was.
+fn until_left(app: &mut App, display: &mut Display, listener: &Listener) -> Result<ExitReason, TuiError> {
     let mut last = Instant::now();
     while !app.is_leaving() {
         let now = Instant::now();
         app.guarded(|app| app.tick(now - last));
         last = now;
-        let mut connected = false_if_hung_up(display.turn(&mut app))?;
+        let mut connected = false_if_hung_up(display.turn(app))?;
         while let Some(request) = listener.next() {
             match request {
                 Request::Quit(signal) => return Ok(ExitReason::Signal(signal)),

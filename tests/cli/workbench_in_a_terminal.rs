@@ -29,21 +29,23 @@ fn a_whole_session_trains_edits_exports_resizes_and_quits() {
     terminal.wait_for("no episodes yet");
     terminal.type_text(":model uniform\r");
     terminal.wait_for("model    uniform");
-    terminal.type_text("N\x1512\r");
-    terminal.wait_for("trains 12 episodes");
     terminal.type_text("t");
+    terminal.wait_for("train on task1");
+    // Down to the number of episodes.
+    terminal.type_text("\t12\r");
     terminal.wait_for("12/12");
     terminal.wait_for("finished");
     terminal.type_text("\tl");
     terminal.wait_for("(edited)");
     terminal.type_text("2:model true\r");
     terminal.wait_for("model true");
-    terminal.type_text("S\r");
+    terminal.type_text("S");
     terminal.wait_for("proposed: 1; Y accepts");
-    terminal.type_text("1f");
-    terminal.wait_for("into figures/");
+    terminal.type_text("7\rjj\r");
+    terminal.wait_for("drawing figures/task1-learning.png");
     let figures = ["task1-scene.png", "task1-learning.csv"].map(|name| folder.path().join("figures").join(name));
     terminal.wait_until("two figures", |_| figures.iter().all(|path| path.is_file()));
+    terminal.type_text("1");
     terminal.resize(80, 24);
     terminal.wait_until("80 columns", |screen| {
         let contents = screen.contents();
@@ -68,7 +70,7 @@ fn the_copied_command_reproduces_the_training() {
         terminal.type_text(&format!(":{line}\r"));
     }
     terminal.wait_for("seed 3");
-    terminal.type_text("t");
+    terminal.type_text("t\r");
     terminal.wait_for("2/2");
     terminal.wait_for("finished");
     terminal.type_text("y");
@@ -104,7 +106,7 @@ fn signals_restore_the_terminal_and_checkpoint_the_run() {
         terminal.wait_for("model    uniform");
         terminal.type_text("\tl");
         terminal.wait_for("(edited)");
-        terminal.type_text("t");
+        terminal.type_text("t\r");
         terminal.wait_for("running");
         let run = folder.path().join("runs/task3-ddpg-mge-adaptive-seed0");
         terminal.wait_until("the log of the run", |_| run.join("log.txt").exists());
@@ -146,8 +148,8 @@ fn closing_the_window_checkpoints_the_run() {
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
     terminal.type_text(":method ddpg\r");
-    terminal.wait_for("next run DDPG,");
-    terminal.type_text("t");
+    terminal.wait_for("method   DDPG,");
+    terminal.type_text("t\r");
     terminal.wait_for("running");
     terminal.hang_up();
     assert_eq!(terminal.wait_for_exit(), 129);
@@ -165,8 +167,10 @@ fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
     terminal.type_text("x7");
     terminal.wait_until_written("\x1bP");
     terminal.type_text("?");
-    terminal.wait_for("FIGURES");
-    terminal.type_text("?8");
+    terminal.wait_for("export the selected figure as SVG");
+    terminal.type_text("\x1b");
+    terminal.wait_until("a closed palette", |screen| !screen.contents().contains("esc: close"));
+    terminal.type_text("8");
     terminal.wait_for("Nothing has happened yet");
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);
@@ -250,9 +254,9 @@ fn bursts_of_input_do_not_block_the_keyboard() {
     terminal.type_text(&"[]".repeat(1 << 15));
     terminal.type_text(&moved.repeat((1 << 16) / moved.len()));
     terminal.type_text("e");
-    terminal.wait_for("epsilon schedule");
+    terminal.wait_for("step:0.8:0.5:500");
     terminal.type_text(&format!("\x1b[200~{}\x1b[201~\x15", "x".repeat(1 << 16)));
-    terminal.type_text("0.375\r1");
+    terminal.type_text("epsilon 0.375\r1");
     terminal.wait_for("epsilon  0.375");
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);
@@ -266,4 +270,48 @@ fn an_invalid_key_file_and_a_missing_terminal_give_one_line() {
     fail(mge(&folder, ["--keys", "keys"]), "keys:1: there is no action `trian`: did you mean `train`?");
     let message = fail(mge(&folder, [""; 0]), "needs a terminal");
     assert!(message.contains("mge script"), "{message}");
+}
+
+/// What a terminal sends for a key of the document.
+fn typed(key: &str) -> &str {
+    match key {
+        "enter" => "\r",
+        "esc" => "\x1b",
+        "tab" => "\t",
+        "left" => "\x1b[D",
+        "right" => "\x1b[C",
+        "ctrl-u" => "\x15",
+        key => key,
+    }
+}
+
+#[test]
+fn the_first_day_shows_what_its_document_says() {
+    let document = include_str!("../../docs/first-day.md");
+    let points: Vec<&str> = document.lines().filter(|line| line.starts_with("| ") && line.contains(". ")).collect();
+    assert_eq!(points.len(), 40);
+    for (columns, rows) in [(120, 40), (80, 24), (200, 60)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut terminal = open(folder.path(), &[]);
+        terminal.wait_for("welcome, 1/4");
+        terminal.resize(columns, rows);
+        for point in &points {
+            let [_, keys, _, shown, _] = point.split('`').collect::<Vec<_>>()[..] else { panic!("{point}") };
+            if keys.starts_with(':') {
+                terminal.type_text(&format!("{keys}\r"));
+            } else {
+                keys.split(' ').for_each(|key| terminal.type_text(typed(key)));
+            }
+            if keys.ends_with("esc") {
+                // What follows an escape character at once belongs to it.
+                std::thread::sleep(std::time::Duration::from_millis(300));
+            }
+            let is_shown = |screen: &vt100::Screen| screen.contents().contains(shown);
+            terminal.wait_until(&format!("at {columns}x{rows}: {point}"), is_shown);
+        }
+        terminal.wait_for("day.mge");
+        terminal.type_text("q");
+        assert_eq!(terminal.wait_for_exit(), 0);
+        terminal.wait_until_restored();
+    }
 }

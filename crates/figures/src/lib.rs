@@ -71,6 +71,6 @@ pub use provenance::Provenance;
 pub use relative::{Edge, Instant, RelativeFrames};
 pub use render::rgb;
 pub use scene::Mover;
-pub use style::series;
 pub use style::{Color, DEFAULT_DPI};
+pub use style::{series, shade};
 pub use tasks::TaskGrid;

@@ -67,8 +67,21 @@ const METHODS: [(&str, Color); 13] = [
     ("random exploration", BLUE),
 ];
 
-/// Colours of series that are not methods, in order of appearance.
-const OTHERS: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
+/// Colours of other series, twelve in all, which differ in lightness where they could be confused.
+const PALETTE: [Color; 12] = [
+    BLUE,
+    VERMILLION,
+    GREEN,
+    PURPLE,
+    ORANGE,
+    SKY,
+    BRICK,
+    BRASS,
+    NAVY,
+    GREY,
+    rgb(0x5E, 0x7D, 0x1F),
+    rgb(0x6E, 0x2C, 0x91),
+];
 
 /// Dash patterns of lines, in order of appearance, so that lines differ without colour.
 const DASHES: [&[f64]; 7] =
@@ -86,23 +99,26 @@ pub struct Series {
     pub place: usize,
 }
 
-/// The styles of series with these labels, in legend order. Series of one method, such as its seeds, have shades of
-/// its colour.
+/// The styles of series with these labels, in legend order. A label has the same colour in any order of the same
+/// labels: that of its method or, if another label has it, one of the others; after twelve, shades.
 pub fn series(labels: &[&str]) -> Vec<Series> {
-    let mut seen: Vec<&str> = Vec::new();
-    let mut others = 0;
+    let mut sorted: Vec<&str> = labels.to_vec();
+    // The plain name of a method comes before its variants.
+    sorted.sort_unstable_by_key(|label| (method(label).is_none_or(|(name, _)| name != *label), *label));
+    sorted.dedup();
+    let mut colors: Vec<(&str, Color)> = Vec::new();
+    for label in sorted {
+        let first = label.bytes().fold(0, |sum: usize, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
+        let others = (0..PALETTE.len()).map(|next| PALETTE[(first.wrapping_add(next)) % PALETTE.len()]);
+        let own = method(label).map(|(_, color)| color);
+        let is_free = |color: &Color| colors.iter().all(|(_, taken)| taken != color);
+        let color = own.into_iter().chain(others.clone()).find(is_free);
+        let shaded = || others.clone().next().map_or(GREY, |color| shade(color, colors.len() / PALETTE.len()));
+        let color = color.unwrap_or_else(shaded);
+        colors.push((label, color));
+    }
     let look = |(place, label): (usize, &&str)| {
-        let color = match method(label) {
-            Some((name, color)) => {
-                let before = seen.iter().filter(|other| **other == name).count();
-                seen.push(name);
-                shade(color, before)
-            }
-            None => {
-                others += 1;
-                OTHERS[(others - 1) % OTHERS.len()]
-            }
-        };
+        let color = colors.iter().find(|(known, _)| known == label).map_or(GREY, |(_, color)| *color);
         Series { color, dash: DASHES[place % DASHES.len()], place }
     };
     labels.iter().enumerate().map(look).collect()
@@ -116,7 +132,7 @@ fn method(label: &str) -> Option<(&'static str, Color)> {
 }
 
 /// The colour itself, then a lighter and a darker shade, repeated.
-fn shade(color: Color, index: usize) -> Color {
+pub fn shade(color: Color, index: usize) -> Color {
     let mix = |channel: u8, with: f64| (f64::from(channel) + 0.42 * (with - f64::from(channel))).round() as u8;
     let mixed = |with: f64| Color(mix(color.0, with), mix(color.1, with), mix(color.2, with), color.3);
     match index % 3 {

@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use mge_base::text::counted;
+
 /// The threshold as a function of the episode. Its text form is the EPSILON SPEC of the command line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -63,11 +65,7 @@ impl EpsilonSchedule {
             Self::Step { from, factor, episodes } => {
                 format!("{from}, times {factor} every {} episodes", thousands(*episodes))
             }
-            Self::Points(points) => {
-                let points: Vec<String> =
-                    points.iter().map(|(at, value)| format!("{value} at episode {}", thousands(*at))).collect();
-                points.join(", ")
-            }
+            Self::Points(points) => format!("drawn ({})", counted(points.len(), "point")),
             Self::Need { clusters, noise, attempts } => {
                 format!("by need, {clusters} clusters and {noise} noise, over {attempts} greedy attempts")
             }
@@ -241,7 +239,7 @@ mod tests {
             ("exp:0.8:0.05:0.999", "0.8 to 0.05 by the factor 0.999 per episode"),
             ("step:0.8:0.5:500", "0.8, times 0.5 every 500 episodes"),
             ("need:0.5:0.25:20", "by need, 0.5 clusters and 0.25 noise, over 20 greedy attempts"),
-            ("points:0=0.8,1234567=0.3", "0.8 at episode 0, 0.3 at episode 1,234,567"),
+            ("points:0=0.8,1234567=0.3", "drawn (2 points)"),
         ] {
             assert_eq!(text.parse::<EpsilonSchedule>().unwrap().describe(), words);
         }

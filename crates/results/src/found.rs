@@ -31,9 +31,9 @@ pub struct FoundRun {
 }
 
 impl FoundRun {
-    /// Name of its folder.
+    /// The name that users gave it, or else that of its folder.
     pub fn name(&self) -> String {
-        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        RunDirectory::at(&self.path).name()
     }
 }
 

@@ -98,6 +98,9 @@ impl LearningRow {
     fn threshold(&self) -> String {
         match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
             ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
+            ["points", points] if self.settings.contains_key(WHOLE_SCHEDULE) => {
+                format!("drawn {}", points.replace(',', ", "))
+            }
             ["need", ..] if !self.settings.contains_key(WHOLE_SCHEDULE) => "by need".to_owned(),
             _ => self
                 .epsilon

@@ -9,6 +9,8 @@ use super::{Result, RunDirectory, RunError, file};
 const FORMAT: u64 = 1;
 /// Maximum number of characters of a note.
 const MAX_NOTE_LENGTH: usize = 4000;
+/// Maximum number of characters of a name.
+const MAX_NAME_LENGTH: usize = 100;
 /// Maximum number of tags.
 const MAX_TAGS: usize = 20;
 /// Maximum number of characters of a tag.
@@ -19,6 +21,9 @@ const MAX_TAG_LENGTH: usize = 40;
 #[serde(deny_unknown_fields)]
 pub struct Notes {
     format: u64,
+    /// Name that users gave the run; empty for that of its folder.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub name: String,
     /// Words for finding the run.
     #[serde(default)]
     pub tags: Vec<String>,
@@ -29,7 +34,7 @@ pub struct Notes {
 
 impl Default for Notes {
     fn default() -> Self {
-        Self { format: FORMAT, tags: Vec::new(), note: String::new() }
+        Self { format: FORMAT, name: String::new(), tags: Vec::new(), note: String::new() }
     }
 }
 
@@ -40,6 +45,11 @@ impl Notes {
             (1..=MAX_TAG_LENGTH).contains(&tag.chars().count())
                 && tag.chars().all(|character| character.is_alphanumeric() || "-_.".contains(character))
         };
+        let is_bad = |character: char| character.is_control() || ['/', '\\'].contains(&character);
+        if self.name.chars().count() > MAX_NAME_LENGTH || self.name.starts_with('.') || self.name.contains(is_bad) {
+            let what = "characters other than / and \\, and does not begin with a dot";
+            return Err(format!("a name has at most {MAX_NAME_LENGTH} {what}"));
+        }
         if self.note.chars().count() > MAX_NOTE_LENGTH {
             return Err(format!("a note has at most {MAX_NOTE_LENGTH} characters"));
         }
@@ -64,6 +74,17 @@ impl RunDirectory {
         let notes: Notes = parse_json(&path, &bytes)?;
         notes.check().map_err(|reason| RunError::Malformed { path, line: None, reason })?;
         Ok(notes)
+    }
+
+    /// The name of the run: the one that users gave it, or else that of its folder.
+    pub fn name(&self) -> String {
+        // Unreadable notes count as none here; writing new ones reports the error.
+        let given = self.notes().map_or_else(|_| String::new(), |notes| notes.name);
+        if given.is_empty() {
+            self.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
+        } else {
+            given
+        }
     }
 
     /// Changes the notes on the run. This is allowed during training, which does not use them. Of changes by several
@@ -100,6 +121,8 @@ mod tests {
         assert_eq!(run.notes().unwrap(), notes);
         for bad in [
             Notes { note: "x".repeat(4001), ..Notes::default() },
+            Notes { name: "a/b".into(), ..Notes::default() },
+            Notes { name: "x".repeat(101), ..Notes::default() },
             Notes { tags: vec!["two words".into()], ..Notes::default() },
             Notes { tags: vec![String::new()], ..Notes::default() },
             Notes { tags: vec!["a".into(); 21], ..Notes::default() },
@@ -112,6 +135,9 @@ mod tests {
             std::fs::remove_file(run.notes_path()).unwrap();
             write(&notes).unwrap();
         }
+        assert_eq!(run.name(), folder.path().file_name().unwrap().to_str().unwrap());
+        run.change_notes(|notes| notes.name = "the best".into()).unwrap();
+        assert_eq!(run.name(), "the best");
         std::fs::write(run.notes_path(), r#"{"format": 9}"#).unwrap();
         assert!(matches!(run.notes(), Err(RunError::UnknownFormat { .. })));
     }

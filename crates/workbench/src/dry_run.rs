@@ -2,7 +2,7 @@
 //! the first training starts.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use super::command::Command;
@@ -32,13 +32,18 @@ impl DryRun {
 
     /// Opens a task.
     pub fn open_task(&mut self, name: &str) -> Result<(), SessionError> {
-        if self.written.contains(&expanded(name)) {
+        if self.will_be_written(&expanded(name)) {
             self.task_unknown = true;
         } else {
             self.setup.open_task(name)?;
             self.proposed = false;
         }
         Ok(())
+    }
+
+    /// Whether the script will have written a file by now.
+    pub fn will_be_written(&self, file: &Path) -> bool {
+        self.written.contains(file)
     }
 
     /// Changes a setting.
@@ -62,7 +67,7 @@ impl DryRun {
         config.validate()?;
         self.warnings = warnings([(config, &self.setup.set)]);
         match &config.prior {
-            PriorSource::ModelFile(file) if self.written.contains(&file.path) => Ok(()),
+            PriorSource::ModelFile(file) if self.will_be_written(&file.path) => Ok(()),
             _ => check_model(config).map_err(|error| SessionError::Failed(error.to_string())),
         }
     }

@@ -82,6 +82,6 @@ pub enum SessionError {
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),
     /// An expectation does not hold.
-    #[error("expected {} {} {}, but it is {found}", expected.quantity.name(), expected.comparison.sign(), expected.value)]
+    #[error("expected {} {} {}, but it is {found}", expected.quantity, expected.comparison, expected.value)]
     Expectation { expected: Expect, found: f64 },
 }

@@ -20,6 +20,7 @@ use super::saved::SavedRun;
 #[derive(Debug)]
 pub struct RunView {
     number: usize,
+    name: String,
     directory: RunDirectory,
     config: Arc<RunConfig>,
     log: RunLog,
@@ -76,6 +77,7 @@ impl RunView {
         let config = Arc::new(RunConfig::of(&directory)?);
         Ok(Self {
             number: 0,
+            name: directory.name(),
             log: RunLog::new(&directory),
             directory,
             config,
@@ -322,9 +324,14 @@ impl RunView {
         &self.directory
     }
 
-    /// The name of its folder.
+    /// The name that users gave it, or else that of its folder.
     pub fn name(&self) -> String {
-        self.directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
+        self.name.clone()
+    }
+
+    /// Takes over the name after it was changed.
+    pub(super) fn read_name(&mut self) {
+        self.name = self.directory.name();
     }
 
     /// Its configuration.

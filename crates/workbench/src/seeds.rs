@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::command::{Seed, Train};
-use super::{Session, SessionError};
+use super::command::{Seed, Train, Watch};
+use super::{RunView, Session, SessionError};
 
 impl Session {
     /// Starts or queues a run for each of `seeds` consecutive seeds, beginning with the one set. Each run is
@@ -25,6 +25,11 @@ impl Session {
         });
         self.apply(Seed(first))?;
         outcome?;
+        // A run that waits for a core shows nothing yet.
+        let is_waiting = self.run().is_some_and(RunView::is_queued);
+        if let Some(begun) = self.runs().iter().rev().find(|run| is_waiting && run.is_active()).map(RunView::number) {
+            self.apply(Watch(begun))?;
+        }
         Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })
     }
 }

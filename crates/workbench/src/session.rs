@@ -135,15 +135,18 @@ impl Session {
         Ok(report)
     }
 
-    /// The command with the folders of the runs that it names as `%N`.
+    /// The command with the folders of the runs that it names as `%N`, or by their names in the folder for runs.
     ///
     /// # Errors
-    /// When the session has no such run.
+    /// When the session has no run of the number.
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
-        command.with_run_folders(|name| {
-            let Some(number) = run_number(name) else { return Ok(None) };
-            let folder = self.runs.folder_of(number).ok_or(SessionError::NoSuchRun(number + 1))?;
-            Ok(Some(folder.to_owned()))
+        command.with_run_folders(|name| match run_number(name) {
+            Some(number) => {
+                let folder = self.runs.folder_of(number).ok_or(SessionError::NoSuchRun(number + 1))?;
+                Ok(Some(folder.to_owned()))
+            }
+            None if name.exists() => Ok(None),
+            None => Ok(Some(self.runs.folder.join(name)).filter(|folder| folder.exists())),
         })
     }
 

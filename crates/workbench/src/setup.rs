@@ -19,12 +19,14 @@ pub(super) struct Setup {
     pub config: RunConfig,
     /// The settings that were set explicitly, by path.
     pub set: BTreeSet<String>,
+    /// The number of episodes to which continuing extends a run that has fewer.
+    pub extends_to: Option<u32>,
 }
 
 impl Setup {
     pub fn new(task: Task) -> Self {
         let config = RunConfig::usual_for(Arc::new(task.clone()));
-        Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new() }
+        Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new(), extends_to: None }
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {

@@ -81,6 +81,9 @@ pub struct Print {
 
 #[derive(Debug, Args)]
 pub struct Workbench {
+    /// Run to open, on its task: its folder
+    #[arg(value_name = "RUN")]
+    pub run: Option<PathBuf>,
     /// Task to open: the name of a shipped task, or a file
     #[arg(long, default_value = "task1")]
     pub task: String,
@@ -90,6 +93,9 @@ pub struct Workbench {
     /// File of key bindings, with lines such as `train = t`
     #[arg(long, env = "MGE_KEYS")]
     pub keys: Option<PathBuf>,
+    /// Forget what earlier sessions with the folder of runs have chosen: settings of runs, screen, order and columns
+    #[arg(long)]
+    pub fresh: bool,
     /// Do not capture the mouse
     #[arg(long)]
     pub no_mouse: bool,

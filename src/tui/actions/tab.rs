@@ -1,9 +1,12 @@
 //! The screens of the workbench.
 
+use serde::{Deserialize, Serialize};
+
 /// A screen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Tab {
     /// Scene, curves and status together.
+    #[default]
     Scene,
     /// The task being edited.
     Edit,
@@ -28,16 +31,7 @@ impl Tab {
 
     /// Title of the tab.
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Scene => "Scene",
-            Self::Edit => "Edit",
-            Self::Schedule => "Schedule",
-            Self::Training => "Training",
-            Self::Runs => "Runs",
-            Self::Models => "Models",
-            Self::Figures => "Figures",
-            Self::Log => "Log",
-        }
+        ["Scene", "Edit", "Schedule", "Training", "Runs", "Models", "Figures", "Log"][self as usize]
     }
 
     /// Whether it shows a scene.

@@ -6,11 +6,13 @@ mod perform;
 mod questions;
 mod quit;
 mod recovery;
+mod remembered;
 #[cfg(test)]
 pub(super) mod testing;
 mod tick;
 mod unsaved;
 
+pub use remembered::Remembered;
 pub use unsaved::{Guarded, report_recovered_edits};
 
 use std::path::PathBuf;
@@ -65,6 +67,8 @@ pub struct App {
     awaited: Option<Awaited>,
     /// Commands typed in the palette, the oldest first.
     typed: Vec<String>,
+    /// Number of seeds of the training started last.
+    pub(super) seeds: u32,
     /// Time since the visible curves were last requested.
     since_request: Duration,
     /// Whether the session has changes that are not yet due to be drawn.
@@ -141,6 +145,7 @@ impl App {
             greedy: None,
             awaited: None,
             typed: Vec::new(),
+            seeds: 1,
             since_request: Duration::ZERO,
             news: false,
             since_news: Duration::ZERO,

@@ -50,7 +50,6 @@ impl App {
                 self.drag = Some(Drag::SchedulePoint);
             }
             Some(HitRegion::Row(row)) => self.select_row(row),
-            Some(HitRegion::Property(property)) => self.screens.scene.choose_property(property),
             Some(HitRegion::Chart(axes, metric)) => {
                 self.screens.curves.select(metric);
                 self.drag = Some(Drag::Crosshair);
@@ -104,17 +103,14 @@ impl App {
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {
         let region = self.regions.at(at);
-        // The wheel turns the selected tool over the scene, and changes a property over that property.
-        let property = match region {
-            Some(HitRegion::Scene(..)) if self.screens.scene.hand.is_none() => Some(Property::Angle),
-            Some(HitRegion::Property(property)) => Some(property),
-            _ => None,
-        };
-        let steps = if up { 1.0 } else { -1.0 };
-        let change = |_| tools::step_property(&self.screens.scene, &self.ui(), property, steps);
-        if let Some(effects) = property.and_then(change) {
-            self.carry_out(effects);
-            return true;
+        // The wheel turns the selected tool over the scene.
+        if matches!(region, Some(HitRegion::Scene(..))) && self.screens.scene.hand.is_none() {
+            let steps = if up { 1.0 } else { -1.0 };
+            let angle = Some(Property::Angle);
+            if let Some(effects) = tools::step_property(&self.screens.scene, &self.ui(), angle, steps) {
+                self.carry_out(effects);
+                return true;
+            }
         }
         match region {
             Some(HitRegion::Chart(axes, _)) => {

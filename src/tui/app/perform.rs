@@ -7,12 +7,11 @@ use rand::Rng;
 use super::{App, Awaited, TerminalRequest};
 use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Arguments, CommandPalette, Help};
-use crate::tui::screens::{figures, lists, runs, scene_actions, schedule, training};
+use crate::tui::layers::{Arguments, CommandPalette};
+use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, ComparedEpisode, Level, RunSummary};
 use mge_env::Placement;
-use mge_guidance::EpsilonSchedule;
 use mge_task as task;
 use mge_trainer::non_default_settings;
 use mge_workbench::{Command, FigureKind, command};
@@ -78,97 +77,28 @@ impl App {
         Ok(())
     }
 
-    /// The runs that an action on runs applies to: on the Runs screen the marked ones or those of the selected line,
-    /// elsewhere the watched one.
-    fn chosen_runs(&self) -> Vec<&RunSummary> {
-        match self.tab {
-            Tab::Runs => self.screens.runs.acted_on(&self.ui()),
-            _ => self.subject.run().into_iter().collect(),
-        }
+    /// Opens the dialog that starts a training.
+    pub fn ask_to_train(&mut self) {
+        self.open(run_form::form(&self.ui(), self.seeds));
     }
 
-    /// Trains a run; where groups of seeds are shown, asks how many to train.
-    pub fn train(&mut self) {
-        match self.tab {
-            Tab::Training => self.ask_for_seeds(),
-            _ => self.apply(command::Train::default()),
-        }
-    }
-
-    /// Pauses or resumes the chosen runs.
-    pub fn pause(&mut self) {
-        let effects = match self.chosen_runs().as_slice() {
-            [] => vec![Effect::apply(command::Pause)],
-            runs => runs::pause(runs, &self.ui()),
-        };
-        self.carry_out(effects);
-    }
-
-    /// Stops the chosen runs.
-    pub fn stop(&mut self) {
-        let effects = match self.chosen_runs().as_slice() {
-            [] => vec![Effect::apply(command::Stop)],
-            runs => runs::stop(runs, &self.ui()),
-        };
-        self.carry_out(effects);
-    }
-
-    /// Asks how the chosen run is forked.
-    pub fn fork(&mut self) {
+    /// Carries out an action on runs: on the Runs screen on the marked ones or those of the selected line, elsewhere on
+    /// the watched one.
+    pub fn on_chosen(&mut self, act: fn(&[&RunSummary], &Ui<'_>) -> Vec<Effect>) {
         let effects = match (self.tab, self.subject.run()) {
-            (Tab::Runs, _) => {
-                let (screens, ui) = self.screens_and_ui();
-                runs::on_line(&mut screens.runs, &ui, runs::fork)
-            }
-            (_, Some(run)) => vec![runs::ask_to_fork(run, self.subject.past_episode().unwrap_or(run.done))],
-            _ => vec![Effect::apply(command::Fork { episode: 0, changes: Vec::new(), folder: None, until: None })],
+            (Tab::Runs, _) => runs::on_all(&self.screens.runs, &self.ui(), act),
+            (_, Some(run)) => act(&[run], &self.ui()),
+            (_, None) => runs::no_run(),
         };
-        self.carry_out(effects);
-    }
-
-    /// Exports the dashboards of the chosen runs, or elsewhere every figure that has data, and reports which.
-    pub fn export_all(&mut self) {
-        if self.tab == Tab::Runs {
-            let effects = runs::on_all(&self.screens.runs, &self.ui(), runs::export);
-            return self.carry_out(effects);
-        }
-        let view = self.workspace.view();
-        let mut kinds = vec![FigureKind::Scene];
-        if view.prior.is_some() {
-            kinds.push(FigureKind::Clusters);
-        }
-        if view.runs.iter().any(|run| run.done > 0) {
-            kinds.push(FigureKind::Learning);
-        }
-        if view.watched_run().is_some_and(|run| run.done > 0) {
-            kinds.push(FigureKind::Dashboard);
-        }
-        let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
-        let text = format!("drawing {} into figures/, with their numbers as CSV", names.join(", "));
-        let export = |kind| Effect::new(move |app| app.export(kind, "png"));
-        let mut effects: Vec<Effect> = kinds.into_iter().map(export).collect();
-        effects.push(Effect::message(Level::Good, text));
         self.carry_out(effects);
     }
 
     /// Exports the selected figure; an episode is always an animation.
-    pub fn export_selected(&mut self, format: &'static str) {
+    pub fn export_selected(&mut self, format: &str) {
         let kind = figures::selected(&self.screens.lists);
         let format = if kind == FigureKind::Episode { "gif" } else { format };
-        self.carry_out(vec![Effect::new(move |app| app.export(kind, format))]);
-    }
-
-    fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
         let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
-        self.try_apply(figure).map_err(|error| format!("{}: {error}", kind.name()))
-    }
-
-    /// Sets a constant threshold: the current one changed by `by`.
-    pub fn change_epsilon(&mut self, by: f32) {
-        let episode = self.subject.run().filter(|run| run.active).map_or(0, |run| run.done);
-        let now = self.workspace.view().settings.epsilon.threshold(episode as u32);
-        let value = ((now + by).clamp(0.0, 1.0) * 100.0).round() / 100.0;
-        self.apply(command::Epsilon(EpsilonSchedule::Constant(value)));
+        self.apply(figure);
     }
 
     /// Searches for a random puzzle.
@@ -195,7 +125,7 @@ impl App {
     pub fn save(&mut self) {
         match self.workspace.view().file {
             Some(_) => self.apply(command::Save(None)),
-            None => self.ask_where_to_save(),
+            None => self.save_as(),
         }
     }
 
@@ -213,9 +143,10 @@ impl App {
         self.typed.drain(..self.typed.len().saturating_sub(MAX_HISTORY));
     }
 
-    /// Opens the help.
+    /// Opens the palette with all actions and their keys, those of the screen first.
     pub fn show_help(&mut self) {
-        self.open(Help::new(&self.contexts()));
+        let arguments = Arguments::new(self.workspace.view());
+        self.open(CommandPalette::new(&self.contexts(), arguments, self.typed.clone()).with_all(&self.contexts()));
     }
 
     /// Shows another screen.
@@ -244,6 +175,13 @@ impl App {
             false => "the terminal handles the mouse, for example to select text; {mouse} switches",
         };
         self.show_message(Level::Info, self.keymap.fill(text));
+    }
+
+    /// Changes to the next palette.
+    pub fn change_theme(&mut self) {
+        self.follows_background = false;
+        self.theme = self.theme.with_next_palette();
+        self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
     }
 
     /// Moves what is selected in a direction: an object, the tool in hand, a point, or the crosshair and the curves.

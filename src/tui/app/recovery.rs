@@ -71,7 +71,7 @@ mod tests {
         terminal::install_panic_hook();
         let folder = tempfile::tempdir().unwrap();
         let (mut app, asked) = app(empty());
-        assert!(app.guarded_in(folder.path(), |app| press(app, "t")));
+        assert!(app.guarded_in(folder.path(), |app| press(app, "t enter")));
         assert!(!app.guarded_in(folder.path(), |_| panic!("the model fits the task: on purpose")));
         assert!(text(&shot(&mut app, 200, 40)).contains("the model fits the task: on purpose"));
         let report = std::fs::read_to_string(folder.path().join("mge-error-1.txt")).unwrap();

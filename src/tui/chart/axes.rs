@@ -149,7 +149,12 @@ fn ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
     let values = round_ticks(f64::from(low), f64::from(high), most);
     let step = values.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
     let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
-    values.into_iter().map(|value| (value as f32, format!("{value:.decimals$}"))).collect()
+    // Not "-0.0", and not a single value, from which no range can be read.
+    let text = |value: f64| format!("{:.decimals$}", if value.abs() < step / 1e6 { 0.0 } else { value });
+    match values[..] {
+        [] | [_] => [low, high].map(|value| (value, number(value))).into(),
+        _ => values.iter().map(|value| (*value as f32, text(*value))).collect(),
+    }
 }
 
 /// At most `most` powers of ten in a range of logarithms, with their labels; round values if there are fewer
@@ -236,6 +241,8 @@ mod tests {
         assert_eq!(texts(ticks([1.0, 700.0], 4)), "200 400 600");
         assert_eq!(texts(powers([-2.1, 0.1], 6)), "0.010 0.10 1");
         assert_eq!(texts(powers([0.1, 0.9], 4)), "2 4 6");
+        assert_eq!(texts(ticks([-0.3, 0.1], 5)), "-0.3 -0.2 -0.1 0.0 0.1");
+        assert_eq!(texts(ticks([-0.013, 0.013], 2)), "-0.01 0.013");
         assert!(ticks([0.3, 0.3], 4).len() <= 4);
     }
 

@@ -118,7 +118,7 @@ fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 }
 
 fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let mark = theme.symbol("◆", "o");
+    let mark = theme.symbol("◇", "o");
     for curve in &plot.curves {
         for (episode, value) in curve.points {
             if let (Some(column), Some(row)) = (axes.column(*episode as f32), axes.row(*value)) {
@@ -294,7 +294,7 @@ mod tests {
         let mut plot = plot(&values, &[(10, 0.5)]);
         plot.crosshair = Some(11.0);
         let lines = lines(&plot, Marker::Braille);
-        assert!(lines.concat().contains('◆') && lines.concat().contains('┊'));
+        assert!(lines.concat().contains('◇') && lines.concat().contains('┊'));
         assert!(lines[0].contains("a 0.50") && lines[0].contains("episode 11"), "{}", lines[0]);
     }
 }

@@ -10,7 +10,7 @@ use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
 
-/// Greatest width of a name in columns.
+/// Least width of a name in columns; in a wide chart it has half of the width.
 const NAME: usize = 24;
 /// Columns reserved for the count of curves that do not fit.
 const COUNT: usize = 10;
@@ -26,7 +26,11 @@ pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     let named: Vec<&Curve> = plot.curves.iter().filter(|curve| !curve.values.is_empty()).collect();
     for (index, curve) in named.iter().enumerate() {
         let left = named.len() - index;
-        let text = format!("  {} {}", columns::shortened(&curve.name, NAME, false), value(curve, plot.crosshair));
+        let text = format!(
+            "  {} {}",
+            columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true),
+            value(curve, plot.crosshair)
+        );
         let fits = |line: &Line, lines: usize| {
             let count = if lines == most && left > 1 { COUNT } else { 0 };
             line.width() + columns::width(&text) + count <= usize::from(area.width)

@@ -1,4 +1,4 @@
-//! Multiple choice: lists to choose from, and confirmations before something is lost.
+//! Confirmations before something is lost.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
@@ -9,14 +9,19 @@ use ratatui::widgets::{Row, Widget};
 
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
+use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;
-use crate::tui::widgets::{columns, list};
+
+/// Columns of the keys.
+const KEYS: u16 = 3;
+/// Columns of the text.
+const WIDTH: u16 = 60;
 
 /// A question and its answers.
 pub struct Question {
     title: String,
-    /// What will happen; empty for a list.
+    /// What will happen.
     text: String,
     answers: Vec<Answer>,
     selected: usize,
@@ -27,34 +32,15 @@ pub struct Question {
 struct Answer {
     key: String,
     name: String,
-    about: String,
     /// None to cancel.
     effect: Option<Effect>,
 }
 
 impl Question {
-    /// A list to choose from: name, explanation and effect of each item; `selected` is the initial selection.
-    pub fn list(title: impl Into<String>, items: Vec<(String, String, Effect)>, selected: usize) -> Self {
-        // A key is one character, so only the first nine have one.
-        let answer = |(number, (name, about, effect)): (usize, _)| Answer {
-            key: if number < 10 { number.to_string() } else { String::new() },
-            name,
-            about,
-            effect: Some(effect),
-        };
-        let answers = (1..).zip(items).map(answer).collect();
-        Self { title: title.into(), text: String::new(), answers, selected, rows: Vec::new() }
-    }
-
     /// A confirmation: what will happen, and the key, meaning and effect of each answer. Cancel is selected
     /// initially, so that Enter alone loses nothing.
     pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
-        let answer = |key: &str, name: &str, effect| Answer {
-            key: key.to_owned(),
-            name: name.to_owned(),
-            about: String::new(),
-            effect,
-        };
+        let answer = |key: &str, name: &str, effect| Answer { key: key.to_owned(), name: name.to_owned(), effect };
         let answers = answers.into_iter().map(|(key, name, effect)| answer(&key.to_string(), name, Some(effect)));
         let answers: Vec<Answer> = answers.chain([answer("esc", "cancel", None)]).collect();
         let selected = answers.len() - 1;
@@ -92,32 +78,21 @@ impl Layer for Question {
     }
 
     fn is_warning(&self) -> bool {
-        !self.text.is_empty()
+        true
     }
 
     fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
-        let longest = |part: fn(&Answer) -> &String| {
-            self.answers.iter().map(|answer| columns::width(part(answer))).max().unwrap_or(0) as u16
-        };
-        let widths = [longest(|answer| &answer.key), longest(|answer| &answer.name).min(60), longest(|a| &a.about)];
-        let room = area.width.saturating_sub(8).min(60);
-        let text = if self.is_warning() { wrap(&(self.text.clone() + "\n "), usize::from(room)) } else { Vec::new() };
+        let width = area.width.saturating_sub(8).min(WIDTH);
+        let text = wrap(&(self.text.clone() + "\n "), usize::from(width));
         let above = text.len() as u16;
-        let width = (widths.iter().sum::<u16>() + 2).max(if above > 0 { room } else { 0 });
         let inside = frame(&self.title, (width, above + self.answers.len() as u16), area, theme, buffer);
         Text::from_iter(text).render(inside, buffer);
-        // Two columns separate the three parts.
-        let room = inside.width.saturating_sub(widths[0] + 2);
-        let name = widths[1].min(room);
-        let widths = [widths[0], name, widths[2].min(room - name)];
         let row = |index: usize| {
-            let Answer { key, name, about, .. } = &self.answers[index];
-            let cut = |text: &str, width: u16| columns::shortened(text, usize::from(width), false).reset();
-            Row::new([Span::styled(key, theme.strong()), cut(name, widths[1]), cut(about, widths[2])])
+            let Answer { key, name, .. } = &self.answers[index];
+            Row::new([Span::styled(key, theme.strong()), name.as_str().reset()])
         };
-        let [height, y] = [inside.height.saturating_sub(above), inside.bottom().min(inside.y + above)];
-        let below = Rect { y, height, ..inside };
-        let widths = widths.map(Constraint::Length);
+        let below = Rect { y: inside.y + above, ..inside }.intersection(inside);
+        let widths = [Constraint::Length(KEYS), Constraint::Fill(1)];
         self.rows = list::draw(self.answers.len(), Some(self.selected), row, &widths, below, theme, buffer);
         None
     }

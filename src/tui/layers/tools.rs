@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::prompt::line;
+use super::form::line;
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::scene::picture;

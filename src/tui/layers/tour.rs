@@ -26,7 +26,7 @@ const PAGES: [(&str, &str); 4] = [
     ),
     (
         "learning",
-        "`{train}` starts a training, `{pause}` pauses it, `{stop}` ends it; it continues in the background.\n\n`{clusters}` computes the action clusters: where a learned model of the physics says that a tool helps. DDPG-MGE explores from them with probability epsilon; `{epsilon}` changes it, even while it trains.",
+        "`{train}` opens a dialog that starts a training, `{pause}` pauses it, `{stop}` ends it; it continues in the background.\n\n`{clusters}` computes the action clusters: where a learned model of the physics says that a tool helps. DDPG-MGE explores from them with probability epsilon; `{epsilon}` changes it, even while it trains.",
     ),
     (
         "touching things",
@@ -34,7 +34,7 @@ const PAGES: [(&str, &str); 4] = [
     ),
     (
         "finding things",
-        "`{help}` shows all keys. `{palette}` finds any action by its name and takes typed commands. The numbers 1 to 8 change the screen.\n\n`{export}` exports the figures as PNG. `{quit}` leaves.",
+        "`{help}` shows all keys. `{palette}` finds any action by its name and takes typed commands. The numbers 1 to 8 change the screen.\n\n{screen-figures} shows and exports figures. `{quit}` leaves.",
     ),
 ];
 

@@ -3,9 +3,8 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
-use ratatui::text::{Line, Text};
+use ratatui::widgets::Widget;
 use ratatui::widgets::canvas::Context;
-use ratatui::widgets::{Clear, Widget};
 
 use super::content::{Content, Heat};
 use super::legend;
@@ -34,12 +33,10 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
         shade(heat, view, theme, buffer);
     }
     Labels { view, theme, buffer }.all(content);
-    let lines = legend::lines(content, theme);
-    let width = lines.iter().map(Line::width).max().unwrap_or(0) as u16;
-    let height = (lines.len() as u16).min(view.area.height);
-    let corner = Rect { y: view.area.bottom() - height, width: width.min(view.area.width), height, ..view.area };
-    Clear.render(corner, buffer);
-    Text::from(lines).render(corner, buffer);
+    if let Some(scale) = legend::scale(content, theme) {
+        let row = Rect { y: view.area.bottom().saturating_sub(1), height: 1, ..view.area }.intersection(view.area);
+        scale.render(row, buffer);
+    }
     view
 }
 

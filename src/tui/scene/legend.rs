@@ -3,20 +3,13 @@
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
-use super::content::{Content, Heat};
+use super::content::Content;
 use crate::tui::chart::number;
 use crate::tui::widgets::theme::{Marker, Theme};
 use mge_trainer::Source;
 
-/// The text over the scene: the legend of what is visible, if it is switched on, and the scale of the
-/// heat map.
-pub fn lines(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
-    let mut lines = if content.overlays.legend { signs(content, theme) } else { Vec::new() };
-    lines.extend(content.heat.filter(|_| content.overlays.critic).and_then(|heat| scale(heat, theme)));
-    lines
-}
-
-fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
+/// The signs that are visible, with their meanings.
+pub fn legend(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
     let [disc, circle, block, outline, line, dots, mean] = if theme.marker == Marker::Ascii {
         ["*", "()", "#", "[]", "-", "..", "x"]
     } else {
@@ -55,9 +48,9 @@ fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
     all.into_iter().filter(|(is_shown, ..)| *is_shown).map(sign).collect()
 }
 
-/// The colour scale of the heat map, from its smallest to its largest value.
-fn scale(heat: &Heat, theme: &Theme) -> Option<Line<'static>> {
-    let [low, high] = heat.range()?;
+/// The colour scale of the heat map, from its smallest to its largest value, if it is shown.
+pub fn scale(content: &Content, theme: &Theme) -> Option<Line<'static>> {
+    let [low, high] = content.heat.filter(|_| content.overlays.critic)?.range()?;
     let mut spans = vec![Span::raw(format!("critic {} ", number(low)))];
     spans.extend((0..=4).map(|step| Span::styled("  ", Style::new().bg(theme.heat(step as f32 / 4.0)))));
     spans.push(Span::raw(format!(" {}", number(high))));

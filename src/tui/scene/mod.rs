@@ -11,6 +11,7 @@ mod view;
 
 pub use content::{Content, Ghost, Heat, Overlays};
 pub use draw::draw;
+pub use legend::legend;
 pub use object::{Object, Objects};
 pub use picture::picture;
 pub use view::View;

@@ -9,10 +9,12 @@ use super::view::{BOUNDS, View};
 use crate::tui::widgets::canvas;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::tool_outline;
-use mge_physics::{SCREEN, Tool, to_normalised};
+use mge_physics::{SCREEN, Tool, ToolKind, to_normalised};
 
 /// How far, in units, the line for a tool's drive extends beyond half the tool's size.
 const DRIVE: f64 = 5.0;
+/// How far the rim of a bucket extends beyond its sides, as a share of its width: it has the shape of a box.
+const RIM: f32 = 0.25;
 /// Width and height, in units, of a picture of a small tool.
 const WINDOW: f32 = 24.0;
 
@@ -25,6 +27,12 @@ pub(super) fn draw_tool(context: &mut Context, tool: &Tool, zoom: f32, colour: C
         canvas::fill(context, &corners, colour);
     } else {
         canvas::outline(context, &corners, colour);
+    }
+    if tool.kind == ToolKind::Bucket {
+        let mut upper = corners;
+        upper.sort_by(|a, b| b[1].total_cmp(&a[1]));
+        let beyond = |[x, y]: [f32; 2], from: [f32; 2]| [x + RIM * (x - from[0]), y + RIM * (y - from[1])];
+        canvas::path(context, &[beyond(upper[0], upper[1]), beyond(upper[1], upper[0])], colour);
     }
     if let Some(drive) = tool.drive() {
         let length = tool.size / 2.0 + DRIVE;

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
-use super::{Content, Ghost, Heat, Object, Objects, Overlays, View, draw};
+use super::{Content, Ghost, Heat, Object, Objects, Overlays, View, draw, legend as legend_lines, picture};
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
@@ -32,6 +32,12 @@ fn drawn<'a>(change: impl FnOnce(&mut Content<'a>)) -> (Buffer, View) {
 }
 
 fn drawn_in<'a>(area: Rect, theme: &Theme, change: impl FnOnce(&mut Content<'a>)) -> (Buffer, View) {
+    let mut buffer = Buffer::empty(WHOLE);
+    let view = draw(&content(change), area, theme, &mut buffer);
+    (buffer, view)
+}
+
+fn content<'a>(change: impl FnOnce(&mut Content<'a>)) -> Content<'a> {
     let mut content = Content {
         objects: Objects { task: &TASK, proposed: &[] },
         frame: &FRAME,
@@ -45,9 +51,7 @@ fn drawn_in<'a>(area: Rect, theme: &Theme, change: impl FnOnce(&mut Content<'a>)
         ghost: None,
     };
     change(&mut content);
-    let mut buffer = Buffer::empty(WHOLE);
-    let view = draw(&content, area, theme, &mut buffer);
-    (buffer, view)
+    content
 }
 
 fn all_text(buffer: &Buffer) -> String {
@@ -150,17 +154,14 @@ fn without_colours_or_unicode_the_heat_map_is_characters_between_the_objects() {
 #[test]
 fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
     let heat = Heat { side: 1, values: vec![-0.5, 1.5] };
-    let shown = |legend: bool, critic: bool| {
-        let (buffer, _) = drawn(|content| {
-            content.heat = Some(&heat);
-            (content.overlays.legend, content.overlays.critic) = (legend, critic);
-        });
-        buffer
-    };
-    let (legend, scale) = (all_text(&shown(true, false)), all_text(&shown(false, true)));
-    assert!(legend.contains("G  goal") && !legend.contains("predicts"));
+    let plain = legend(|_| {});
+    assert!(plain.contains("G  goal") && !plain.contains("predicts"));
+    let (buffer, _) = drawn(|content| {
+        content.heat = Some(&heat);
+        content.overlays.critic = true;
+    });
+    let scale = all_text(&buffer);
     assert!(!scale.contains("goal") && scale.contains("critic -0.50"));
-    let buffer = shown(false, true);
     // Two columns of each colour after the smallest value.
     let colours = [13, 15, 17, 19, 21].map(|x| buffer[(x, 39)].bg);
     assert_eq!(colours, [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| theme().heat(share)));
@@ -168,20 +169,15 @@ fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
 
 #[test]
 fn the_legend_has_signs_that_the_terminal_can_show() {
-    let legend = |marker: Marker| {
+    let signs = |marker: Marker| {
         let theme = Theme::new(Palette::Dark, Depth::True, marker);
-        all_text(&drawn_in(WHOLE, &theme, |content| content.overlays.legend = true).0)
+        legend_lines(&content(|_| {}), &theme)[0].to_string()
     };
-    assert!(legend(Marker::Braille).contains("●  ball"));
-    assert!(legend(Marker::Ascii).contains("*  ball"));
+    assert_eq!([Marker::Braille, Marker::Ascii].map(signs), ["●  ball", "*  ball"]);
 }
 
 fn legend<'a>(change: impl FnOnce(&mut Content<'a>)) -> String {
-    let (buffer, _) = drawn(|content| {
-        content.overlays.legend = true;
-        change(content);
-    });
-    all_text(&buffer)
+    legend_lines(&content(change), &theme()).iter().map(|line| format!("{line}\n")).collect()
 }
 
 #[test]
@@ -294,4 +290,16 @@ fn the_colour_of_a_tool_in_hand_shows_whether_it_fits() {
         let (buffer, view) = drawn(|content| content.ghost = Some(&ghost));
         assert_eq!(colour_at(&buffer, view, [0.6 - 4.0 / 42.0 + 0.01, 0.0]), colour);
     }
+}
+
+#[test]
+fn a_bucket_has_a_rim_unlike_a_box() {
+    let shape = |kind| {
+        let mut buffer = Buffer::empty(PART);
+        picture(&Tool::new(kind, [42.0, 42.0]).with_size(8.0), PART, &theme(), &mut buffer);
+        let row = |y: u16| (PART.left()..PART.right()).filter(|x| buffer[(*x, y)].symbol() != " ").count();
+        (PART.top()..PART.bottom()).map(row).filter(|width| *width > 0).collect::<Vec<_>>()
+    };
+    let [bucket, plain] = [mge_physics::ToolKind::Bucket, mge_physics::ToolKind::Box].map(shape);
+    assert!(bucket[0] > bucket[bucket.len() - 1] && plain[0] == plain[plain.len() - 1], "{bucket:?} {plain:?}");
 }

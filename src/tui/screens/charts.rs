@@ -9,8 +9,9 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
+use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart, number};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
+use crate::tui::widgets::theme::Theme;
 use mge_base::text::counted;
 use mge_figures::Against;
 use mge_run::{Metric, RunState};
@@ -37,6 +38,14 @@ impl<'a> Shown<'a> {
             Self::Run(run, None) => run.label.clone(),
             Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.config.seed),
             Self::Group(group, _) => format!("{}, {}", group.label, counted(group.seeds(), "seed")),
+        }
+    }
+
+    fn color(&self) -> mge_figures::Color {
+        match self {
+            Self::Run(_, Some(group)) | Self::Group(group, _) => group.color,
+            // It has not been grouped yet.
+            Self::Run(run, None) => mge_figures::series(&[&run.label])[0].color,
         }
     }
 
@@ -85,8 +94,22 @@ impl<'a> Charts<'a> {
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
         let labels: Vec<String> = shown.iter().map(Shown::label).collect();
         let names = names(&shown, &labels);
-        let colours = ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
+        let colours = colours(&shown, ui.theme);
         Self { state, shown, names, colours, ui }
+    }
+
+    /// The curves that have one value throughout, the same for all that is shown, with that value; a dash if they have
+    /// none.
+    pub fn constants(&self) -> Vec<(Metric, String)> {
+        let constant = |metric: &Metric| {
+            let values = self.shown.iter().flat_map(|shown| shown.curves().get(*metric));
+            let mut values = values.copied().filter(|value| value.is_finite());
+            let first = values.next();
+            let is_varying = values.any(|value| Some(value) != first);
+            (!is_varying).then(|| (*metric, first.map_or_else(|| "-".to_owned(), number)))
+        };
+        let is_begun = episodes(&self.shown) > 0;
+        Metric::CURVES.iter().filter(|_| is_begun).filter_map(constant).collect()
     }
 
     /// Draws the chart of a metric.
@@ -117,7 +140,9 @@ impl<'a> Charts<'a> {
         let mean = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
         let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
         let by = if against == Against::Episodes { String::new() } else { format!(", by {}s", against.label()) };
-        let title = format!("{}{mean}{log}{by}", metric.title());
+        let is_evaluated = metric == Metric::Success && self.shown.iter().any(|shown| !shown.evaluations().is_empty());
+        let greedy = if is_evaluated { self.ui.theme.symbol(", ◇ greedy", ", o greedy") } else { "" };
+        let title = format!("{}{mean}{log}{by}{greedy}", metric.title());
         // The marks of many curves could not be told apart.
         let marked = self.shown.iter().zip(&axes).zip(self.colours.iter().copied());
         let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|((shown, axis), colour)| {
@@ -169,6 +194,13 @@ impl<'a> XAxis<'a> {
     fn last(&self) -> Option<u64> {
         self.positions.last().copied()
     }
+}
+
+/// The colours of runs and groups: those of their groups, in shades if several are of one group.
+pub fn colours(shown: &[Shown], theme: &Theme) -> Vec<Color> {
+    let own: Vec<mge_figures::Color> = shown.iter().map(Shown::color).collect();
+    let before = |index: usize| own[..index].iter().filter(|color| **color == own[index]).count();
+    (0..own.len()).map(|index| theme.visible(mge_figures::shade(own[index], before(index)))).collect()
 }
 
 /// Episodes of the longest curve.

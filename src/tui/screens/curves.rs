@@ -51,9 +51,9 @@ impl Default for CurvesState {
 }
 
 impl CurvesState {
-    /// Removes the crosshair, or else shows all curves again; false if there is nothing to leave.
+    /// Removes the crosshair, or else shows all curves again, or ends a comparison; false if there is nothing to leave.
     pub fn leave(&mut self) -> bool {
-        self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
+        self.crosshair.take().is_some() || std::mem::take(&mut self.alone) || std::mem::take(&mut self.comparing)
     }
 
     /// Shows all episodes: the window of one run does not suit another.
@@ -66,6 +66,17 @@ impl CurvesState {
         if before != now {
             self.crosshair = now.map(|episode| episode as f32);
         }
+    }
+
+    /// The selected curve.
+    pub(super) fn metric(&self) -> Metric {
+        Metric::CURVES[self.selected]
+    }
+
+    /// What the selected curve means, in one line.
+    pub(super) fn explanation(&self) -> String {
+        let info = self.metric().info();
+        format!("{}: {}", info.title, info.meaning.trim().split_inclusive(". ").next().unwrap_or_default().trim())
     }
 
     /// Selects a curve.
@@ -102,7 +113,7 @@ impl CurvesState {
 
     /// Makes the axis of the selected curve logarithmic, or linear.
     pub fn switch_scale(&mut self) {
-        let metric = Metric::CURVES[self.selected];
+        let metric = self.metric();
         if !self.logarithmic.remove(&metric) {
             self.logarithmic.insert(metric);
         }

@@ -4,9 +4,9 @@
 use super::scene::{Scene, moved};
 use super::{Screens, Ui, tools};
 use crate::tui::effect::Effect;
-use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
 use mge_task::{Edit, STANDARD_RADIUS};
+use mge_workbench::Command;
 
 /// The effects of an edit of the selected object, given its position.
 fn on_selected(scene: &Scene, ui: &Ui, edit: impl FnOnce(Object, [f32; 2]) -> Effect) -> Vec<Effect> {
@@ -22,7 +22,7 @@ pub fn move_by(scene: &Scene, ui: &Ui, by: [f32; 2]) -> Vec<Effect> {
     on_selected(scene, ui, |object, position| Effect::apply(object.moved_to(moved(position, by))))
 }
 
-/// Makes the selected object larger or smaller by some steps; of a tool, changes the chosen property.
+/// Makes the selected object larger or smaller by some steps; of a tool, changes its first property.
 pub fn resize(screens: &mut Screens, ui: &Ui, steps: f64) -> Vec<Effect> {
     if let Some(effects) = tools::step_property(&screens.scene, ui, None, steps) {
         return effects;
@@ -46,14 +46,8 @@ pub fn delete(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     })
 }
 
-/// Swaps the selected subgoal with its neighbour in the order; of a tool, chooses the next property.
-pub fn reorder(screens: &mut Screens, ui: &Ui, later: bool) -> Vec<Effect> {
-    let scene = &mut screens.scene;
-    if let Some((_, kind)) = tools::selected(scene, &ui.view.task) {
-        tools::choose_property(scene, kind, later);
-        let text = format!("{{shrink}} and {{grow}} change the {} of the {kind}", scene.property(kind));
-        return vec![Effect::info(ui.text(&text))];
-    }
+/// Swaps the selected subgoal with its neighbour in the order.
+pub fn reorder(scene: &Scene, ui: &Ui, later: bool) -> Vec<Effect> {
     let count = ui.view.task.subgoals.len();
     on_selected(scene, ui, |object, _| match object {
         Object::Subgoal(first) => {
@@ -78,31 +72,9 @@ pub fn add_subgoal(ui: &Ui) -> Vec<Effect> {
     vec![Effect::apply(edit), Effect::select(Some(added))]
 }
 
-/// Asks for the coordinates of the selected object.
-pub fn ask_for_coordinates(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
-    on_selected(&screens.scene, ui, |object, [x, y]| {
-        let read = move |text: &str| Ok(Effect::apply(object.moved_to(read_position(text)?)));
-        let name = ui.view.objects().name(object);
-        Effect::open(Prompt::new(name, "x and y; the screen is from -1 to 1", format!("{x} {y}"), read))
-    })
-}
-
-fn read_position(text: &str) -> Result<[f32; 2], String> {
-    let number = |word: &str| word.parse::<f32>().map_err(|_| format!("`{word}` is not a coordinate"));
-    match text.split_whitespace().map(number).collect::<Result<Vec<f32>, String>>()?[..] {
-        [x, y] => Ok([x, y]),
-        _ => Err("write two coordinates, x and y".to_owned()),
-    }
-}
-
-/// Asks how many subgoals to propose; the default is the present number of subgoals.
-pub fn ask_for_proposals(ui: &Ui) -> Vec<Effect> {
-    let hint = format!(
-        "how many subgoals, found by the model `{}`; they are only shown until you accept them",
-        ui.view.model_name()
-    );
-    let count = ui.view.task.subgoals.len().max(1).to_string();
-    vec![Effect::open(Prompt::arguments("propose", "propose subgoals", hint, count))]
+/// Opens the palette with the command that moves the selected object to where it is.
+pub fn type_coordinates(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    on_selected(&screens.scene, ui, |object, position| Effect::palette(Command::from(object.moved_to(position))))
 }
 
 /// Accepts or rejects the selected proposal, or all of them.

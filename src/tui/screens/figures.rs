@@ -1,6 +1,5 @@
 //! The Figures screen: figures to look at, to compose and to export.
 
-use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
@@ -15,13 +14,13 @@ use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
 use crate::tui::effect::Effect;
-use crate::tui::layers::Prompt;
-use crate::tui::view::{RunSummary, ViewModel};
+use crate::tui::layers::Form;
+use crate::tui::view::ViewModel;
 use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
 use mge_base::paths::fitting;
-use mge_results::{Composition, LearningRow, OPTIONS, distinguish};
+use mge_results::{Composition, OPTIONS};
 use mge_workbench::{Command, FigureKind, command};
 
 /// What a figure shows, in one line.
@@ -129,7 +128,7 @@ fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: 
     Text::from(text).render(below, buffer);
 }
 
-const EXPLANATION: &str = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, {export} every figure that has data, into the folder figures/. {compose} composes the learning figure.";
+const EXPLANATION: &str = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, into the folder figures/. {compose} composes the learning figure.";
 
 /// The selected figure.
 pub fn selected(lists: &Lists) -> FigureKind {
@@ -170,25 +169,15 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     hasher.finish()
 }
 
-/// The labels of the curves of the learning figure of these runs, or of all.
-fn labels(marked: Vec<&RunSummary>, ui: &Ui) -> Vec<String> {
-    let runs = if marked.is_empty() { ui.view.runs.iter().map(|run| &**run).collect() } else { marked };
-    let mut rows: Vec<LearningRow> = runs.iter().map(|run| LearningRow::so_far(&run.config, run.done, None)).collect();
-    distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-    let labels: BTreeSet<String> = rows.iter().filter(|row| row.episodes > 0).map(LearningRow::label).collect();
-    labels.into_iter().collect()
-}
-
-/// Selects the learning figure and asks for its options. The hint explains each, and names the curves.
+/// Selects the learning figure and asks for its options. The hint explains each.
 pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     let lists = &mut screens.lists;
     lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
     let options = lists.composition.options().into_iter().map(|(key, value)| format!("{key}={value}"));
     let about = OPTIONS.iter().filter(|(name, _)| *name != "runs").map(|(name, about)| format!("{name}= {about}"));
-    let curves = shell_words::join(labels(screens.runs.marked(ui.view), ui));
     let runs = ui.text("the runs are those marked on the Runs screen ({screen-runs}), or all");
-    let hint = about.chain([runs, format!("labels: {curves}")]).collect::<Vec<_>>().join("\n");
-    vec![Effect::open(Prompt::new("compose the learning figure", hint, shell_words::join(options), |text| {
+    let hint = about.chain([runs]).collect::<Vec<_>>().join("\n");
+    vec![Effect::open(Form::prompt("compose the learning figure", hint, shell_words::join(options), |text| {
         let words = shell_words::split(text).map_err(|error| error.to_string())?;
         let pair = |word| str::split_once(word, '=').ok_or_else(|| format!("`{word}`: write KEY=VALUE"));
         let options = words.iter().map(|word| pair(word)).collect::<Result<Vec<_>, _>>()?;

@@ -4,11 +4,13 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
-use ratatui::widgets::{Clear, Widget};
+use ratatui::widgets::Widget;
 
 use super::pane::{level_style, lines};
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
+use crate::tui::layers::tool_in_words;
+use crate::tui::scene::Object;
 use crate::tui::view::Level;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body};
@@ -31,7 +33,7 @@ pub struct Chrome<'a> {
     pub tab: Tab,
     /// The contexts in which keys are looked up now, the innermost first.
     pub contexts: &'a [Context],
-    /// The message above the last line.
+    /// The message above the footer.
     pub message: Option<&'a Message>,
     /// Whether a layer covers the screen.
     pub covered: bool,
@@ -46,7 +48,10 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
     }
     let mut regions = HitRegions::default();
     tabs(ui, chrome.tab, Rect { height: 1, ..area }, buffer, &mut regions);
-    let body = body(area);
+    let message = message(ui, screens, chrome, area);
+    let rows = message.height() as u16;
+    let body = Rect { height: body(area).height + 1 - rows, ..body(area) };
+    message.render(Rect { y: body.bottom(), height: rows, ..area }, buffer);
     match chrome.tab {
         Tab::Scene => workbench::draw(ui, screens, body, buffer, &mut regions),
         Tab::Edit => workbench::draw_edit(ui, &screens.scene, body, buffer, &mut regions),
@@ -58,19 +63,38 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
     }
     footer(ui, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
-    message(ui, chrome.message, area, buffer);
     regions
 }
 
-/// Draws a message near the bottom, on as many rows as it needs, above the footer and the captions of panes.
-fn message(ui: &Ui, message: Option<&Message>, area: Rect, buffer: &mut Buffer) {
-    let Some(message) = message else { return };
+/// The lines between screen and footer: the message, or else what is known of what the cursor is on.
+fn message(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect) -> Text<'static> {
+    let width = usize::from(area.width);
+    let Some(message) = chrome.message else {
+        let text = columns::shortened(&explanation(ui, screens, chrome.tab), width, false);
+        return Text::styled(text, ui.theme.faint());
+    };
     let (mark, style) = level_style(message.level, ui.theme);
-    let text = Text::from_iter(lines(&format!("{mark}{}", message.text), area.width, style));
-    let height = (text.height() as u16).min(area.height / 3);
-    let place = Rect { y: area.bottom() - 2 - height, height, ..area };
-    Clear.render(place, buffer);
-    text.render(place, buffer);
+    let text = lines(&format!("{mark}{}", message.text), area.width, style);
+    Text::from_iter(text.take(usize::from(area.height / 3)))
+}
+
+/// One line about what the cursor is on.
+fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
+    match tab {
+        Tab::Scene | Tab::Edit => screens.scene.selected().map_or_else(String::new, |object| {
+            let [x, y] = ui.view.objects().position(object).unwrap_or_default();
+            let name = match object {
+                Object::Tool(index) => {
+                    ui.view.task.tools.get(index).map_or_else(String::new, |tool| tool_in_words(&tool.tool(), true))
+                }
+                object => ui.view.objects().name(object),
+            };
+            format!("{name} at x {x:.2}, y {y:.2}: {}", ui.text("arrows move it, {coordinates} types x and y"))
+        }),
+        Tab::Training => screens.curves.explanation(),
+        Tab::Runs => runs::EXPLANATION.to_owned(),
+        Tab::Schedule | Tab::Models | Tab::Figures | Tab::Log => String::new(),
+    }
 }
 
 fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {

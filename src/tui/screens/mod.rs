@@ -11,6 +11,7 @@ pub mod log;
 pub mod models;
 mod pane;
 mod regions;
+pub mod run_form;
 pub mod runs;
 pub mod scene;
 pub mod scene_actions;

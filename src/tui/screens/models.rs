@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::widgets::{Row, Table, Widget};
 
 use super::lists::Lists;
 use super::pane::{hint, lines, pane};
@@ -14,12 +14,10 @@ use super::status::bar;
 use super::{HitRegions, Ui};
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
-use crate::tui::layers::Prompt;
 use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
-use crate::tui::widgets::theme::Theme;
-use mge_dynamics::{Compared, Evaluation, OneTool};
+use mge_dynamics::{Compared, Evaluation, LaunchErrors, OneTool};
 use mge_physics::ToolKind;
 use mge_trainer::PriorSource;
 use mge_workbench::command;
@@ -31,13 +29,25 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let inside = pane("dynamics models, which predict the rollouts behind the clusters", area, theme, buffer);
     let longest = view.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
     let column = longest.clamp(16, usize::from(inside.width / 3));
-    let room = usize::from(inside.width).saturating_sub(column + 3);
+    let room = usize::from(inside.width).saturating_sub(column + ERRORS.len() + 4);
     let row = |index: usize| {
         let model = &view.models[index];
         let mark = if model.name == view.settings.prior.place() { ">" } else { " " };
-        Row::new([mark.to_owned(), shortened(&model.name, column, true), shortened(&model.about, room, false)])
+        let (error, is_poor) = after_action(model);
+        let style = match (model.fits, is_poor) {
+            (false, _) => theme.faint(),
+            (true, true) => Style::new().fg(theme.warn),
+            (true, false) => Style::new(),
+        };
+        let name = shortened(&model.name, column, true);
+        Row::new([mark.to_owned(), name, error, shortened(&model.about, room, false)]).style(style)
     };
-    let widths = [Constraint::Length(1), Constraint::Length(column as u16), Constraint::Fill(1)];
+    let widths =
+        [1, column as u16, ERRORS.len() as u16].map(Constraint::Length).into_iter().chain([Constraint::Fill(1)]);
+    let widths: Vec<Constraint> = widths.collect();
+    let heading = Row::new(["", "model", ERRORS, "error after one action, that of constant velocity in brackets"]);
+    let [header, inside] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
+    Table::new([heading.style(theme.faint())], &widths).render(header, buffer);
     let count = view.models.len();
     // A file may have been deleted since it was selected.
     let selected = lists.model.min(count.saturating_sub(1));
@@ -50,7 +60,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     if let Some(model) = view.models.get(selected) {
         text.extend(paragraph(&format!("{}: {}", model.name, model.about), Style::new()));
         if let Some(evaluation) = &model.evaluation {
-            text.extend(errors(evaluation, below.width, theme));
+            text.extend(errors(evaluation, below.width));
         }
     }
     if let Some((name, done)) = &view.model_work {
@@ -73,6 +83,22 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let [above, rest] = Layout::vertical([Constraint::Length(text.height() as u16), Constraint::Fill(1)]).areas(below);
     text.render(above, buffer);
     losses(ui, Rect { height: rest.height.min(LOSSES), ..rest }, buffer);
+}
+
+/// The heading of the errors of the models.
+const ERRORS: &str = "error  (velocity)";
+
+/// The mean error of a model after one action over its tool types, beside that of constant velocity, and whether it is
+/// no better than that; nothing before it is evaluated.
+fn after_action(model: &ModelSummary) -> (String, bool) {
+    let Some(evaluation) = &model.evaluation else { return (String::new(), false) };
+    let mean = |of: fn(&Compared<OneTool>) -> &OneTool| {
+        let errors = evaluation.launches.iter().filter_map(|launches| of(&launches.errors).rollout.last());
+        let all: Vec<f64> = errors.map(|errors| errors.mean).collect();
+        all.iter().sum::<f64>() / all.len() as f64
+    };
+    let [own, velocity] = [mean(|errors| &errors.model), mean(|errors| &errors.constant_velocity)];
+    (format!("{own:.4} ({velocity:.4})"), own >= velocity)
 }
 
 /// Greatest height of the curve of losses.
@@ -108,45 +134,20 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     draw_chart(&plot, area, ui.theme, buffer);
 }
 
-/// The evaluation of a model: its errors by tool type, beside those of predictors that do not learn.
-fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'static>> {
-    let heads = ["", "1 prediction", "1 action", "after contact", "constant velocity", "rapier"];
-    let row = |cells: [String; 6]| {
-        let padded = cells.iter().zip(heads).map(|(cell, head)| match head {
-            "" => format!("{cell:<18}"),
-            _ => format!("{cell:>0$}", head.len() + 2),
-        });
-        // Cells that do not fit are left out, from the right.
-        let mut line = String::new();
-        for cell in padded {
-            if columns::width(&line) + columns::width(&cell) > usize::from(width) {
-                break;
-            }
-            line += &cell;
-        }
-        line
-    };
-    let number = |value: f64| format!("{value:.4}");
-    let action = |of: &OneTool| of.rollout.last().map_or_else(String::new, |errors| number(errors.mean));
-    let rows = evaluation.launches.iter().map(|launches| {
+/// The mean errors of a model by tool type, normalised, beside those of predictors that do not learn.
+fn errors(evaluation: &Evaluation, width: u16) -> Vec<Line<'static>> {
+    let action = |of: &OneTool| of.rollout.last().map_or(f64::NAN, |errors| errors.mean);
+    let of_tool = |launches: &LaunchErrors| {
         let Compared { model, constant_velocity, rapier, .. } = &launches.errors;
-        row([
-            launches.tool.to_string(),
-            number(model.one_step.mean),
-            action(model),
-            number(model.action_contact.mean),
-            action(constant_velocity),
-            rapier.as_ref().map_or_else(String::new, action),
-        ])
-    });
-    let heading = row(heads.map(str::to_owned));
-    let shown: Vec<&str> = heads[4..].iter().copied().filter(|head| heading.contains(*head)).collect();
-    let mut head = "mean error on fresh launches, normalised".to_owned();
-    if !shown.is_empty() {
-        head += &format!("; {} after one action", shown.join(" and "));
-    }
-    let head = lines(&head, width, theme.faint()).chain([Line::styled(heading, theme.faint())]);
-    head.chain(rows.map(Line::from)).chain([Line::default()]).collect()
+        let (tool, one, all) = (launches.tool, model.one_step.mean, action(model));
+        let (contact, velocity) = (model.action_contact.mean, action(constant_velocity));
+        let rapier = rapier.as_ref().map_or_else(String::new, |rapier| format!(", rapier {:.4}", action(rapier)));
+        format!(
+            "{tool}: {one:.4} after one prediction, {all:.4} after one action, {contact:.4} after a contact; after one \
+             action constant velocity {velocity:.4}{rapier}"
+        )
+    };
+    evaluation.launches.iter().flat_map(|launches| lines(&of_tool(launches), width, Style::new())).collect()
 }
 
 const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} evaluates it, {train-model} trains another one; models in the folder models/ are listed here.";
@@ -173,7 +174,8 @@ pub fn evaluate(lists: &Lists, ui: &Ui) -> Vec<Effect> {
     selected(lists, ui).map(evaluate).into_iter().collect()
 }
 
-/// Asks what to train. The default is the task's tool set, or all of CREATE's tools if it has types not in the paper.
+/// Opens the palette with the command that trains a model of the task's tool set, or of all of CREATE's tools if it has
+/// types not in the paper.
 pub fn train(ui: &Ui) -> Vec<Effect> {
     let kinds = ui.view.task.tool_set();
     let mut tools: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
@@ -181,7 +183,5 @@ pub fn train(ui: &Ui) -> Vec<Effect> {
     if !kinds.iter().all(|kind| ToolKind::PAPER.contains(kind)) {
         tools = vec!["create"];
     }
-    let text = format!("{} models/{}.safetensors", tools.join(","), tools.join("-"));
-    let hint = "tool types, file, and epochs if not the usual number: box,bucket models/mine.safetensors 3000";
-    vec![Effect::open(Prompt::arguments("model train", "train a dynamics model", hint, text))]
+    vec![Effect::palette(format!("model train {} models/{}.safetensors", tools.join(","), tools.join("-")))]
 }

@@ -6,6 +6,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
+use super::Ui;
 use crate::tui::view::{Level, ViewModel};
 use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::popup;
@@ -45,6 +46,22 @@ pub fn queue_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buff
 /// A text wrapped to `width` columns, in a style.
 pub fn lines(text: &str, width: u16, style: Style) -> impl Iterator<Item = Line<'static>> + use<> {
     popup::wrap(text, usize::from(width)).into_iter().map(move |line| Line::styled(line, style))
+}
+
+/// The lines that fit into the rows; if some do not, the last row says how many.
+pub fn fitted(ui: &Ui, mut text: Vec<Line<'static>>, rows: u16) -> Vec<Line<'static>> {
+    // The space below the last section.
+    if text.last().is_some_and(|line| line.width() == 0) {
+        text.pop();
+    }
+    let rows = usize::from(rows);
+    if text.len() > rows {
+        let shown = rows.saturating_sub(1);
+        let more = format!("+{} more lines", text.len() - shown);
+        text.truncate(shown);
+        text.push(Line::styled(more, ui.theme.faint()));
+    }
+    text
 }
 
 /// Draws a hint in the middle of an empty area, such as which key to press.

@@ -6,7 +6,6 @@ use crate::tui::actions::{Entry, Tab};
 use crate::tui::chart::Axes;
 use crate::tui::scene::View;
 use mge_run::Metric;
-use mge_task::Property;
 
 /// The regions of the latest drawing.
 #[derive(Debug, Default)]
@@ -25,8 +24,6 @@ pub enum HitRegion {
     Schedule(Axes),
     /// A row of a list.
     Row(usize),
-    /// A property of the selected tool.
-    Property(Property),
     /// A curve.
     Chart(Axes, Metric),
     /// The picture of a figure.

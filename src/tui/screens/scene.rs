@@ -10,8 +10,6 @@ use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
 use mge_agent::Ddpg;
 use mge_env::Action;
 use mge_guidance::RolloutModel;
-use mge_physics::ToolKind;
-use mge_task::Property;
 use mge_trainer::Trace;
 
 /// Greatest distance, in units, at which the mouse hits an object.
@@ -29,8 +27,6 @@ pub struct Scene {
     /// Whether agent and prediction are shown regardless of `chosen`, as beside the curves.
     all: bool,
     selected: Option<Object>,
-    /// The property that keys change, if the selected tool has it.
-    property: Property,
     /// Where the selected object is being dragged to.
     dragged_to: Option<[f32; 2]>,
     agent_view: Derived<AgentView, Ddpg>,
@@ -135,17 +131,6 @@ impl Scene {
     pub fn select(&mut self, object: Option<Object>) {
         self.selected = object;
         self.dragged_to = None;
-    }
-
-    /// The property that keys change on a type of tool: the chosen one, or else the type's first.
-    pub(super) fn property(&self, kind: ToolKind) -> Property {
-        let own = || Property::of_kind(kind);
-        own().find(|property| *property == self.property).or_else(|| own().next()).unwrap_or_default()
-    }
-
-    /// Chooses the property that keys change.
-    pub fn choose_property(&mut self, property: Property) {
-        self.property = property;
     }
 
     /// Changes the held tool to one of CREATE's catalogue, or to the task's own.

@@ -113,7 +113,7 @@ pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<
     scene.select(object);
     let text = match object {
         Some(object) => format!("{}: drag it, or move it with the arrow keys", objects.name(object)),
-        None => format!("{:.2} {:.2}", position[0], position[1]),
+        None => format!("x {:.2}, y {:.2}", position[0], position[1]),
     };
     let mut effects = leave_past(ui.subject);
     effects.push(Effect::info(text));

@@ -5,22 +5,28 @@ use std::sync::Arc;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::text::Text;
+use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
 use super::pane::{hint, lines, pane};
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
 use crate::tui::layers::tool_in_words;
-use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
+use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene, legend};
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::view::{Choice, ComparedEpisode};
 use crate::tui::widgets::columns::{fitting, shortened};
 use mge_physics::catalogue_tool;
 use mge_task::{Region, Task};
 
-/// Draws the scene.
-pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+/// Draws the scene. Returns its legend, if that is to be shown.
+pub fn scene_pane(
+    ui: &Ui,
+    scene: &Scene,
+    area: Rect,
+    buffer: &mut Buffer,
+    regions: &mut HitRegions,
+) -> Option<Vec<Line<'static>>> {
     let subject = ui.subject;
     let inside = pane(&title(ui), area, ui.theme, buffer);
     // A past episode has its own task; edits apply to the session's.
@@ -51,11 +57,12 @@ pub fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regio
     let missing = scene.missing(subject).join("\n");
     Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
     caption(ui, scene, &frame, area, buffer);
+    content.overlays.legend.then(|| legend(&content, ui.theme))
 }
 
 /// Draws the same episode of another run, at the same step.
 pub fn beside_pane(ui: &Ui, scene: &Scene, beside: &ComparedEpisode, area: Rect, buffer: &mut Buffer) {
-    let name = beside.run.file_name().unwrap_or_default().to_string_lossy();
+    let name = ui.view.run(&beside.run).map_or("", |run| &run.name);
     let title = format!("episode {} of {name}", beside.number);
     let episode = match &beside.episode {
         Some(Ok(episode)) => episode,
@@ -115,14 +122,14 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
     let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
     let mut style = ui.theme.faint();
     if let Some((_, [x, y])) = scene.dragged() {
-        text = format!(" {x:.2} {y:.2} ");
+        text = format!(" x {x:.2}, y {y:.2} ");
     } else if let Some(hand) = &scene.hand {
         let refusal = hand.ghost.as_ref().and_then(|ghost| ghost.refusal.as_deref());
         if refusal.is_some() {
             style = Style::new().fg(ui.theme.bad);
         }
         let [x, y] = hand.cursor;
-        text = format!(" {x:.2} {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
+        text = format!(" x {x:.2}, y {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
         if let Some(tool) = hand.tool.and_then(catalogue_tool) {
             text += &format!("· {} ", tool_in_words(tool, true));
         }

@@ -27,7 +27,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
     let (clusters, colour) = clusters(ui);
     let colour = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
-    let mut next = vec![("next run", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
+    let mut next = vec![("method", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
     if settings.method.uses("epsilon") {
         next.push(("epsilon", settings.epsilon.describe(), Style::new()));
     }
@@ -65,7 +65,7 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
         return (what, Some(theme.warn));
     }
     match ui.subject.clusters() {
-        Some(clusters) if clusters.of_run => (format!("{} (of the run)", count(&clusters.prior)), None),
+        Some(clusters) if clusters.of_run => (format!("{}, used by the run", count(&clusters.prior)), None),
         // The workspace computes outdated clusters again by itself.
         Some(clusters) if clusters.stale => ("out of date; soon computed again".to_owned(), Some(theme.warn)),
         Some(clusters) => (count(&clusters.prior), Some(theme.good)),
@@ -130,7 +130,7 @@ impl Rows<'_> {
             self.line("practice", &practice, plain);
         }
         if let Some(needs) = run.needs_in_short() {
-            self.line("need", &format!("{needs} by stage"), plain);
+            self.line("failing", &needs, plain);
         }
     }
 }

@@ -1,21 +1,15 @@
-//! The tools of a task on the Scene and Edit screens: palettes to choose from, and their properties.
+//! The tools of a task on the Scene and Edit screens: palettes to choose from, and changes to their properties.
 
 use std::sync::Arc;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Rect};
-use ratatui::text::Text;
-use ratatui::widgets::Row;
-
-use super::pane::pane;
+use super::Ui;
 use super::scene::Scene;
-use super::{HitRegion, HitRegions, Ui};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Prompt, ToolItem, ToolPalette};
+use crate::tui::layers::{ToolItem, ToolPalette};
 use crate::tui::scene::Object;
-use crate::tui::widgets::list;
 use mge_physics::ToolKind;
 use mge_task::{Draft, Edit, Property, Task, Values};
+use mge_workbench::Command;
 
 /// The index and the type of the selected tool.
 pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
@@ -72,60 +66,22 @@ pub fn choose_in_hand(task: &Arc<Task>) -> Vec<Effect> {
     vec![Effect::open(ToolPalette::new("the tool in your hand", items, hold))]
 }
 
-/// Asks for the properties of the selected tool.
-pub fn ask_for_properties(scene: &Scene, ui: &Ui) -> Vec<Effect> {
+/// Opens the palette with the properties of the selected tool.
+pub fn type_properties(scene: &Scene, ui: &Ui) -> Vec<Effect> {
     let Some((index, kind)) = selected(scene, &ui.view.task) else {
         return vec![Effect::info(ui.text("no tool is selected: {next-object} or a click selects one"))];
     };
     let tool = ui.view.task.tools[index].tool();
-    let values = Property::of_kind(kind).map(|property| format!("{property}={}", property.of(&tool)));
-    let number = index + 1;
-    let title = format!("tool {number} ({kind})");
-    let hint = "the number of the tool, then any of its properties; angles in degrees, lengths in units";
-    let text = format!("{number} {}", values.collect::<Vec<_>>().join(" "));
-    vec![Effect::open(Prompt::arguments("tool set", title, hint, text))]
+    let values = Property::of_kind(kind).map(|property| (property, property.of(&tool))).collect();
+    vec![Effect::palette(Command::from(Edit::SetTool { index, values }))]
 }
 
-/// Changes a property of the selected tool by some steps: `property` if the tool has it, or else the chosen one. None
-/// if no tool is selected.
+/// Changes a property of the selected tool by some steps: `property` if the tool has it, or else its first. None if no
+/// tool is selected.
 pub fn step_property(scene: &Scene, ui: &Ui, property: Option<Property>, steps: f64) -> Option<Vec<Effect>> {
     let (index, kind) = selected(scene, &ui.view.task)?;
-    let own = property.filter(|property| Property::of_kind(kind).any(|own| own == *property));
-    let property = own.unwrap_or_else(|| scene.property(kind));
+    let mut own = Property::of_kind(kind);
+    let property = property.filter(|property| Property::of_kind(kind).any(|own| own == *property)).or(own.next())?;
     let value = property.stepped(&ui.view.task.tools[index].tool(), steps);
     Some(vec![Effect::apply(Edit::SetTool { index, values: vec![(property, value)] })])
-}
-
-/// Chooses the next property of the selected tool, below or above.
-pub(super) fn choose_property(scene: &mut Scene, kind: ToolKind, below: bool) {
-    let now = scene.property(kind);
-    let mut own = Property::of_kind(kind);
-    let next = match below {
-        true => own.skip_while(|property| *property != now).nth(1),
-        false => own.rfind(|property| (*property as usize) < now as usize),
-    };
-    scene.choose_property(next.unwrap_or(now));
-}
-
-/// Height of the pane of properties; 0 if no tool is selected.
-pub(super) fn rows(scene: &Scene, task: &Task) -> u16 {
-    selected(scene, task).map_or(0, |(_, kind)| Property::of_kind(kind).count() as u16 + 2)
-}
-
-/// Draws the properties of the selected tool.
-pub(super) fn draw(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let Some((index, kind)) = selected(scene, &ui.view.task).filter(|_| area.height > 2) else { return };
-    let inside = pane(&format!("tool {} ({kind})", index + 1), area, ui.theme, buffer);
-    let tool = ui.view.task.tools[index].tool();
-    let own: Vec<Property> = Property::of_kind(kind).collect();
-    let row = |index: usize| {
-        let property = own[index];
-        let value = Text::from(property.of(&tool).to_string()).right_aligned();
-        Row::new([Text::from(property.name()), value, Text::from(property.unit())])
-    };
-    let chosen = own.iter().position(|property| *property == scene.property(kind));
-    let widths = [13, 6, 8].map(Constraint::Length);
-    for (area, index) in list::draw(own.len(), chosen, row, &widths, inside, ui.theme, buffer) {
-        regions.add(area, HitRegion::Property(own[index]));
-    }
 }

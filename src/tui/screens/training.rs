@@ -26,18 +26,13 @@ use mge_run::Metric;
 /// Width from which the scene fits beside the curves.
 const BESIDE: u16 = 80;
 
-/// The runs whose curves are shown: the watched one, or in a comparison the marked ones or all on its task.
+/// The runs whose curves are shown: the watched one, or in a comparison the marked ones.
 fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
     let watched = ui.subject.run();
     if !curves.comparing {
         return watched.into_iter().collect();
     }
-    let marked = runs.marked(ui.view);
-    if !marked.is_empty() {
-        return marked;
-    }
-    let of_task = |run: &&RunSummary| watched.is_some_and(|watched| watched.config.task.name == run.config.task.name);
-    ui.view.runs.iter().map(|run| &**run).filter(of_task).collect()
+    runs.marked(ui.view)
 }
 
 /// The two compared runs, the watched one first, if there are exactly two.
@@ -133,7 +128,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
         let [above, below] =
             Layout::vertical([Constraint::Length(right.height / scenes), Constraint::Fill(1)]).areas(right);
-        scene_pane(ui, &screens.scene, above, buffer, regions);
+        let _ = scene_pane(ui, &screens.scene, above, buffer, regions);
         if let Some(beside) = ui.subject.beside() {
             beside_pane(ui, &screens.scene, beside, below, buffer);
         }
@@ -149,24 +144,54 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         Some(pair) => differences(pair, inside, ui, buffer),
         None => inside,
     };
-    let selected = Metric::CURVES[curves.selected];
     let charts = Charts::new(curves, shown, ui);
     if curves.alone {
-        return charts.draw(selected, inside, buffer, regions);
+        return charts.draw(curves.metric(), inside, buffer, regions);
     }
-    let columns: u16 = if area.width >= WIDE { 2 } else { 1 };
-    let rows = (inside.height / 7).clamp(1, (Metric::CURVES.len() as u16).div_ceil(columns));
-    let (width, height) = (inside.width / columns, inside.height / rows);
-    let page = usize::from(columns * rows);
-    let first = curves.selected / page * page;
-    for (index, metric) in (0..page as u16).zip(&Metric::CURVES[first..]) {
-        let (column, row) = (index / rows, index % rows);
-        let place = Rect { x: inside.x + column * width + 1, y: inside.y + row * height, width: width - 1, height };
-        charts.draw(*metric, place, buffer, regions);
-        if *metric == selected {
-            buffer.set_string(place.x - 1, place.y, "›", ui.theme.strong());
+    let constants = charts.constants();
+    let [inside, line] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(u16::from(!constants.is_empty()))]).areas(inside);
+    let parts: Vec<String> = constants.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect();
+    buffer.set_string(line.x + 1, line.y, fitting(&parts, usize::from(line.width) - 1), ui.theme.faint());
+    let is_varying = |metric: &Metric| constants.iter().all(|(constant, _)| constant != metric);
+    for (metric, place) in places(inside, curves.metric(), is_varying) {
+        charts.draw(metric, Rect { x: place.x + 1, width: place.width - 1, ..place }, buffer, regions);
+        if metric == curves.metric() {
+            buffer.set_string(place.x, place.y, "›", ui.theme.strong());
         }
     }
+}
+
+/// The curves that are shown large.
+const LARGE: [Metric; 2] = [Metric::Success, Metric::Return];
+/// Least rows and columns of a small chart.
+const SMALL: [u16; 2] = [6, 36];
+
+/// Where each curve is drawn: success and return large, below them the small charts that fit, of those that vary, with
+/// the selected one.
+fn places(area: Rect, selected: Metric, is_varying: impl Fn(&Metric) -> bool) -> Vec<(Metric, Rect)> {
+    let others: Vec<Metric> =
+        Metric::CURVES.into_iter().filter(|metric| !LARGE.contains(metric) && is_varying(metric)).collect();
+    let side_by_side = area.width >= WIDE;
+    let columns = (area.width / SMALL[1]).max(1);
+    let all_rows = (others.len() as u16).div_ceil(columns);
+    let large = if side_by_side { area.height / 2 } else { area.height * 3 / 5 };
+    let rows = ((area.height - large) / SMALL[0]).min(all_rows);
+    let large = if rows == 0 { area.height } else { large };
+    let [above, below] = Layout::vertical([Constraint::Length(large), Constraint::Fill(1)]).areas(area);
+    let halves = [Constraint::Fill(1), Constraint::Fill(1)];
+    let halves: [Rect; 2] =
+        if side_by_side { Layout::horizontal(halves).areas(above) } else { Layout::vertical(halves).areas(above) };
+    let mut all: Vec<(Metric, Rect)> = LARGE.into_iter().zip(halves).collect();
+    let page = usize::from(columns * rows).max(1);
+    let first = others.iter().position(|metric| *metric == selected).unwrap_or(0) / page * page;
+    let shown = others.iter().skip(first).take(usize::from(columns * rows));
+    let (width, height) = (below.width / columns, below.height / rows.max(1));
+    all.extend((0..).zip(shown).map(|(index, metric)| {
+        let [x, y] = [below.x + index % columns * width, below.y + index / columns * height];
+        (*metric, Rect { x, y, width, height })
+    }));
+    all
 }
 
 /// The title of the curves: what is shown, and how far it is.
@@ -221,7 +246,7 @@ fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer)
         rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
     }
     let [charts, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows.len() as u16)]).areas(area);
-    let colours = ui.theme.runs(&pair.map(|run| &*run.label));
+    let colours = charts::colours(&pair.map(|run| Shown::run(run, ui.view)), ui.theme);
     let styles = [ui.theme.faint(), Style::new().fg(colours[0]), Style::new().fg(colours[1])];
     let width = usize::from(below.width / 3).saturating_sub(1);
     let row = |cells: [String; 3]| {
@@ -239,7 +264,7 @@ fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer)
 
 fn nothing(curves: &CurvesState, ui: &Ui) -> String {
     ui.text(match curves.comparing {
-        true => "There is nothing to compare. Mark runs with {mark-run} on the Runs screen ({screen-runs}), or watch one.",
+        true => "There is nothing to compare: {mark-run} marks runs on the Runs screen ({screen-runs}).",
         false => "Nothing has been trained yet. {train} starts a training with the settings on the Scene screen; {screen-runs} shows past runs.",
     })
 }
@@ -281,17 +306,6 @@ pub fn show_all_episodes(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
 
 fn whole(ui: &Ui) -> Vec<Effect> {
     vec![Effect::info(ui.text("all episodes are shown: {zoom-in} shows fewer"))]
-}
-
-/// Shows several runs together, or only the watched one.
-pub fn compare(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
-    screens.curves.comparing ^= true;
-    let is_marked = ui.view.runs.iter().any(|run| screens.runs.is_marked(run));
-    vec![Effect::info(match (screens.curves.comparing, is_marked) {
-        (false, _) => "the watched run",
-        (true, true) => "the marked runs",
-        (true, false) => "all runs on the task of the watched one",
-    })]
 }
 
 /// Shows groups as one curve, or each run.

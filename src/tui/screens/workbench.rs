@@ -4,16 +4,15 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::widgets::{Paragraph, Row, Widget, Wrap};
 
-use super::pane::{lines, pane};
+use super::pane::{fitted, lines, pane};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
-use super::{HitRegions, Screens, Ui, status, tools, training};
+use super::{HitRegions, Screens, Ui, status, training};
 use crate::tui::layers::tool_in_words;
 use crate::tui::scene::Object;
 use crate::tui::view::RunSummary;
-use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 use mge_base::text::counted;
@@ -29,7 +28,10 @@ const ROOMY: u16 = 30;
 /// Draws scene, curves and status side by side.
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let [left, right] = split(area);
-    scene_pane(ui, &screens.scene, left, buffer, regions);
+    let legend = scene_pane(ui, &screens.scene, left, buffer, regions);
+    if let Some(legend) = legend {
+        return legend_pane(ui, legend, right, buffer);
+    }
     let further = |run: &RunSummary| u16::from(run.practised.is_some()) + u16::from(!run.needs.is_empty());
     let further = ui.subject.run().filter(|_| area.height >= ROOMY).map_or(0, further);
     let rows = STATUS + further;
@@ -48,19 +50,25 @@ const TASK: u16 = 5;
 /// Draws the scene and the list of its objects.
 pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let [left, right] = split(area);
-    scene_pane(ui, scene, left, buffer, regions);
-    objects(ui, scene, right, buffer, regions);
+    match scene_pane(ui, scene, left, buffer, regions) {
+        Some(legend) => legend_pane(ui, legend, right, buffer),
+        None => objects(ui, scene, right, buffer, regions),
+    }
+}
+
+/// Draws the legend of the scene beside it.
+fn legend_pane(ui: &Ui, legend: Vec<Line<'static>>, area: Rect, buffer: &mut Buffer) {
+    let title = ui.text("legend · {show-legend} hides it");
+    let inside = pane(&title, area, ui.theme, buffer);
+    Paragraph::new(legend).wrap(Wrap { trim: false }).render(inside, buffer);
 }
 
 fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let view = ui.view;
     let theme = ui.theme;
     let all = view.objects().all();
-    let properties = tools::rows(scene, &view.task);
-    let height = (all.len() as u16 + 2).min(area.height.saturating_sub(properties + TASK));
-    let heights = [Constraint::Length(height), Constraint::Length(properties), Constraint::Fill(1)];
-    let [upper, middle, lower] = Layout::vertical(heights).areas(area);
-    tools::draw(ui, scene, middle, buffer, regions);
+    let height = (all.len() as u16 + 2).min(area.height.saturating_sub(TASK));
+    let [upper, lower] = Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(area);
     let inside = pane("objects · x, y, size", upper, theme, buffer);
     let roomy = inside.width >= NAMED;
     let row = |index: usize| {
@@ -79,21 +87,8 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     regions.add_rows(list::draw(all.len(), selected, row, &widths, inside, theme, buffer));
     if lower.height >= 3 {
         let inside = pane("task", lower, theme, buffer);
-        Text::from(fitted(about(ui, inside.width), inside)).render(inside, buffer);
+        Text::from(fitted(ui, about(ui, inside.width), inside.height)).render(inside, buffer);
     }
-}
-
-/// The lines that fit into an area; `..` at the end marks an omission.
-fn fitted(mut text: Vec<Line<'static>>, area: Rect) -> Vec<Line<'static>> {
-    let height = usize::from(area.height);
-    if text.len() > height {
-        text.truncate(height);
-        if let Some(last) = text.last_mut() {
-            let cut = format!("{last} ..");
-            *last = Line::styled(shortened(cut.trim_start(), usize::from(area.width), false), last.style);
-        }
-    }
-    text
 }
 
 /// Lines about the task and its edits.
@@ -122,7 +117,7 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     let tool = tool_in_words(&placeable.tool([0.0; 2]), true);
     put(&ui.text(&format!("the agent places: {tool}; {{agent-tool}} chooses another")), theme.faint());
     put(&format!("{file}\n\n"), theme.faint());
-    let help = "{next-object} selects, arrows or the mouse move, {coordinates} types coordinates. {add-subgoal} adds a subgoal, {add-tool} a tool, {delete} deletes; {propose-subgoals} lets the model propose subgoals. {shrink} and {grow} resize, {earlier} and {later} reorder; of a tool, {earlier} and {later} choose a property, {shrink} and {grow} or the wheel over it change it, {properties} types it; the wheel over the scene turns the tool. {undo} undoes, {redo} does it again.";
+    let help = "{next-object} selects, arrows or the mouse move, {coordinates} types coordinates. {add-subgoal} adds a subgoal, {add-tool} a tool, {delete} deletes; {propose-subgoals} lets the model propose subgoals. {shrink} and {grow} resize, {earlier} and {later} reorder; {properties} types the properties of a tool, the wheel turns it. {undo} undoes, {redo} does it again.";
     put(&ui.text(help), theme.faint());
     text
 }

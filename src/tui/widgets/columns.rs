@@ -45,13 +45,14 @@ pub fn fitting(parts: &[String], columns: usize) -> String {
     text
 }
 
-/// Shortens a text to `columns` at its end, or at its beginning with `keep_end`; `..` marks the omission.
+/// Shortens a text to `columns` at its end, or in its middle with `keep_end`; `..` marks the omission.
 pub fn shortened(text: &str, columns: usize, keep_end: bool) -> String {
     if width(text) <= columns {
         return text.to_owned();
     }
     let room = columns.saturating_sub(2);
-    if keep_end { format!("..{}", end(text, room)) } else { format!("{}..", split(text, room).0) }
+    let kept = if keep_end { room / 2 } else { 0 };
+    format!("{}..{}", split(text, room - kept).0, end(text, kept))
 }
 
 #[cfg(test)]
@@ -75,7 +76,7 @@ mod tests {
         assert_eq!(fitting(&parts, 24), "training · a run");
         assert_eq!(fitting(&parts, 16), "training · a run", "a part that just fits");
         assert_eq!(shortened("task1-ddpg-seed0", 16, true), "task1-ddpg-seed0");
-        assert_eq!(shortened("task1-ddpg-seed0", 10, true), "..pg-seed0");
+        assert_eq!(shortened("task1-ddpg-seed0", 10, true), "task..eed0");
         assert_eq!(shortened("linear:0.8:0:10", 10, false), "linear:0..");
     }
 }

@@ -7,9 +7,9 @@ pub const MIN_SIZE: (u16, u16) = (60, 20);
 /// Width from which panes have room for more columns.
 pub const WIDE: u16 = 100;
 
-/// The area between tabs and footer.
+/// The area between tabs and a line for messages above the footer.
 pub fn body(area: Rect) -> Rect {
-    Rect { y: area.y + 1, height: area.height - 2, ..area }
+    Rect { y: area.y + 1, height: area.height - 3, ..area }
 }
 
 /// A square for the scene at the left, the rest at the right.

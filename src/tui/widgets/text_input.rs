@@ -24,9 +24,20 @@ impl TextInput {
         &self.text
     }
 
+    /// The text before the cursor.
+    pub fn before_cursor(&self) -> &str {
+        &self.text[..self.cursor]
+    }
+
+    /// Replaces the text between a byte offset and the cursor.
+    pub fn replace_from(&mut self, from: usize, text: &str) {
+        self.text.replace_range(from..self.cursor, text);
+        self.cursor = from + text.len();
+    }
+
     /// Number of columns before the cursor.
     pub fn cursor_column(&self) -> u16 {
-        columns::width(&self.text[..self.cursor]) as u16
+        columns::width(self.before_cursor()) as u16
     }
 
     /// Inserts text at the cursor; line ends and other control characters become spaces.

@@ -54,14 +54,18 @@ pub enum Palette {
 }
 
 impl Palette {
+    const ALL: [Self; 3] = [Self::Dark, Self::Light, Self::ColourBlind];
+
+    /// Its name in `MGE_THEME`.
+    pub fn name(self) -> &'static str {
+        ["dark", "light", "colour-blind"][self as usize]
+    }
+
     /// The palette that `MGE_THEME` names.
     pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Self> {
-        variable("MGE_THEME")?.split([',', ' ']).rev().find_map(|word| match word {
-            "dark" => Some(Self::Dark),
-            "light" => Some(Self::Light),
-            "colour-blind" | "color-blind" => Some(Self::ColourBlind),
-            _ => None,
-        })
+        let named =
+            |word: &str| Self::ALL.into_iter().find(|palette| palette.name() == word.replace("color", "colour"));
+        variable("MGE_THEME")?.split([',', ' ']).rev().find_map(named)
     }
 
     /// The palette for a light or dark background.
@@ -213,23 +217,24 @@ impl Theme {
         Self::new(Palette::on(light), self.depth, self.marker)
     }
 
+    /// This theme with the next palette.
+    pub fn with_next_palette(&self) -> Self {
+        Self::new(Palette::ALL[(self.palette as usize + 1) % Palette::ALL.len()], self.depth, self.marker)
+    }
+
     /// The colour of a stage of guidance: subgoals in order, then the goal.
     pub fn stage(&self, stage: usize) -> Color {
         self.stages[stage % self.stages.len()]
     }
 
-    /// The colours of runs with these labels: as in the figures, but lightened where they would be too dark
-    /// for the terminal's background.
-    pub fn runs(&self, labels: &[&str]) -> Vec<Color> {
-        let visible = |colour: figures::Color| {
-            let channels = [colour.0, colour.1, colour.2];
-            let luminance = channels.iter().zip([0.21, 0.72, 0.07]).map(|(channel, share)| f32::from(*channel) * share);
-            // Dark colours are moved halfway to white.
-            let is_dark = self.palette != Palette::Light && luminance.sum::<f32>() < 64.0;
-            let [r, g, b] = if is_dark { channels.map(|channel| channel / 2 + 127) } else { channels };
-            self.fit(Color::Rgb(r, g, b))
-        };
-        figures::series(labels).into_iter().map(|series| visible(series.color)).collect()
+    /// A colour of the figures, lightened where it would be too dark for the terminal's background.
+    pub fn visible(&self, colour: figures::Color) -> Color {
+        let channels = [colour.0, colour.1, colour.2];
+        let luminance = channels.iter().zip([0.21, 0.72, 0.07]).map(|(channel, share)| f32::from(*channel) * share);
+        // Dark colours are moved halfway to white.
+        let is_dark = self.palette != Palette::Light && luminance.sum::<f32>() < 64.0;
+        let [r, g, b] = if is_dark { channels.map(|channel| channel / 2 + 127) } else { channels };
+        self.fit(Color::Rgb(r, g, b))
     }
 
     /// Secondary text.
@@ -389,8 +394,11 @@ mod tests {
 
     #[test]
     fn runs_have_the_colours_of_the_figures_unless_these_are_too_dark() {
-        let shown =
-            |palette| Theme::new(palette, Depth::True, Marker::Braille).runs(&["planning", "DDPG", "adaptive DDPG"]);
+        let shown = |palette| {
+            let theme = Theme::new(palette, Depth::True, Marker::Braille);
+            let looks = figures::series(&["planning", "DDPG", "adaptive DDPG"]);
+            looks.into_iter().map(|look| theme.visible(look.color)).collect::<Vec<_>>()
+        };
         let blue = Color::Rgb(0, 114, 178);
         assert_eq!(shown(Palette::Light), [Color::Rgb(0, 0, 0), blue, Color::Rgb(0, 63, 99)]);
         assert_eq!(shown(Palette::Dark), [Color::Rgb(127, 127, 127), blue, Color::Rgb(127, 158, 176)]);

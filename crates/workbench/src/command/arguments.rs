@@ -7,7 +7,6 @@ use std::str::FromStr;
 
 use mge_base::atomic::{Format, Target};
 use mge_base::paths::given;
-use mge_base::spelling::did_you_mean;
 use mge_results::Composition;
 use mge_task::Values;
 
@@ -246,24 +245,6 @@ impl<T: FromStr<Err: Display> + Display> Argument<Vec<T>> for List {
 
     fn write(&self, value: &Vec<T>) -> String {
         quoted(&value.iter().map(T::to_string).collect::<Vec<_>>().join(","))
-    }
-}
-
-/// One of several values, by name.
-pub(super) struct OneOf<T: 'static>(pub &'static str, pub &'static [T], pub fn(T) -> &'static str);
-
-impl<T: Copy> Argument<T> for OneOf<T> {
-    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
-        let Self(what, all, name) = self;
-        let word = words.next(what)?;
-        all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| {
-            let known: Vec<&str> = all.iter().map(|item| name(*item)).collect();
-            format!("`{word}` is not one of {}{}", known.join(", "), did_you_mean(known.iter().copied(), word))
-        })
-    }
-
-    fn write(&self, value: &T) -> String {
-        format!(" {}", self.2(*value))
     }
 }
 

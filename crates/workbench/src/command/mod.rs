@@ -31,8 +31,8 @@ pub use mge_task::Edit;
 pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{
-    Checkpoint, Continue, Delete, EmptyTrash, Evaluate, Fork, Note, Open, Pause, Restore, Resume, Stop, Tag, Train,
-    Watch,
+    Checkpoint, Continue, Delete, EmptyTrash, Evaluate, Fork, Note, Open, Pause, Rename, Restore, Resume, Stop, Tag,
+    Train, Watch,
 };
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
@@ -269,7 +269,7 @@ commands! {
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, EmptyTrash, Evaluate, Checkpoint, Note, Tag,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, EmptyTrash, Evaluate, Checkpoint, Note, Tag, Rename,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }
@@ -433,6 +433,7 @@ mod tests {
         "guide",
         "out runs",
         "train runs/a seeds 3 until 100",
+        "rename runs/a 'the best'",
         "pause",
         "resume until 200",
         "stop",
@@ -505,7 +506,7 @@ mod tests {
             ("proposal accept 0", "numbers count from 1"),
             ("seed x", "`x` is not a seed"),
             ("epsilon 2", "not between 0 and 1"),
-            ("figure pie a.png", "`pie` is not one of scene, clusters"),
+            ("figure pie a.png", "unknown kind of figure `pie`: use one of scene, clusters"),
             ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in FOLDER] [until N]"),
             ("undo now", "`now` was not expected"),
             ("set ddpg {\"hidden\":4}", "`{hidden:4}` is not JSON: write it in single quotes"),

@@ -1,11 +1,12 @@
 //! Commands for output and control: figures, expectations, recording, waiting and quitting.
 
-use super::arguments::{Argument, Composed, Named, Number, OneOf, Optional, Output, Words, is_option};
+use super::arguments::{Argument, Composed, Named, Number, Optional, Output, Parsed, Words, is_option};
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::dry_run::DryRun;
 use crate::journal::SCRIPT;
 use crate::{Session, SessionError, write_file};
 use mge_base::atomic::Target;
+use mge_base::by_name;
 use mge_base::paths::suffix;
 use mge_figures::{EXTENSIONS, PICTURE};
 use mge_results::Composition;
@@ -14,7 +15,7 @@ command! {
     /// Exports a figure.
     Figure {
         /// What it shows.
-        kind: FigureKind = OneOf("a kind", &FigureKind::ALL, FigureKind::name),
+        kind: FigureKind = Parsed("a kind"),
         /// The file; its extension selects the format.
         to: Target = Output(PICTURE),
         /// Its resolution; None for the default.
@@ -79,24 +80,20 @@ impl FigureKind {
 
     /// The name in the language.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Scene => "scene",
-            Self::Clusters => "clusters",
-            Self::Learning => "learning",
-            Self::Dashboard => "dashboard",
-            Self::Episode => "episode",
-        }
+        ["scene", "clusters", "learning", "dashboard", "episode"][self as usize]
     }
 }
+
+by_name!(FigureKind, "kind of figure");
 
 command! {
     /// An assertion; the script fails if it does not hold.
     #[derive(Copy)]
     Expect {
         /// The quantity.
-        quantity: Quantity = OneOf("a quantity", &Quantity::ALL, Quantity::name),
+        quantity: Quantity = Parsed("a quantity"),
         /// The comparison operator.
-        comparison: Comparison = OneOf("a comparison", &Comparison::ALL, Comparison::sign),
+        comparison: Comparison = Parsed("a comparison"),
         /// The value it is compared with.
         value: f64 = Number("number"),
     }: "expect" "WHAT OP VALUE" "fail the script unless it holds, such as expect success >= 0.5";
@@ -133,16 +130,11 @@ impl Quantity {
 
     /// The name in the language.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Episodes => "episodes",
-            Self::Success => "success",
-            Self::Greedy => "greedy",
-            Self::Clusters => "clusters",
-            Self::Subgoals => "subgoals",
-            Self::Proposals => "proposals",
-        }
+        ["episodes", "success", "greedy", "clusters", "subgoals", "proposals"][self as usize]
     }
 }
+
+by_name!(Quantity, "quantity");
 
 /// A comparison operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,12 +151,8 @@ impl Comparison {
     const ALL: [Self; 3] = [Self::Equal, Self::AtLeast, Self::AtMost];
 
     /// The sign in the language.
-    pub fn sign(self) -> &'static str {
-        match self {
-            Self::Equal => "=",
-            Self::AtLeast => ">=",
-            Self::AtMost => "<=",
-        }
+    pub fn name(self) -> &'static str {
+        ["=", ">=", "<="][self as usize]
     }
 
     /// Whether it holds.
@@ -176,6 +164,8 @@ impl Comparison {
         }
     }
 }
+
+by_name!(Comparison, "comparison");
 
 command! {
     /// Saves the session so far as a script.

@@ -29,7 +29,7 @@ command! {
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
-    }: "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; `until` pauses there";
+    }: "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; the key opens a dialog";
     execute = |this, session| match this.seeds {
         None => session.train(this.folder.as_deref(), this.until),
         Some(seeds) => session.train_seeds(seeds, this.folder.as_deref(), this.until),
@@ -168,6 +168,17 @@ command! {
         tags: Vec<String> = Or(List("tags"), Vec::new()),
     }: "tag" "FOLDER [TAG,..]" "give a run tags to find it by, kept in its folder";
     execute = |this, _| annotate(&this.folder, |notes| notes.tags.clone_from(&this.tags));
+}
+
+command! {
+    /// Gives a run another name.
+    Rename {
+        /// The run's folder.
+        folder: PathBuf = RunFolder,
+        /// The name; empty for that of its folder.
+        name: String = Rest("a name"),
+    }: "rename" "RUN NAME" "give a run another name, everywhere; an empty one is that of its folder";
+    execute = |this, session| session.rename(&this.folder, &this.name);
 }
 
 /// Changes the notes in the folder of a run.

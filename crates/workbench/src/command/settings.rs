@@ -33,7 +33,11 @@ command! {
     /// Sets the number of training episodes.
     Episodes(episodes: u32 = Number("number of episodes")):
         "episodes" "N" "set the episodes of the next run, and of a shorter one that is continued";
-    prepare = |this, setup| setup.set("episodes", &this.0.to_string());
+    prepare = |this, setup| {
+        let report = setup.set("episodes", &this.0.to_string())?;
+        setup.extends_to = Some(this.0);
+        Ok(report)
+    };
 }
 
 command! {
@@ -81,6 +85,23 @@ command! {
         setup.set.insert("prior".to_owned());
         Ok(format!("model {}", String::from(this.0.clone())))
     };
+    execute = |this, session| {
+        check_file(&this.0)?;
+        session.change(|setup| this.prepare(setup))
+    };
+    check = |this, dry_run| {
+        if !matches!(&this.0, PriorSource::ModelFile(file) if dry_run.will_be_written(&file.path)) {
+            check_file(&this.0)?;
+        }
+        this.prepare(&mut dry_run.setup).map(drop)
+    };
+}
+
+/// Checks that there is a model, if it is named or in a file.
+fn check_file(source: &PriorSource) -> Result<(), SessionError> {
+    let PriorSource::ModelFile(file) = source else { return Ok(()) };
+    let found = mge_dynamics::named(&file.path, None);
+    found.map(drop).map_err(|error| SessionError::Failed(error.to_string()))
 }
 
 command! {

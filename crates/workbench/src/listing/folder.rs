@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
+use super::summary::charged;
 use mge_results::is_listed_run;
 use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
@@ -159,7 +160,10 @@ impl Folder {
         };
         let changed = match (&run, &known.run) {
             (Some(new), Some(old)) => {
-                (new.done, &new.state, &new.tags, &new.note) != (old.done, &old.state, &old.tags, &old.note)
+                let shown = |run: &RunSummary| {
+                    (run.done, run.state.clone(), run.name.clone(), run.tags.clone(), run.note.clone())
+                };
+                shown(new) != shown(old)
             }
             (None, None) => damage != known.damage,
             _ => true,
@@ -185,10 +189,14 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     let status = directory.status()?;
     // Unreadable notes count as none here; writing new ones reports the error.
     let Notes { tags, note, .. } = directory.notes().unwrap_or_default();
+    let name = directory.name();
     Ok(Some(RunSummary {
+        name,
         tags,
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
+        actions: status.last_episode.as_ref().map_or(0, charged),
+        seconds: status.latest.zip(directory.begun()).map(|(latest, begun)| latest - begun),
         success: status.last_episode.map(|record| record.rolling_success as f32),
         ..RunSummary::new(path, Arc::new(config), status.state)
     }))

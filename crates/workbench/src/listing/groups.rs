@@ -13,6 +13,7 @@ use serde_json::Value;
 use super::{Curves, RunSummary};
 use crate::Loader;
 use mge_base::text::counted;
+use mge_figures::{Color, series};
 use mge_results::{FINAL, Groups, LearningRow, Settings, distinguish};
 use mge_run::{Metric, RunState};
 use mge_stats::aggregate::trimmed_mean;
@@ -29,6 +30,8 @@ pub struct RunGroup {
     pub task: String,
     /// Method, threshold and other distinguishing settings, as in reports.
     pub label: String,
+    /// Its colour, the same wherever it or one of its runs is shown.
+    pub color: Color,
     /// Folders of its runs, ordered by seed.
     pub runs: Vec<PathBuf>,
     /// Those of which it has curves and statistics: one for each seed.
@@ -138,7 +141,7 @@ struct Known {
 
 impl Grouping {
     /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs. Groups are
-    /// compared with those labelled `baseline`, or else with plain DDPG or the first method.
+    /// compared with those labelled `baseline`, if there are any.
     pub fn new(runs: &[Arc<RunSummary>], before: &Self, baseline: Option<&str>) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
         let row =
@@ -160,14 +163,19 @@ impl Grouping {
         // A run that has not begun does not count as a failure.
         let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
         let begun = Groups::new(counted.filter(|row| row.episodes > 0));
-        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
+        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label));
         let mut grouping = Self { known, ..Self::default() };
+        let labels: Vec<&str> = all.labels().iter().map(String::as_str).collect();
+        let looks = series(&labels);
+        let color =
+            |label: &String| labels.iter().zip(&looks).find(|(known, _)| *known == label).map(|(_, look)| look.color);
         for (task, label, indices, counted) in found {
             let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
             let is_other = |other: &String| other != label && !all.indices(task, other).is_empty();
             let group = RunGroup {
                 task: task.clone(),
                 label: label.clone(),
+                color: color(label).unwrap_or(looks[0].color),
                 runs: paths(&indices),
                 counted: paths(&counted),
                 success: None,
@@ -232,8 +240,9 @@ fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
 impl RunGroup {
     fn with_statistics(mut self, begun: &Groups<'_>, baseline: Option<&str>) -> Self {
         let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
-        if let Some(baseline) = baseline.filter(|_| self.is_many()) {
+        if self.is_many() {
             // There are no statistics until a run has begun.
+            let baseline = baseline.unwrap_or(&self.label);
             let summary = begun.summary(&self.task, &self.label, baseline, FINAL, &bootstrap).ok().flatten();
             self.success = summary.as_ref().map(|summary| summary.iqm);
             self.improvement = summary.and_then(|summary| summary.improvement);
@@ -400,8 +409,9 @@ mod tests {
         // The run that has not begun does not count.
         assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
         let pinned = Grouping::new(&runs, &grouping, Some(&of("a").label.clone()));
-        assert!(of("c").is_baseline && pinned.of(Path::new("runs/a")).unwrap().is_baseline);
-        let a = of("a");
+        assert!(!of("c").is_baseline && pinned.of(Path::new("runs/a")).unwrap().is_baseline);
+        let pinned = Grouping::new(&runs, &grouping, Some(&of("c").label.clone()));
+        let a = pinned.of(Path::new("runs/a")).unwrap();
         // 1.0 is above both; 0.25 is above one and equal to the other.
         assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
         let again = Grouping::new(&runs, &grouping, None);
@@ -411,7 +421,7 @@ mod tests {
         for (grouping, run, gamma) in [(&grouping, 2, "0.95"), (&grouping, 5, "0.5"), (&fewer, 2, "0.95")] {
             assert_eq!(grouping.setting(&runs[run], "ddpg.gamma").unwrap().to_string(), gamma, "also a default");
         }
-        assert!(of("c").label.contains("gamma 0.95") && of("c").is_baseline, "{}", of("c").label);
+        assert!(of("c").label.contains("gamma 0.95"), "{}", of("c").label);
     }
 
     #[test]
@@ -462,7 +472,7 @@ mod tests {
         assert_eq!(grouper.pin("DDPG"), None);
         assert_ne!(key_of(&runs(), None), key_of(&runs(), Some("DDPG")));
         let grouping = Grouping::new(&runs()[..5], &Grouping::default(), Some("nobody"));
-        assert!(grouping.of(Path::new("runs/c")).unwrap().is_baseline);
+        assert!(!grouping.of(Path::new("runs/c")).unwrap().is_baseline);
     }
 
     #[test]

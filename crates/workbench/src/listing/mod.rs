@@ -29,6 +29,7 @@ use histories::Histories;
 use mge_run::RunState;
 use mge_trainer::Phase;
 use rate::Rate;
+use summary::charged;
 
 /// Time between two scans of the folder, in which other processes may train runs.
 const SCAN: Duration = Duration::from_secs(2);
@@ -198,12 +199,15 @@ impl Listing {
         }
         let state = run.last_state().or(on_disk.map(|known| known.state.clone())).unwrap_or(RunState::Interrupted);
         let summary = RunSummary {
+            name: run.name(),
             opened: true,
             active: run.is_active(),
             queued: run.is_queued(),
             damaged: run.is_damaged(),
             preparing: run.phase().as_ref().and_then(Phase::preparation),
             done: run.episodes(),
+            actions: records.last().map_or(0, charged),
+            seconds: on_disk.and_then(|known| known.seconds),
             success: records.last().map(|record| record.rolling_success as f32),
             rate,
             tags: on_disk.map(|known| known.tags.clone()).unwrap_or_default(),

@@ -16,6 +16,8 @@ pub struct ModelSummary {
     pub name: String,
     /// Short description.
     pub about: String,
+    /// It can be read, and knows the tools of the task.
+    pub fits: bool,
     /// Its evaluation, if there is one.
     pub evaluation: Option<Arc<Evaluation>>,
 }
@@ -52,20 +54,22 @@ impl ModelSummary {
             let name = path.display().to_string();
             match Model::load(path) {
                 Ok(model) => Self::measured(&name, &model, task, &format!("trained by you: {}", model.name())),
-                Err(error) => Self::new(&name, &error.to_string()),
+                Err(error) => Self { fits: false, ..Self::new(&name, &error.to_string()) },
             }
         };
         files.iter().map(read).collect()
     }
 
     fn new(name: &str, about: &str) -> Self {
-        Self { name: name.to_owned(), about: about.to_owned(), evaluation: None }
+        Self { name: name.to_owned(), about: about.to_owned(), fits: true, evaluation: None }
     }
 
     /// A model with its stored evaluation, described by why it does not fit the task, or by `fitting` if it does.
     fn measured(name: &str, model: &Model, task: &Task, fitting: &str) -> Self {
-        let about = model.check_task(task).map_or_else(|error| error.to_string(), |()| fitting.to_owned());
-        Self { evaluation: saved_evaluation(name, model).map(Arc::new), ..Self::new(name, &about) }
+        let checked = model.check_task(task);
+        let about = checked.as_ref().map_or_else(|error| error.to_string(), |()| fitting.to_owned());
+        let evaluation = saved_evaluation(name, model).map(Arc::new);
+        Self { fits: checked.is_ok(), evaluation, ..Self::new(name, &about) }
     }
 }
 

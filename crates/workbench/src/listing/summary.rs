@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::Curves;
 use super::marks::{Mark, marks};
 use crate::run_label;
-use mge_run::{Metric, Practised, RunHistory, RunState};
+use mge_run::{EpisodeRecord, Metric, Practised, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
 /// A run and its curves.
 #[derive(Debug, Clone)]
 pub struct RunSummary {
-    /// Name of its folder.
+    /// The name that users gave it, or else that of its folder.
     pub name: String,
     /// Its folder.
     pub path: PathBuf,
@@ -43,6 +43,10 @@ pub struct RunSummary {
     pub needs: Vec<f32>,
     /// Number of finished episodes.
     pub done: u64,
+    /// Number of actions that it is charged for.
+    pub actions: u64,
+    /// Seconds from its first to its latest event, if its log has been read.
+    pub seconds: Option<f64>,
     /// Share of the latest episodes that reached the goal, if known.
     pub success: Option<f32>,
     /// One value per episode for every metric, as far as they have been read.
@@ -53,6 +57,11 @@ pub struct RunSummary {
     pub marks: Vec<Mark>,
     /// Episodes per second; None until there is enough data.
     pub rate: Option<f64>,
+}
+
+/// Number of actions charged up to an episode; in runs of earlier versions, of those in episodes and practice.
+pub(super) fn charged(record: &EpisodeRecord) -> u64 {
+    record.charged_actions.unwrap_or(record.environment_steps)
 }
 
 impl RunSummary {
@@ -71,6 +80,8 @@ impl RunSummary {
             practised: None,
             needs: Vec::new(),
             done: 0,
+            actions: 0,
+            seconds: None,
             success: None,
             curves: Arc::default(),
             evaluations: Vec::new(),
@@ -109,16 +120,23 @@ impl RunSummary {
         if self.queued { "queued" } else { self.state.name() }
     }
 
-    /// How often the practice before the first episode reached each stage, in a short phrase.
-    pub fn practice_in_short(&self) -> Option<String> {
-        let Practised { rollouts, reached, .. } = self.practised.as_ref()?.shortened();
-        let stages: Vec<String> = reached.iter().zip(&rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
-        Some(format!("reached {}", stages.join(", ")))
+    /// The name of a stage, counted from 0.
+    pub fn stage(&self, index: usize) -> String {
+        if index + 1 == self.config.task.stage_count() { "goal".to_owned() } else { format!("subgoal {}", index + 1) }
     }
 
-    /// The present need for exploration of each stage, in a short phrase.
+    /// How often the practice before the first episode reached each stage, in a short phrase.
+    pub fn practice_in_short(&self) -> Option<String> {
+        let Practised { rollouts, reached, actions } = self.practised.as_ref()?.shortened();
+        let stage = |(index, (hit, all))| format!("{} {hit} of {all}", self.stage(index));
+        let stages = reached.iter().zip(&rollouts).enumerate().map(stage).chain([format!("{actions} actions")]);
+        Some(stages.collect::<Vec<_>>().join(", "))
+    }
+
+    /// The share of the latest greedy attempts at each stage that failed, in a short phrase.
     pub fn needs_in_short(&self) -> Option<String> {
-        let needs: Vec<String> = self.needs.iter().map(|need| format!("{:.0} %", 100.0 * need)).collect();
+        let stage = |(index, need)| format!("{} {:.0} %", self.stage(index), 100.0 * need);
+        let needs: Vec<String> = self.needs.iter().enumerate().map(stage).collect();
         (!needs.is_empty()).then(|| needs.join(", "))
     }
 

@@ -49,9 +49,9 @@ impl Session {
         self.start_run(number, command.until, &report)
     }
 
-    /// The number of episodes to which continuing extends a run; None unless it was set explicitly.
+    /// The number of episodes to which continuing extends a run that has fewer; None unless `episodes` set it.
     pub fn extends_to(&self) -> Option<u32> {
-        Some(self.setup.config.episodes).filter(|_| self.setup.set.contains("episodes"))
+        self.setup.extends_to
     }
 
     /// Lets a run play the number of episodes set in the session, if that was set explicitly and the run ends before;
@@ -61,7 +61,7 @@ impl Session {
         let config = RunConfig::of(directory)?;
         let status = directory.status()?;
         let is_finished = status.state == RunState::Finished;
-        let run = directory.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let run = directory.name();
         if is_finished && directory.checkpoints().names()?.is_empty() {
             return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
         }
@@ -193,6 +193,17 @@ impl Session {
             report
         };
         Ok(report)
+    }
+
+    /// Gives the run in a folder another name, or that of its folder if it is empty.
+    pub(super) fn rename(&mut self, folder: &Path, name: &str) -> Result<String, SessionError> {
+        let directory = RunDirectory::open(folder)?;
+        let before = directory.name();
+        directory.change_notes(|notes| name.clone_into(&mut notes.name))?;
+        if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
+            run.read_name();
+        }
+        Ok(format!("{before} is {} now", directory.name()))
     }
 
     pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {

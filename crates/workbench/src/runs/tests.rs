@@ -74,12 +74,44 @@ fn a_run_is_deleted_only_when_no_process_trains_it() {
 }
 
 #[test]
-fn a_run_whose_model_is_missing_is_not_created() {
+fn a_model_that_does_not_exist_is_refused_at_once_and_one_that_is_gone_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
-    let mut session = session(folder.path(), &["method ddpg-mge", "model nothing"]);
-    let run = folder.path().join("run");
-    assert!(try_line(&mut session, &format!("train {}", quoted(&run))).unwrap_err().contains("nothing"));
+    let mut session = session(folder.path(), &["method ddpg-mge", "model bucket-box"]);
+    assert!(try_line(&mut session, "model nothing").unwrap_err().contains("nothing"));
+    assert_eq!(session.config().prior.place(), "bucket-box", "nothing has changed");
+    let (run, file) = (folder.path().join("run"), folder.path().join("mine.safetensors"));
+    mge_dynamics::shipped("bucket-box").unwrap().save(&file).unwrap();
+    apply(&mut session, &[&format!("model {}", quoted(&file))]);
+    std::fs::remove_file(&file).unwrap();
+    assert!(try_line(&mut session, &format!("train {}", quoted(&run))).unwrap_err().contains("mine"));
     assert!(!run.exists());
+}
+
+#[test]
+fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path(), &["train", "wait"]);
+    let report = try_line(&mut session, "rename task1-ddpg-seed0 the best").unwrap();
+    assert_eq!(report, "task1-ddpg-seed0 is the best now");
+    assert_eq!(session.run().unwrap().name(), "the best");
+    assert!(try_line(&mut session, "rename task1-ddpg-seed0 a/b").unwrap_err().contains("a name has at most"));
+    assert!(session.to_script().contains("rename '%1' 'the best'"), "{}", session.to_script());
+    assert_eq!(
+        RunView::open(&folder.path().join("task1-ddpg-seed0")).unwrap().name(),
+        "the best",
+        "for other programs"
+    );
+    apply(&mut session, &["rename task1-ddpg-seed0 ''"]);
+    assert_eq!(session.run().unwrap().name(), "task1-ddpg-seed0");
+}
+
+#[test]
+fn of_several_seeds_one_that_is_trained_is_watched() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path(), &[]);
+    try_line(&mut session, "episodes 100000").unwrap();
+    try_line(&mut session, "train seeds 3").unwrap();
+    assert!(session.run().unwrap().number() == 0 && session.runs()[2].is_queued());
 }
 
 #[test]

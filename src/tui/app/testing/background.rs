@@ -104,22 +104,6 @@ fn an_untouched_scene_repeats_until_there_is_no_input_for_long() {
 }
 
 #[test]
-fn epsilon_keys_start_from_the_current_threshold_of_an_active_run() {
-    let asked = |view: ViewModel| {
-        let (mut app, asked) = app(view);
-        press(&mut app, "+");
-        asked.borrow().concat()
-    };
-    let mut view = typical();
-    // The threshold of that episode is 0.4345.
-    change_run(&mut view, 1, |run| run.done = 731);
-    assert_eq!(asked(view), "epsilon 0.48");
-    let mut over = typical();
-    watch(&mut over, 0);
-    assert_eq!(asked(over), "epsilon 0.85", "the threshold of the next run");
-}
-
-#[test]
 fn one_key_switches_between_training_episode_and_untouched_scene() {
     let (mut app, _) = app(typical());
     let view = with_live(episode(&mut app, 1));

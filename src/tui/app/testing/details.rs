@@ -8,7 +8,7 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, Mou
 use ratatui::layout::Rect;
 
 use super::sequences::{mouse, region, scene};
-use super::{app, change_run, empty, failed, press, run_summary, shot, text, typical};
+use super::{app, empty, failed, press, run_summary, shot, text, typical};
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Axes;
@@ -16,7 +16,7 @@ use crate::tui::effect::Effect;
 use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
 use crate::tui::terminal::Received;
-use crate::tui::view::{Level, RunSummary};
+use crate::tui::view::{Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::Palette;
 use mge_run::RunState;
 use mge_workbench::Command;
@@ -162,34 +162,6 @@ fn a_tool_that_could_be_placed_is_no_error() {
 }
 
 #[test]
-fn epsilon_goes_down_saving_uses_the_file_and_all_figures_are_exported() {
-    let asked = |view, keys: &str| {
-        let (mut app, asked) = app(view);
-        press(&mut app, keys);
-        asked.borrow().clone()
-    };
-    assert_eq!(asked(empty(), "-"), ["epsilon 0.75"]);
-    let mut view = empty();
-    view.file = Some(PathBuf::from("mine.json"));
-    assert_eq!(asked(view, "w"), ["save"]);
-    assert_eq!(asked(empty(), "f"), ["figure scene figures/task1-scene.png"]);
-    let all = [("scene", ""), ("clusters", ""), ("learning", ""), ("dashboard", "-ddpg-mge-seed0")];
-    let all = all.map(|(kind, run)| format!("figure {kind} figures/task1{run}-{kind}.png"));
-    assert_eq!(asked(typical(), "f"), all);
-    let mut fresh = typical();
-    for index in 0..2 {
-        change_run(&mut fresh, index, |run| run.done = 0);
-    }
-    assert_eq!(asked(fresh, "f"), all[..2], "no run has an episode");
-    let mut unopened = typical();
-    unopened.watched = None;
-    for index in 0..2 {
-        change_run(&mut unopened, index, |run| run.opened = false);
-    }
-    assert_eq!(asked(unopened, "f"), all[..3], "the learning figure shows runs that were not opened, too");
-}
-
-#[test]
 fn the_wheel_changes_speed_on_the_scene_and_the_selection_on_lists() {
     let (mut app, _) = app(typical());
     shot(&mut app, 120, 40);
@@ -255,20 +227,6 @@ fn escape_leaves_the_large_curve_and_the_filter_before_the_screen() {
     assert!(app.tab == Tab::Runs && !screen(&mut app).contains("with `old`"));
     press(&mut app, "esc");
     assert_eq!(app.tab, Tab::Scene);
-}
-
-#[test]
-fn selection_lists_start_at_the_current_value() {
-    let chosen = |change: fn(&mut mge_trainer::RunConfig), keys: &str| {
-        let mut view = empty();
-        change(&mut view.settings);
-        let (mut app, asked) = app(view);
-        press(&mut app, keys);
-        asked.borrow().clone()
-    };
-    assert_eq!(chosen(|settings| settings.method = mge_trainer::Method::Planning, "m enter"), ["method planning"]);
-    assert_eq!(chosen(|settings| settings.prior = mge_trainer::PriorSource::TruePhysics, "d enter"), ["model true"]);
-    assert_eq!(chosen(|_| {}, "d enter"), ["model trained"]);
 }
 
 #[test]
@@ -399,4 +357,11 @@ fn the_palette_follows_the_background_unless_the_user_has_chosen_one() {
     let mut app = app.following_background();
     app.receive(Received::Background { light: true });
     assert_eq!(app.theme.palette, Palette::Light);
+}
+
+#[test]
+fn saving_uses_the_file_of_the_task() {
+    let (mut app, asked) = app(ViewModel { file: Some(PathBuf::from("mine.json")), ..empty() });
+    press(&mut app, "w");
+    assert_eq!(*asked.borrow(), ["save"]);
 }

@@ -59,8 +59,8 @@ fn the_palette_recalls_commands_and_completes_arguments() {
     let (mut app, asked) = app(typical());
     press(&mut app, ": s e e d space 7 enter : up enter");
     assert_eq!(*asked.borrow(), ["seed 7", "seed 7"]);
-    press(&mut app, ": o p e n space o l d tab enter");
-    assert_eq!(asked.borrow().last().unwrap(), "open runs/old");
+    press(&mut app, ": o p e n space o l d down enter");
+    assert_eq!(asked.borrow().last().unwrap(), "open old");
     press(&mut app, ": s e t space d d p g . g a");
     let screen = text(&shot(&mut app, 120, 40));
     assert!(screen.contains("ddpg.gamma") && screen.contains("a number from 0"), "{screen}");

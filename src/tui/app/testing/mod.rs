@@ -12,6 +12,7 @@ mod pictures;
 #[allow(dead_code, reason = "shared: each test file uses a part of it")]
 mod pseudo_terminal;
 mod real_sessions;
+mod remembered;
 mod sequences;
 mod ways_out;
 
@@ -154,7 +155,8 @@ pub fn empty() -> ViewModel {
     let task = Arc::new(mge_task::load("task1").unwrap());
     let play = HandPlay::new(task.clone(), 0);
     let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
-    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), evaluation: None };
+    let model =
+        |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), fits: true, evaluation: None };
     ViewModel {
         task,
         file: None,

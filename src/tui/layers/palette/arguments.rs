@@ -36,10 +36,17 @@ pub struct Arguments {
 /// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
 
+/// Maximum number of commands with arguments that contain a text.
+const LINES: usize = 20;
+
 impl Arguments {
     /// The completions for the current view.
     pub fn new(view: &ViewModel) -> Self {
-        let run = |run: &crate::tui::view::RunSummary| value(run.path.display().to_string(), run.label.clone());
+        // A run of the folder is found by its name.
+        let run = |run: &crate::tui::view::RunSummary| {
+            let path = run.path.strip_prefix(&view.folder).unwrap_or(&run.path);
+            value(path.display().to_string(), format!("{}, {}", run.name, run.label))
+        };
         let shipped = task::shipped().into_iter().map(|task| value(task.name, task.description));
         let levels = task::level_names().map(|name| value(format!("create/{name}"), "a level of CREATE"));
         Self {
@@ -48,6 +55,16 @@ impl Arguments {
             models: view.models.iter().map(|model| value(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
         }
+    }
+
+    /// Commands on the tasks, runs and settings whose names contain a text.
+    pub fn lines_with(&self, text: &str) -> Vec<Value> {
+        let lower = text.to_lowercase();
+        let settings = self.settings.iter().map(|(setting, _)| setting);
+        let all = self.tasks.iter().map(|task| ("task", task)).chain(self.runs.iter().map(|run| ("open", run)));
+        let all = all.chain(settings.map(|setting| ("set", setting))).filter(|_| !text.is_empty());
+        let found = all.filter(|(_, known)| known.text.to_lowercase().contains(&lower)).take(LINES);
+        found.map(|(verb, known)| value(format!("{verb} {}", shell_words::quote(&known.text)), &*known.about)).collect()
     }
 
     /// Completions of the last of the words after a verb; those that begin with it come first.
@@ -61,7 +78,7 @@ impl Arguments {
         }
         let candidates: Vec<Value> = match (verb.name, before) {
             ("task", []) => self.tasks.iter().cloned().chain(files(typed, "json")).collect(),
-            ("open" | "continue" | "delete" | "note" | "tag", []) => self.runs.clone(),
+            ("open" | "continue" | "delete" | "note" | "tag" | "rename", []) => self.runs.clone(),
             ("method", []) => Method::ALL.map(|method| value(method.name(), method.label())).into(),
             ("model" | "model evaluate", []) => self.models.clone(),
             ("set", []) => self.settings.iter().map(|(setting, _)| setting.clone()).collect(),
@@ -165,11 +182,11 @@ mod tests {
         assert_eq!(offered(&["DDPG.gam"], "set"), ["ddpg.gamma"]);
         let with_an_e = offered(&["e"], "set");
         assert!(with_an_e[0].starts_with('e') && with_an_e.contains(&"method".to_owned()), "{with_an_e:?}");
-        assert_eq!(offered(&[""], "open")[0], "runs/task1-ddpg-mge-seed0", "the latest run first");
+        assert_eq!(offered(&[""], "open")[0], "task1-ddpg-mge-seed0", "the latest run first");
         assert_eq!(offered(&["ddpg.gamma", ""], "set"), ["0.9"]);
         assert_eq!(offered(&["12", "ddpg.gam"], "fork"), ["ddpg.gamma="]);
         assert_eq!(offered(&["12", "seed"], "fork"), Vec::<String>::new(), "a fork keeps its seed");
-        assert_eq!(offered(&["old"], "open"), ["runs/old"]);
+        assert_eq!(offered(&["ol"], "open"), ["old"]);
         assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is complete");
         assert!(offered(&["task"], "task").contains(&"task4".to_owned()));
         assert_eq!(offered(&["ddpg-u"], "method"), ["ddpg-uniform", "ddpg-uniform-adaptive"]);

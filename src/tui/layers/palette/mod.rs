@@ -2,6 +2,8 @@
 
 mod arguments;
 
+use std::cmp::Reverse;
+
 use crossterm::event::{KeyCode, KeyEvent};
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
@@ -11,7 +13,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Row, Widget};
 
-use super::prompt::line;
+use super::form::line;
 use crate::tui::actions::{Context, Entry, entries};
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
@@ -24,6 +26,17 @@ pub use arguments::Arguments;
 use arguments::Value;
 use mge_workbench::{Command, Verb, verbs};
 
+/// Other words for actions, by the names of these.
+const SYNONYMS: [(&str, &str); 7] = [
+    ("new", "train"),
+    ("start", "train"),
+    ("kill", "stop"),
+    ("revert", "undo"),
+    ("exit", "quit"),
+    ("history", "screen-log"),
+    ("keys", "help"),
+];
+
 /// A searchable action or command.
 #[derive(Clone, Copy)]
 struct Item {
@@ -33,6 +46,13 @@ struct Item {
 }
 
 impl Item {
+    /// The names by which it is found: its own, that of its command, and other words for the same.
+    fn names(&self) -> impl Iterator<Item = &'static str> {
+        let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
+        let synonyms = SYNONYMS.iter().filter(move |(_, of)| *of == name).map(|(word, _)| *word);
+        [name].into_iter().chain(verb).chain(synonyms)
+    }
+
     /// The usage of its command, or its name, with a description, in one line.
     fn line(self) -> String {
         let usage = self.entry.same_verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
@@ -43,16 +63,18 @@ impl Item {
 /// The command palette.
 pub struct CommandPalette {
     input: TextInput,
+    /// Greatest number of rows.
+    height: u16,
     items: Vec<Item>,
     found: Vec<Item>,
     /// Everything that can be completed.
     arguments: Arguments,
-    /// Completions of the command being typed; listed below `found`.
+    /// Completions of the command being typed, or commands with arguments that contain the text; listed below `found`.
     values: Vec<Value>,
     /// Commands entered so far, oldest first, and the index of the recalled one.
     history: Vec<String>,
     recalled: Option<usize>,
-    /// Index into `found` followed by `values`; none before anything is typed, so that Enter alone does nothing.
+    /// Index into `found` followed by `values` of what Enter does: none unless the typed text names it, or it was chosen.
     selected: Option<usize>,
     /// Where each visible row was last drawn.
     rows: Vec<(Rect, usize)>,
@@ -73,6 +95,7 @@ impl CommandPalette {
         let (found, rows) = (items.clone(), Vec::new());
         Self {
             input: TextInput::default(),
+            height: 16,
             items,
             found,
             arguments,
@@ -92,31 +115,46 @@ impl CommandPalette {
         self
     }
 
+    /// The palette with the actions of all screens, those of the present one first, as high as there is room.
+    #[must_use]
+    pub fn with_all(mut self, contexts: &[Context]) -> Self {
+        let place = |entry: &Entry| contexts.iter().position(|context| *context == entry.context);
+        self.items = entries().iter().map(|entry| Item { entry, applies: place(entry).is_some() }).collect();
+        self.items.sort_by_key(|item| place(item.entry).unwrap_or(usize::MAX));
+        (self.found, self.height) = (self.items.clone(), u16::MAX);
+        self
+    }
+
     fn selected_item(&self) -> Option<Item> {
         self.found.get(self.selected?).copied()
     }
 
-    /// Carries out the typed line if it is a command; otherwise chooses the selected item.
+    /// Carries out the typed line if it is a command, or else what is selected: chosen with the arrow keys, or named by
+    /// the typed text.
     fn choose(&mut self) -> Response {
-        let text = self.input.text().trim();
-        if is_command(text) {
+        let is_command = is_command(self.input.text().trim_start());
+        let Some(selected) = self.selected.filter(|selected| !is_command || *selected >= self.found.len()) else {
             return self.command();
-        }
-        match self.selected_item() {
-            Some(Item { entry, applies: true }) => Response::Do(Effect::call(|app| app.perform(entry))),
-            Some(item) => match (item.entry.same_verb(), item.entry.context.tab()) {
-                (None, Some(tab)) => Response::Do(Effect::call(move |app| {
-                    app.show(tab);
-                    app.perform(item.entry);
-                })),
-                // A command whose arguments may be left out.
-                (Some(verb), _) if text == verb.name && Command::parse(text).is_ok() => self.command(),
-                _ => {
-                    self.complete();
-                    Response::Stay
-                }
-            },
-            None => self.command(),
+        };
+        let Some(item) = self.found.get(selected) else {
+            self.complete();
+            return if takes_no_more(self.input.text()) { self.command() } else { Response::Stay };
+        };
+        let entry = item.entry;
+        match (entry.same_verb(), entry.context.tab()) {
+            _ if item.applies => Response::Do(Effect::call(|app| app.perform(entry))),
+            (None, Some(tab)) => Response::Do(Effect::call(move |app| {
+                app.show(tab);
+                app.perform(entry);
+            })),
+            // A command whose arguments may be left out.
+            (Some(verb), _) if self.input.text().trim() == verb.name && Command::parse(verb.name).is_ok() => {
+                self.command()
+            }
+            _ => {
+                self.complete();
+                Response::Stay
+            }
         }
     }
 
@@ -136,23 +174,26 @@ impl CommandPalette {
         Response::Stay
     }
 
-    /// Completes the line with the selected completion or the first one, or else with the selected command.
+    /// Completes the word before the cursor with the selected completion, or else the first one that begins with it;
+    /// without arguments, the command. Nothing that was typed is lost.
     fn complete(&mut self) {
-        if !self.values.is_empty() {
-            let chosen = self.selected.unwrap_or(0).saturating_sub(self.found.len()).min(self.values.len() - 1);
-            let text = self.values[chosen].text.clone();
+        let typed = self.input.before_cursor();
+        let is_command = is_command(typed.trim_start());
+        let begun = if is_command { typed.rfind(' ').map_or(0, |space| space + 1) } else { 0 };
+        let word = &typed[begun..];
+        let chosen = self.selected.filter(|selected| *selected >= self.found.len());
+        let begins = |value: &&Value| is_command && value.text.to_lowercase().starts_with(&word.to_lowercase());
+        let chosen = chosen.and_then(|selected| self.values.get(selected - self.found.len()));
+        if let Some(Value { text, .. }) = chosen.or_else(|| self.values.iter().find(begins)) {
             // More text follows a folder or `KEY=`.
-            let end = if text.ends_with(['/', '=']) { "" } else { " " };
-            let begun = self.input.text().rfind(' ').map_or(0, |space| space + 1);
-            let before = self.input.text()[..begun].to_owned();
-            let text = if text.ends_with('=') { text.into() } else { shell_words::quote(&text) };
-            self.input = TextInput::new(format!("{before}{text}{end}"));
+            let is_followed = self.input.text()[typed.len()..].starts_with(' ');
+            let end = if text.ends_with(['/', '=']) || is_followed { "" } else { " " };
+            let is_quoted = is_command && !text.ends_with('=');
+            let text = if is_quoted { shell_words::quote(text) } else { text.into() } + end;
+            self.input.replace_from(begun, &text);
             self.search();
-        } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.same_verb()) {
-            // Arguments that cannot be completed are kept.
-            if self.input.text().strip_prefix(verb.name).is_some_and(|rest| rest.starts_with(' ')) {
-                return;
-            }
+        } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.same_verb()).filter(|_| !is_command)
+        {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
@@ -177,17 +218,16 @@ impl CommandPalette {
     }
 
     fn search(&mut self) {
-        (self.error, self.recalled) = (None, None);
+        (self.error, self.recalled, self.selected) = (None, None, None);
         self.values.clear();
-        let written = self.input.text().trim_start();
-        self.selected = (!written.is_empty()).then_some(0);
+        let written = self.input.before_cursor().trim_start();
         let verb = verbs().filter(|verb| written.strip_prefix(verb.name).is_some_and(|rest| rest.starts_with(' ')));
         // `model train` is not `model` with an argument.
         if let Some(verb) = verb.max_by_key(|verb| verb.name.len()) {
             let words: Vec<&str> = written[verb.name.len()..].trim_start().split(' ').collect();
             self.values = self.arguments.of(verb, &words);
         }
-        let text = written.trim();
+        let text = self.input.text().trim_start();
         if is_command(text) {
             let begins = |item: &&Item| item.entry.same_verb().is_some_and(|verb| begins_with(text, verb.name));
             self.found = self.items.iter().filter(begins).copied().collect();
@@ -198,12 +238,23 @@ impl CommandPalette {
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
         let scored = self.items.iter().filter_map(|item| {
-            let name = score(item.entry.name).max(item.entry.same_verb().and_then(|verb| score(verb.name)));
+            let name = item.names().filter_map(&mut score).max();
             name.map(|score| 2 * score).max(score(item.entry.about())).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
-        found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
+        found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
         self.found = found.into_iter().map(|(_, item)| item).collect();
+        self.values = self.arguments.lines_with(text);
+        self.selected = self.named(text);
+    }
+
+    /// The place of the action that a text names: in full, or as the only one that begins so.
+    fn named(&self, text: &str) -> Option<usize> {
+        let is_first = |index: &usize| self.found[*index].names().any(|name| name == text);
+        let begins = |index: &usize| self.found[*index].names().any(|name| name.starts_with(text));
+        let mut begun = (0..self.found.len()).filter(begins);
+        let only = begun.next().filter(|_| begun.next().is_none());
+        (!text.is_empty()).then(|| Some(0).filter(|first| !self.found.is_empty() && is_first(first)).or(only))?
     }
 }
 
@@ -213,10 +264,11 @@ impl Layer for CommandPalette {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Up if self.selected.unwrap_or(0) == 0 && self.recall(true) => {}
             KeyCode::Down if self.selected.unwrap_or(0) == 0 && self.recall(false) => {}
-            KeyCode::Up => self.selected = self.selected.map(|index| index.saturating_sub(1)),
+            KeyCode::Up => self.selected = self.selected.and_then(|index| index.checked_sub(1)),
             KeyCode::Down => {
                 let last = (self.found.len() + self.values.len()).saturating_sub(1);
-                self.selected = Some(self.selected.map_or(0, |index| (index + 1).min(last)));
+                let first = if is_command(self.input.text()) && !self.values.is_empty() { self.found.len() } else { 0 };
+                self.selected = Some(self.selected.map_or(first, |index| (index + 1).min(last)));
             }
             KeyCode::Tab => self.complete(),
             KeyCode::Enter => return self.choose(),
@@ -228,15 +280,11 @@ impl Layer for CommandPalette {
 
     fn click(&mut self, at: Position) -> Response {
         match list::hit(&self.rows, at) {
-            Some(index) if self.error.is_none() => {
+            Some(index) => {
                 self.selected = Some(index);
-                if index >= self.found.len() {
-                    self.complete();
-                    return Response::Stay;
-                }
                 self.choose()
             }
-            _ => Response::Stay,
+            None => Response::Stay,
         }
     }
 
@@ -250,21 +298,25 @@ impl Layer for CommandPalette {
     }
 
     fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
-        let inside = frame("commands", (116, 16), area, theme, buffer);
+        let inside = frame(
+            "commands · enter: run   tab: complete   esc: close",
+            (116, self.height.min(area.height)),
+            area,
+            theme,
+            buffer,
+        );
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
         let mut below = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
-        if let Some(error) = &self.error {
-            let lines = [String::new()].into_iter().chain(wrap(error, width));
-            Text::from_iter(lines).style(Style::new().fg(theme.bad)).render(below, buffer);
-            return Some(cursor);
-        }
-        // If the line has little room for the description, show it at the bottom.
-        if let Some(item) = self.selected_item().filter(|item| columns::width(&item.line()) + 12 > width) {
-            let lines = wrap(item.entry.about(), width);
+        // What is wrong is at the bottom, or the description of the selected line if it has little room for it.
+        let is_long = |item: &Item| columns::width(&item.line()) + 12 > width;
+        let about = self.selected_item().filter(is_long).map(|item| item.entry.about());
+        if let Some(text) = self.error.as_deref().or(about) {
+            let style = if self.error.is_some() { Style::new().fg(theme.bad) } else { theme.faint() };
+            let lines = wrap(text, width);
             below.height = below.height.saturating_sub(lines.len() as u16);
             let bottom = Rect { y: below.bottom(), height: inside.bottom() - below.bottom(), ..inside };
-            Text::from_iter(lines).style(theme.faint()).render(bottom, buffer);
+            Text::from_iter(lines).style(style).render(bottom, buffer);
         }
         let row = |index: usize| {
             let Some(item) = self.found.get(index) else {
@@ -301,6 +353,14 @@ fn is_command(text: &str) -> bool {
     verbs().any(complete)
 }
 
+/// Whether a line is a command with its only argument.
+fn takes_no_more(text: &str) -> bool {
+    let verb = verbs().filter(|verb| begins_with(text, verb.name)).max_by_key(|verb| verb.name.len());
+    verb.is_some_and(|verb| !verb.arguments.contains(' '))
+        && !text.ends_with(['/', '='])
+        && Command::parse(text).is_ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -333,9 +393,16 @@ mod tests {
             ("epsilon 0.3", "[\"epsilon 0.3\"]"),
             ("undo", "[\"undo\"]"),
             ("subgoal move 1 0 0.5", "[\"subgoal move 1 0 0.5\"]"),
-            ("train", "[\"train\"]"),
-            ("hplay", "hand play: move the tool"),
-            ("seed", "it determines everything random"),
+            ("train", "train on task1"),
+            ("hand-play", "hand play: move the tool"),
+            ("new", "train on task1"),
+            ("kill", "stop 1 run?"),
+            ("theme", "colours: light"),
+            ("history", "the action clusters are there"),
+            ("seed", "seed "),
+            ("undoo", "unknown command `undoo`: did you mean `undo`?"),
+            ("hplay", "unknown command `hplay`"),
+            ("sub", "unknown command `sub`"),
             ("subgoal mo", "subgoal move "),
             ("subgoal move", "subgoal move "),
             ("resume", "[\"resume\"]"),
@@ -379,6 +446,28 @@ mod tests {
     }
 
     #[test]
+    fn the_word_before_the_cursor_is_completed_and_what_follows_is_kept() {
+        let mut palette = palette(&[Context::Everywhere], &[]);
+        palette.paste("tool add ram 0 0");
+        (0..4).for_each(|_| drop(palette.key(KeyCode::Left.into())));
+        palette.key(KeyCode::Tab.into());
+        assert_eq!(palette.input.text(), "tool add ramp 0 0");
+    }
+
+    #[test]
+    fn tasks_runs_and_settings_are_found_by_their_names() {
+        let offered = |typed: &str| {
+            let mut palette = palette(&[Context::Everywhere], &[]);
+            palette.paste(typed);
+            palette.values.iter().map(|value| value.text.clone()).collect::<Vec<_>>()
+        };
+        assert!(offered("gamma").contains(&"set ddpg.gamma".to_owned()));
+        assert!(offered("task3").contains(&"task task3".to_owned()));
+        assert!(offered("old").contains(&"open old".to_owned()));
+        assert!(offered("").is_empty());
+    }
+
+    #[test]
     fn arguments_are_completed_and_entered_commands_are_recalled() {
         let press =
             |palette: &mut CommandPalette, code: KeyCode| drop(palette.key(KeyEvent::new(code, KeyModifiers::NONE)));
@@ -391,9 +480,7 @@ mod tests {
         let mut chosen = palette(&[Context::Everywhere], &[]);
         chosen.paste("model ");
         press(&mut chosen, KeyCode::Down);
-        while chosen.selected < Some(chosen.found.len() + 1) {
-            press(&mut chosen, KeyCode::Down);
-        }
+        press(&mut chosen, KeyCode::Down);
         press(&mut chosen, KeyCode::Tab);
         assert_eq!(chosen.input.text(), "model true ");
         let mut recalled = palette(&[Context::Everywhere], &["seed 1", "seed 2"]);
@@ -413,14 +500,17 @@ mod tests {
             let mut palette =
                 CommandPalette::new(&[Context::Everywhere], Arguments::new(&view), vec!["seed 1".to_owned()]);
             palette.paste(typed);
-            let downs = if downs > 0 { palette.found.len() + downs } else { 0 };
             (0..downs).for_each(|_| drop(palette.key(KeyCode::Down.into())));
             palette.key(KeyCode::Tab.into());
             palette.input.text().to_owned()
         };
-        assert_eq!(completed("epsilon ", 1), "epsilon linear:0.8:0.05:2000 ");
+        assert_eq!(completed("epsilon ", 2), "epsilon linear:0.8:0.05:2000 ");
         assert_eq!(completed("tool set 1 max", 0), "tool set 1 max_angle=");
-        assert_eq!(completed("open my", 0), "open 'runs/my run' ");
+        assert_eq!(completed("open my", 0), "open 'my run' ");
+        assert_eq!(completed("open run", 1), "open 'my run' ", "chosen, though it does not begin so");
+        for typed in ["epsilon 0.25", "tool add ramp 0 0 20 angle=45", "quarrel 7", "set ddpg.gamma 0.8"] {
+            assert_eq!(completed(typed, 0), typed, "nothing is lost");
+        }
         assert_eq!(completed("model evaluate ", 0), "model evaluate trained ", "it is the longer verb");
         let mut begun = palette(&[Context::Everywhere], &["seed 1"]);
         begun.paste("ep");

@@ -7,13 +7,12 @@ use super::line::{Line, LineKey};
 use super::{Runs, columns, list};
 use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
-use crate::tui::layers::Prompt;
+use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
-use mge_base::paths::expanded;
-use mge_workbench::command;
+use mge_workbench::{Command, command};
 
-fn no_run() -> Vec<Effect> {
-    vec![Effect::info("there is no run in the list")]
+pub fn no_run() -> Vec<Effect> {
+    vec![Effect::info("there is no run")]
 }
 
 /// What an action does with the selected line.
@@ -104,45 +103,42 @@ pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).collect()
 }
 
-/// The run of a line, if it is a single one; otherwise says that only such can be `done`.
-fn single<'a>(ui: &Ui, line: &Line<'a>, done: &str) -> Result<&'a RunSummary, Vec<Effect>> {
-    match line.runs()[..] {
-        [run] => Ok(run),
-        _ => Err(vec![Effect::info(
-            ui.text(&format!("only a single run can be {done}: {{fold-group}} shows those of the group")),
-        )]),
+/// What an action does with a single run, which is opened; otherwise says that only such can be `done`.
+fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSummary) -> Effect) -> Vec<Effect> {
+    match runs {
+        [run] if ui.is_watched(run) => vec![act(run)],
+        [run] => vec![Effect::apply(command::Open(run.path.clone())), act(run)],
+        _ => {
+            let text = format!("only a single run can be {done}: {{fold-group}} shows those of the group");
+            vec![Effect::info(ui.text(&text))]
+        }
     }
 }
 
-/// Plays the greedy policy of the run of a line.
-pub fn evaluate(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    match single(ui, line, "evaluated") {
-        Ok(run) => vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)],
-        Err(refusal) => refusal,
-    }
+/// Plays the greedy policy of a run.
+pub fn evaluate(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    on_single(runs, ui, "evaluated", |_| Effect::apply(command::Evaluate))
 }
 
-/// Asks how the run of a line is forked.
-pub fn fork(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    match single(ui, line, "forked") {
-        Ok(run) => vec![Effect::apply(command::Open(run.path.clone())), ask_to_fork(run, run.done)],
-        Err(refusal) => refusal,
-    }
+/// Opens the palette with the command that forks a run, at the past episode that is shown.
+pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    on_single(runs, ui, "forked", |run| {
+        let past = ui.subject.past_episode().filter(|_| ui.is_watched(run));
+        Effect::palette(format!("fork {}", past.unwrap_or(run.done)))
+    })
 }
 
-/// Asks at which episode, and with what changes, a run is forked.
-pub fn ask_to_fork(run: &RunSummary, episode: u64) -> Effect {
-    let hint = "the episode, and what to change there: epsilon=0.1 ddpg.gamma=0.95 episodes=4000; task=edited takes \
-                the task as it is edited";
-    Effect::open(Prompt::arguments("fork", format!("fork {}", run.name), hint, format!("{episode} ")))
-}
-
-/// Asks for the note on the first run of a line.
+/// Opens the palette with the note on the first run of a line.
 pub fn edit_note(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
     let run = line.runs()[0];
-    let folder = run.path.clone();
-    let read = move |text: &str| Ok(Effect::apply(command::Note { folder: folder.clone(), text: text.to_owned() }));
-    vec![Effect::open(Prompt::new(format!("note on {}", run.name), "kept in the run's folder", run.note.clone(), read))]
+    let note = Command::from(command::Note { folder: run.path.clone(), text: run.note.clone() });
+    vec![Effect::palette(note.to_string().trim_end_matches("''").trim_end())]
+}
+
+/// Opens the palette with the name of the first run of a line.
+pub fn rename(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
+    let run = line.runs()[0];
+    vec![Effect::palette(Command::from(command::Rename { folder: run.path.clone(), name: run.name.clone() }))]
 }
 
 /// Asks for the tags of runs; those that all have now are typed in.
@@ -158,7 +154,7 @@ pub fn edit_tags(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
     let now: Vec<&str> =
         runs.first().map_or(&[][..], |run| &run.tags).iter().filter(on_all).map(String::as_str).collect();
     let hint = "words with spaces between them; the filter finds tag:WORD";
-    vec![Effect::open(Prompt::new(title, hint, now.join(" "), read))]
+    vec![Effect::open(Form::prompt(title, hint, now.join(" "), read))]
 }
 
 /// Asks which runs are listed.
@@ -168,7 +164,7 @@ pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
         Ok(Effect::new(move |app| app.screens.runs.filter(&text)))
     };
     let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
-    vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))]
+    vec![Effect::open(Form::prompt("show runs with", hint, state.filter.text(), read))]
 }
 
 /// Asks for the columns of the list.
@@ -177,17 +173,11 @@ pub fn ask_for_columns(state: &Runs) -> Vec<Effect> {
         let text = text.to_owned();
         Ok(Effect::new(move |app| app.screens.runs.show_columns(&text)))
     };
-    let now = if state.columns.is_empty() { columns::defaults(u16::MAX) } else { state.columns.clone() };
-    let now: Vec<&str> = now.iter().map(columns::Column::heading).collect();
+    let defaults = || columns::defaults(u16::MAX).iter().map(columns::Column::heading).collect::<Vec<_>>().join(" ");
+    let now = if state.columns.is_empty() { defaults() } else { state.columns() };
     let hint = format!(
         "{}, or settings in which runs differ, such as ddpg.gamma; none for the default ones",
         columns::names().join(" ")
     );
-    vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))]
-}
-
-/// Asks for the folder of a run to open.
-pub fn ask_for_run() -> Vec<Effect> {
-    let read = |path: &str| Ok(Effect::apply(command::Open(expanded(path))));
-    vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))]
+    vec![Effect::open(Form::prompt("columns", hint, now, read))]
 }

@@ -14,6 +14,11 @@ const MAX_NAMED: usize = 6;
 
 /// Pauses runs, or resumes paused ones. Of several, paused ones stay paused unless all are paused.
 pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    if let [run] = runs
+        && !is_going(run)
+    {
+        return vec![Effect::info(format!("{} is {}: there is nothing to pause", run.name, run.state_word()))];
+    }
     let all_paused = runs.iter().all(|run| run.state == RunState::Paused);
     let wanted = runs.iter().filter(|run| runs.len() == 1 || all_paused || run.state == RunState::Running);
     let command = |run: &RunSummary| -> Command {
@@ -54,7 +59,7 @@ pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let resumed = |run: &RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
     let mut effects: Vec<Effect> = others.into_iter().map(|run| Effect::apply(resumed(run))).collect();
     if !over.is_empty() {
-        let more = ui.text("{episodes} sets more episodes");
+        let more = "`:episodes N` sets more episodes";
         effects.push(Effect::info(format!("finished: {} of {}; {more}", over.len(), runs.len())));
     }
     effects

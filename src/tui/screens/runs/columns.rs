@@ -4,12 +4,11 @@ use super::super::Ui;
 use super::super::status::bar;
 use super::is_setting;
 use super::line::Line;
-use crate::tui::view::{Curves, RunGroup, RunSummary, span};
-use crate::tui::widgets::theme::{Marker, Theme};
+use crate::tui::view::{RunGroup, RunSummary, span};
+use crate::tui::widgets::theme::Theme;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
 use mge_base::text::printable;
-use mge_run::Metric;
 
 /// A column.
 #[derive(Debug, Clone)]
@@ -34,16 +33,13 @@ pub struct CommonColumn {
 
 /// Shown only if it is chosen.
 const CHOSEN: u16 = u16::MAX;
-/// Width of the curve of a run.
-const CURVE: usize = 12;
 
-const COMMON: [CommonColumn; 12] = [
+const COMMON: [CommonColumn; 11] = [
     common("episodes", 18, 60, false, |line, _, theme| episodes(line, theme)),
     common("success", 7, 0, true, |line, _, _| percent(line.success())),
     common("interval", 9, 100, true, |line, _, _| interval(line)),
-    common("better", 7, 88, true, |line, _, _| better(line)),
+    common("beats", 6, 88, true, |line, _, _| beats(line)),
     common("remaining", 10, 110, true, |line, _, _| line.seconds_left().map_or_else(String::new, span)),
-    common("curve", CURVE as u16, 84, false, |line, _, theme| sparkline(line.curves(), CURVE, theme)),
     common("seed", 6, CHOSEN, true, |line, _, _| seeds(line)),
     common("task", 12, CHOSEN, false, |_, first, _| first.config.task.name.clone()),
     common("method", 14, CHOSEN, false, |_, first, _| first.config.method.name().to_owned()),
@@ -152,7 +148,8 @@ fn interval(line: &Line) -> String {
     }
 }
 
-fn better(line: &Line) -> String {
+/// The probability that runs of a group score higher than those of the pinned baseline.
+fn beats(line: &Line) -> String {
     match line {
         Line::Group(RunGroup { is_baseline: true, .. }, _) => "base".to_owned(),
         _ => line.improvement().map_or_else(String::new, |improvement| percent(Some(improvement.value))),
@@ -161,35 +158,4 @@ fn better(line: &Line) -> String {
 
 fn percent(share: Option<f64>) -> String {
     share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
-}
-
-/// The success rate over the episodes so far, as a sparkline.
-fn sparkline(curves: Option<&Curves>, width: usize, theme: &Theme) -> String {
-    let heights: &[&str] = match theme.marker {
-        Marker::Ascii => &["_", ".", "-", "=", "#"],
-        _ => &["▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"],
-    };
-    let Some(values) = curves.map(|curves| curves.get(Metric::Success)).filter(|values| !values.is_empty()) else {
-        return String::new();
-    };
-    let at = |place: usize| values[((place + 1) * values.len() / width).max(1) - 1];
-    let height = |value: f32| ((value.clamp(0.0, 1.0) * heights.len() as f32) as usize).min(heights.len() - 1);
-    (0..width).map(|place| heights[height(at(place))]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::tui::widgets::theme::{Depth, Palette};
-
-    #[test]
-    fn a_sparkline_has_as_many_steps_as_the_terminal_has_characters() {
-        let mut curves = Curves::default();
-        for episode in 1..=4_u8 {
-            curves.push(u64::from(episode), Metric::KEPT.map(|_| f32::from(episode) / 4.0));
-        }
-        for (marker, shown) in [(Marker::Braille, "▃▅▇█"), (Marker::Ascii, ".-=#")] {
-            assert_eq!(sparkline(Some(&curves), 4, &Theme::new(Palette::Dark, Depth::True, marker)), shown);
-        }
-    }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use ratatui::style::Style;
 
 use super::super::status::state_colour;
-use crate::tui::view::{Curves, RunGroup, RunSummary};
+use crate::tui::view::{RunGroup, RunSummary};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::counted;
@@ -79,7 +79,7 @@ impl<'a> Line<'a> {
                 }
                 // Without the word there is more room for the label.
                 let count = format!(" ({})", runs.len());
-                shortened(&label, columns.saturating_sub(count.len()), false) + &count
+                shortened(&label, columns.saturating_sub(count.len()), true) + &count
             }
         }
     }
@@ -105,14 +105,6 @@ impl<'a> Line<'a> {
     /// Seconds until all its runs are finished at their present rates, if they are trained in parallel.
     pub fn seconds_left(&self) -> Option<f64> {
         self.runs().iter().filter_map(|run| run.seconds_left()).reduce(f64::max)
-    }
-
-    /// Its curves; those of a group are the interquartile means.
-    pub fn curves(&self) -> Option<&'a Curves> {
-        match self {
-            Self::Run(run, _) => Some(&run.curves),
-            Self::Group(group, _) => group.curves.as_deref().map(|curves| &curves.middle),
-        }
     }
 
     /// The most urgent state of its runs with the number of runs in it, and its style.

@@ -5,8 +5,10 @@ use std::collections::HashMap;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::text::Text;
+use ratatui::style::{Color, Style};
+use ratatui::text::{Line as TextLine, Span, Text};
 use ratatui::widgets::{Row, Table, Widget};
+use serde::{Deserialize, Serialize};
 
 use super::super::{HitRegions, Ui};
 use super::Runs;
@@ -18,7 +20,7 @@ use crate::tui::widgets::list;
 use mge_base::text::natural_key;
 
 /// What the list is sorted by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sort {
     /// The latest first.
     #[default]
@@ -39,13 +41,7 @@ impl Sort {
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Latest => "the latest first",
-            Self::Name => "name",
-            Self::State => "state",
-            Self::Episodes => "episodes",
-            Self::Success => "success",
-        }
+        ["the latest first", "name", "state", "episodes", "success"][self as usize]
     }
 
     fn compare(self, a: &Line, b: &Line) -> Ordering {
@@ -99,8 +95,8 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     lines.into_iter().flat_map(unfolded).collect()
 }
 
-/// Widths of the mark and of the state.
-const MARK: u16 = 2;
+/// Widths of the mark with the colour, and of the state.
+const MARK: u16 = 3;
 const STATE: u16 = 11;
 /// Least width of a name beside chosen columns, and greatest width of a name.
 const NAME: [u16; 2] = [16, 70];
@@ -149,10 +145,13 @@ pub fn draw(
         let runs = line.runs();
         let watched = runs.iter().any(|run| ui.is_watched(run));
         let marked = runs.iter().all(|run| state.is_marked(run));
+        let group = ui.view.groups.of(&runs[0].path);
+        let colour = group.map_or(Color::Reset, |group| theme.visible(group.color));
         let mark = [if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
+        let mark = vec![Span::styled(theme.symbol("■", "#"), Style::new().fg(colour)), Span::raw(mark)];
         let (text, style) = line.state(theme);
         let first = [
-            Text::from(mark),
+            Text::from(TextLine::from(mark)),
             Text::from(line.named(usize::from(name), several_tasks)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];

@@ -25,14 +25,14 @@ use super::{HitRegions, Ui};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunGroup, RunSummary, ViewModel};
 pub use actions::{
-    ask_for_columns, ask_for_filter, ask_for_run, ask_to_fork, compare, edit_note, edit_tags, evaluate, fold, fork,
-    mark, on_all, on_line, pin_baseline, watch,
+    ask_for_columns, ask_for_filter, compare, edit_note, edit_tags, evaluate, fold, fork, mark, no_run, on_all,
+    on_line, pin_baseline, rename, watch,
 };
 pub use bulk::{delete, export, go_on, pause, stop};
 use columns::Column;
 use filter::Filter;
 use line::{Line, LineKey};
-use list::Sort;
+pub use list::Sort;
 use mge_run::RunState;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
@@ -44,7 +44,8 @@ pub struct Runs {
     selected: Option<LineKey>,
     row: usize,
     filter: Filter,
-    sort: Sort,
+    /// What it is sorted by.
+    pub sort: Sort,
     /// Whether the order is reversed.
     pub reversed: bool,
     /// The chosen columns; empty for the default ones.
@@ -85,6 +86,11 @@ impl Runs {
     pub fn show_columns(&mut self, text: &str) -> Result<(), String> {
         self.columns = columns::parse(text)?;
         Ok(())
+    }
+
+    /// The chosen columns as they are typed.
+    pub fn columns(&self) -> String {
+        self.columns.iter().map(Column::heading).collect::<Vec<_>>().join(" ")
     }
 
     /// The row of the selected line; if it no longer exists, the row where it was or the last one.
@@ -129,8 +135,7 @@ impl Runs {
 
     /// Changes to the next order.
     pub fn sort_by_next(&mut self) -> Vec<Effect> {
-        let now = Sort::ALL.iter().position(|sort| *sort == self.sort).unwrap_or(0);
-        self.sort = Sort::ALL[(now + 1) % Sort::ALL.len()];
+        self.sort = Sort::ALL[(self.sort as usize + 1) % Sort::ALL.len()];
         vec![Effect::info(format!("sorted by {}", self.sort.name()))]
     }
 
@@ -184,17 +189,8 @@ pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mu
         true => Text::default(),
         false => Text::from_iter(pane::lines(&details, inside.width, Style::new())),
     };
-    let height = (details.height() as u16).min(inside.height / 3);
-    let room = inside.height - height;
-    // The curve gets the rows that the list does not need, at most half of all.
-    let curve = room.saturating_sub(lines.len() as u16 + 1).min(room / 2);
-    // The preview, if it is shown, already has the curve of the line.
-    let curve = if curve >= preview::CHART && height > 0 { curve } else { 0 };
-    let heights = [Constraint::Fill(1), Constraint::Length(curve), Constraint::Length(height)];
-    let [rows, middle, below] = Layout::vertical(heights).areas(inside);
-    if let Some(line) = lines.get(selected).filter(|_| curve > 0) {
-        preview::chart(ui, curves, line, middle, buffer);
-    }
+    let height = Constraint::Length((details.height() as u16).min(inside.height / 3));
+    let [rows, below] = Layout::vertical([Constraint::Fill(1), height]).areas(inside);
     details.render(below, buffer);
     list::draw(state, &lines, selected, ui, rows, buffer, regions);
 }
@@ -230,6 +226,10 @@ fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
         "No run matches this filter. Escape shows all."
     }
 }
+
+/// What the marks and columns of the list mean.
+pub const EXPLANATION: &str = "> watched, * marked; success: of the latest episodes, of a group the interquartile mean; \
+                               beats: how probably a run of it is above one of the pinned baseline";
 
 /// A summary of a line.
 fn about(line: &Line) -> String {
@@ -288,7 +288,7 @@ mod tests {
 
     /// The description of three runs in a row, one of the groups of the view.
     fn about_three(view: &mut ViewModel, first: usize) -> String {
-        view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
+        view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), Some("DDPG")));
         let runs: Vec<&RunSummary> = view.runs[first..first + 3].iter().map(|run| &**run).collect();
         about_group(view.groups.of(&runs[0].path).unwrap(), &runs)
     }

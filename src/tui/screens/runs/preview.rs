@@ -8,16 +8,16 @@ use ratatui::widgets::Widget;
 
 use super::super::charts::{Charts, Shown};
 use super::super::curves::CurvesState;
-use super::super::pane::{lines, pane};
+use super::super::pane::{fitted, lines, pane};
 use super::super::{HitRegions, Ui};
 use super::line::Line;
 use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::text::printable;
-use mge_run::{Metric, Practised};
+use mge_run::Metric;
 
 /// Least height of a chart.
-pub const CHART: u16 = 6;
+const CHART: u16 = 6;
 /// Draws the preview.
 pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
     let name = match line {
@@ -32,38 +32,13 @@ pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect,
     about.render(head, buffer);
     // Window and crosshair are those of the Training screen; these charts do not react to the mouse.
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
-        charts(ui, curves, line).draw(metric, place, buffer, &mut HitRegions::default());
+        Charts::new(curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::default());
     }
     let text = match line {
         Line::Run(run, _) => of_run(ui, run, rest.width),
-        Line::Group(_, runs) => of_group(ui, runs, rest.width),
+        Line::Group(_, runs) => section(ui, SETTINGS, settings(ui, runs[0], rest.width), rest.width),
     };
-    Text::from(fitting(ui, text, rest.height)).render(rest, buffer);
-}
-
-/// The lines that fit into the rows; if some do not, the last row says how many.
-fn fitting(ui: &Ui, mut text: Vec<TextLine<'static>>, rows: u16) -> Vec<TextLine<'static>> {
-    // The space below the last section.
-    if text.last().is_some_and(|line| line.width() == 0) {
-        text.pop();
-    }
-    let rows = usize::from(rows);
-    if text.len() > rows {
-        let shown = rows.saturating_sub(1);
-        let more = format!("+{} more lines", text.len() - shown);
-        text.truncate(shown);
-        text.push(TextLine::styled(more, ui.theme.faint()));
-    }
-    text
-}
-
-/// Draws only the success, where there is no room for the preview.
-pub fn chart(ui: &Ui, curves: &CurvesState, line: &Line, area: Rect, buffer: &mut Buffer) {
-    charts(ui, curves, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
-}
-
-fn charts<'a>(ui: &'a Ui, curves: &'a CurvesState, line: &Line<'a>) -> Charts<'a> {
-    Charts::new(curves, shown(ui, line), ui)
+    Text::from(fitted(ui, text, rest.height)).render(rest, buffer);
 }
 
 /// The curves of a line: one for a group as soon as it is known, before that one for each of its runs.
@@ -121,54 +96,10 @@ fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         .iter()
         .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
         .collect();
-    text.extend(section(ui, "rollouts of practice", practice(run, width), width));
+    let practice = run.practice_in_short().or(run.preparing.clone());
+    let practice = practice.iter().flat_map(|practice| lines(practice, width, Style::new())).collect();
+    text.extend(section(ui, "rollouts of practice", practice, width));
     text.extend(section(ui, "interventions", marks, width));
     text.extend(hint);
     text
-}
-
-/// The results of the practice before the first episode, by stage.
-fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
-    let Some(Practised { rollouts, reached, actions }) = &run.practised else {
-        return run.preparing.iter().flat_map(|work| lines(work, width, Style::new())).collect();
-    };
-    if run.config.has_removed_tasks() {
-        let [reached, rollouts] = [reached, rollouts].map(|counts| counts.iter().sum::<u32>());
-        let text = format!("of all tasks, {reached} of {rollouts} reached their stage, {actions} actions");
-        return lines(&text, width, Style::new()).collect();
-    }
-    let stages = run.config.task.stage_count();
-    let stage = |(index, (reached, rollouts)): (usize, (&u32, &u32))| {
-        let name = if index + 1 == stages { "the goal".to_owned() } else { format!("subgoal {}", index + 1) };
-        format!("{name} reached by {reached} of {rollouts}")
-    };
-    let mut text: Vec<String> = reached.iter().zip(rollouts).enumerate().map(stage).collect();
-    if reached.len() < stages {
-        text.push("no later stage practised".to_owned());
-    }
-    text.push(format!("{actions} actions"));
-    text.iter().flat_map(|line| lines(line, width, Style::new())).collect()
-}
-
-fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
-    let shared = runs.first().map_or_else(Vec::new, |run| settings(ui, run, width));
-    let mut text = section(ui, SETTINGS, shared, width);
-    text.extend(seeds(ui, runs, width));
-    text
-}
-
-/// The runs of a group, one per line.
-fn seeds(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
-    let line = |run: &&RunSummary| {
-        let success = run.success_text();
-        TextLine::raw(format!(
-            "{:>4}  {:<11} {:>5}/{:<5} {success:>6}",
-            run.config.seed,
-            run.state_word(),
-            run.done,
-            run.episodes()
-        ))
-    };
-    let fold = ui.text("seed, state, episodes, success · {fold-group} folds");
-    section(ui, &fold, runs.iter().map(line).collect(), width)
 }

@@ -9,11 +9,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::playback::{Episode, Origin};
-use super::{Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel};
+use super::{Level, LogLine, ModelSummary, TaskModel, ViewModel};
 use crate::tui::widgets::preview::PreviewJob;
 use mge_dynamics::TaskModelConfig;
 use mge_results::Composition;
-use mge_run::{Event, RunState};
+use mge_run::Event;
 use mge_task::Task;
 use mge_trainer::{PriorSource, RunConfig, Trace};
 use mge_workbench::listing::Listing;
@@ -84,8 +84,6 @@ pub struct SessionWorkspace {
     /// Past episodes, by the folder of their run and their number.
     episodes: Loader<(PathBuf, u64), Arc<Episode>>,
     agents: Loader<AgentKey, Arc<SavedAgent>>,
-    /// Runs trained by other processes have been reported.
-    others_reported: bool,
     /// Why runs of the folder cannot be read, as far as it was logged.
     damaged: Vec<String>,
     /// When the latest command was carried out.
@@ -137,7 +135,6 @@ impl SessionWorkspace {
             model: Loader::new(KEPT),
             episodes: Loader::new(KEPT),
             agents: Loader::new(1),
-            others_reported: false,
             damaged: Vec::new(),
             touched: Instant::now(),
             refreshed: Instant::now(),
@@ -158,23 +155,6 @@ impl SessionWorkspace {
         if self.touched.elapsed() > RECOMPUTE_DELAY && self.session.clusters_are_outdated() {
             // The result appears in the log and on screen.
             let _ = self.apply(command::Clusters(None).into());
-        }
-    }
-
-    /// Reports, once, which runs other processes are training.
-    fn report_others(&mut self) {
-        if self.others_reported || self.view.runs_unread > 0 {
-            return;
-        }
-        self.others_reported = true;
-        let is_elsewhere = |run: &&Arc<RunSummary>| {
-            let is_ours = self.session.runs().iter().any(|own| own.directory().path() == run.path && own.is_active());
-            matches!(run.state, RunState::Running | RunState::Paused) && !is_ours
-        };
-        let names: Vec<&str> = self.listing.runs().iter().filter(is_elsewhere).map(|run| &*run.name).collect();
-        if !names.is_empty() {
-            let text = format!("trained by other processes: {}; the Runs screen controls them", names.join(", "));
-            self.log(Level::Good, text);
         }
     }
 
@@ -268,7 +248,6 @@ impl Workspace for SessionWorkspace {
             self.refresh();
         }
         if news {
-            self.report_others();
             self.report_damaged();
         }
         changed
@@ -281,7 +260,12 @@ impl Workspace for SessionWorkspace {
         self.touched = Instant::now();
         let changes_folder = matches!(
             command,
-            Command::Out(_) | Command::Note(_) | Command::Tag(_) | Command::Delete(_) | Command::Restore(_)
+            Command::Out(_)
+                | Command::Note(_)
+                | Command::Tag(_)
+                | Command::Rename(_)
+                | Command::Delete(_)
+                | Command::Restore(_)
         );
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {
@@ -317,7 +301,7 @@ impl Workspace for SessionWorkspace {
 
     fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>> {
         let Some(summary) = self.view.run(run) else { return Some(Err("the run no longer exists".to_owned())) };
-        let config = summary.config.clone();
+        let (config, name) = (summary.config.clone(), summary.name.clone());
         let key = (run.to_owned(), episode);
         let known = self.episodes.get(&key).cloned();
         if known.is_none() {
@@ -325,7 +309,7 @@ impl Workspace for SessionWorkspace {
             self.episodes.request(key, Duration::MAX, move |_| {
                 let saved = SavedRun::open(&path, config.clone()).map_err(|error| error.to_string())?;
                 let trace = saved.past_episode(episode).map_err(|error| error.to_string())?;
-                Ok(Arc::new(episode_of(&path, config.task_of(episode), Arc::new(trace))))
+                Ok(Arc::new(episode_of(&path, &name, config.task_of(episode), Arc::new(trace))))
             });
         }
         known
@@ -338,7 +322,7 @@ impl Workspace for SessionWorkspace {
     fn pin_baseline(&mut self, label: &str) -> String {
         match self.listing.pin_baseline(label) {
             Some(label) => format!("groups are compared with {label}"),
-            None => "groups are compared with plain DDPG, or the first method".to_owned(),
+            None => "groups are compared with none".to_owned(),
         }
     }
 
@@ -369,9 +353,8 @@ fn is_frequent(notice: &Notice) -> bool {
     matches!(notice, Notice::Progress { .. } | Notice::Changed | Notice::Run { event: Event::EpisodeFinished(_), .. })
 }
 
-/// A recorded trace as an episode of the run in a folder.
-fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
-    let name = run.file_name().unwrap_or_default().to_string_lossy();
+/// A recorded trace as an episode of the run in a folder, which has a name.
+fn episode_of(run: &Path, name: &str, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
     let title = match trace.episode {
         0 => format!("the greedy policy of {name}"),
         episode => format!("episode {episode} of {name}"),

@@ -102,22 +102,6 @@ fn damaged_runs_are_counted_and_each_is_logged_once() {
 }
 
 #[test]
-fn runs_that_other_processes_train_are_reported_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let _lock = make(folder.path(), "other").lock().unwrap();
-    make(folder.path(), "idle");
-    let mut workspace = workspace(folder.path(), &LONG);
-    let reports = |workspace: &SessionWorkspace| {
-        let texts = workspace.view.log.iter().map(|line| line.text.clone());
-        texts.filter(|text| text.starts_with("trained by other processes")).collect::<Vec<_>>()
-    };
-    poll_until(&mut workspace, |workspace| !reports(workspace).is_empty());
-    make(folder.path(), "late");
-    poll_until(&mut workspace, |workspace| names(workspace).contains(&"late"));
-    assert_eq!(reports(&workspace), ["trained by other processes: other; the Runs screen controls them"]);
-}
-
-#[test]
 fn a_training_shows_its_speed_and_its_latest_episode() {
     let folder = tempfile::tempdir().unwrap();
     let mut workspace = workspace(folder.path(), &LONG);
@@ -194,7 +178,7 @@ fn runs_that_are_not_open_are_read_when_they_are_viewed() {
     workspace.request_curves(vec![open.path().to_owned(), other.path().to_owned()]);
     poll_until(&mut workspace, |workspace| workspace.view.runs[1].curves.last_episode() == 1);
     assert!(workspace.pin_baseline("DDPG").contains("compared with DDPG"));
-    assert!(workspace.pin_baseline("DDPG").contains("the first method"), "it is unpinned");
+    assert!(workspace.pin_baseline("DDPG").contains("compared with none"), "it is unpinned");
 }
 
 #[test]

@@ -11,9 +11,6 @@ fn curves_are_read_zoomed_and_compared() {
     check(typical(), "4 j j j g", &[], "critic loss, mean of 10  ");
     check(typical(), "4 s", &[], "mean of 50");
     check(typical(), "4 enter", &[], "success rate");
-    check(typical(), "4 v", &[], "training · 2 runs");
-    check(empty(), "4 v", &[], "There is nothing to compare.");
-    check(typical(), "5 space 4 v", &[], "training · task1-ddpg-mge-seed0");
     let (mut app, _) = app(typical());
     press(&mut app, "4 z z");
     let window = app.screens.curves.range.window(700);
@@ -194,7 +191,7 @@ fn the_episode_beside_the_curves_can_be_stepped_and_a_click_leaves_it() {
 fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
     let unwatched = || ViewModel { watched: None, ..grouped() };
     let (mut app, _) = app(unwatched());
-    press(&mut app, "5 space 4 v left");
+    press(&mut app, "5 space V left");
     let crosshair = app.screens.curves.crosshair;
     bring(&mut app, unwatched());
     assert!(crosshair.is_some() && app.screens.curves.crosshair == crosshair);
@@ -206,13 +203,6 @@ fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
 }
 
 #[test]
-fn only_runs_on_the_same_task_are_compared() {
-    let mut view = typical();
-    view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
-    check(view, "4 v", &[], "training · 2 runs");
-}
-
-#[test]
 fn the_crosshair_moves_by_a_hundredth_of_the_window() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 9 left left");
@@ -221,5 +211,5 @@ fn the_crosshair_moves_by_a_hundredth_of_the_window() {
 
 #[test]
 fn compared_groups_are_unfolded_into_single_runs() {
-    check(grouped(), "4 v tab", &[], "training · 6 runs");
+    check(grouped(), "5 space down space V tab", &[], "training · 6 runs");
 }

@@ -1,7 +1,7 @@
 //! The Log, Models and Figures screens, by keys and mouse.
 
 use super::*;
-use crate::tui::testing::{at_noon, evaluation};
+use crate::tui::testing::at_noon;
 use crate::tui::view::ModelSummary;
 
 fn with_log(lines: usize) -> ViewModel {
@@ -24,7 +24,8 @@ fn the_log_scrolls_by_line_and_page() {
 #[test]
 fn a_removed_model_is_no_longer_selected() {
     let mut view = empty();
-    let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), evaluation: None };
+    let model =
+        |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true, evaluation: None };
     view.models.extend((0..5).map(model));
     let (mut app, asked) = app(view);
     press(&mut app, "6 end");
@@ -47,8 +48,8 @@ fn a_log_that_has_become_shorter_is_shown_from_its_first_line() {
 fn a_long_name_of_a_model_leaves_room_for_its_description() {
     let name = format!("models/{}.safetensors", "x".repeat(60));
     let mut view = empty();
-    view.models.push(ModelSummary { name: name.clone(), about: "another".into(), evaluation: None });
-    view.models.push(ModelSummary { name: "talkative".into(), about: "y".repeat(100), evaluation: None });
+    view.models.push(ModelSummary { name: name.clone(), about: "another".into(), fits: true, evaluation: None });
+    view.models.push(ModelSummary { name: "talkative".into(), about: "y".repeat(100), fits: true, evaluation: None });
     let (mut app, _) = app(view);
     press(&mut app, "6");
     let screen = text(&shot(&mut app, 120, 40));
@@ -57,25 +58,10 @@ fn a_long_name_of_a_model_leaves_room_for_its_description() {
 }
 
 #[test]
-fn the_errors_of_a_model_have_as_many_columns_as_fit() {
-    let mut view = empty();
-    view.models[0].evaluation = Some(Arc::new(evaluation()));
-    let (mut app, _) = app(view);
-    press(&mut app, "6");
-    for (width, is_complete) in [(89, false), (90, true)] {
-        let screen = text(&shot(&mut app, width, 40));
-        let heads = screen.lines().find(|line| line.contains("after contact")).unwrap();
-        assert!(heads.contains("constant velocity") && heads.contains("rapier") == is_complete, "{screen}");
-        let named = if is_complete { "; constant velocity and rapier after" } else { "; constant velocity after" };
-        assert!(screen.contains(named), "{screen}");
-    }
-    assert!(!text(&shot(&mut app, 80, 24)).contains("after one action"));
-}
-
-#[test]
 fn the_losses_of_a_model_are_drawn_from_four_rows_on() {
     let mut view = empty();
-    let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), evaluation: None };
+    let model =
+        |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true, evaluation: None };
     view.models.extend((0..8).map(model));
     view.model_losses = Arc::new(vec![1.0, 0.5, 0.25]);
     let (mut app, _) = app(view);
@@ -83,5 +69,5 @@ fn the_losses_of_a_model_are_drawn_from_four_rows_on() {
     let mut screens = (20..30).map(|height| text(&shot(&mut app, 120, height)));
     let screen = screens.find(|screen| screen.contains("loss by epoch")).unwrap();
     let rows = screen.lines().skip_while(|line| !line.contains("loss by epoch")).count();
-    assert_eq!(rows, 4 + 2, "with the border and the keys below it\n{screen}");
+    assert_eq!(rows, 5 + 2, "with the border and the keys below it\n{screen}");
 }

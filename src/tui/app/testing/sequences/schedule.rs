@@ -30,7 +30,7 @@ fn the_need_of_each_stage_is_shown_during_a_training() {
     let mut view = typical();
     view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
     change_run(&mut view, 1, |run| run.needs = vec![0.05, 1.0]);
-    check(view.clone(), "3", &[], "failures: now 5 %, 100 %)");
+    check(view.clone(), "3", &[], "failures: now subgoal 1 5 %, goal 100 %)");
     check(view, "1", &[], "5 %, 100 % by stage");
 }
 
@@ -172,7 +172,7 @@ fn a_step_is_drawn_as_a_vertical_line_and_the_plot_starts_at_its_left_edge() {
 fn the_help_leaves_two_thirds_of_a_small_screen_to_the_plot() {
     let (mut app, _) = app(empty());
     press(&mut app, "3 up");
-    shot(&mut app, 60, 20);
+    shot(&mut app, 60, 21);
     let height = region(&app, |area, region| matches!(region, HitRegion::Schedule(_)).then_some(area.height));
     assert!(height >= 8, "{height}");
 }

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn training_is_started_paused_resumed_and_stopped() {
-    check(empty(), "t", &["train"], "");
+    check(empty(), "t enter", &["train"], "");
     check(typical(), "p", &["pause"], "");
     let paused = || {
         let mut view = typical();
@@ -12,24 +12,24 @@ fn training_is_started_paused_resumed_and_stopped() {
         view
     };
     check(paused(), "p", &["resume"], "paused");
-    check(paused(), "t", &["train"], "paused");
+    check(paused(), "t enter", &["train"], "paused");
     check(typical(), "x", &[], "stop 1 run?");
     check(typical(), "x y", &["stop"], "running");
     check(typical(), "x esc", &[], "running");
 }
 
 #[test]
-fn epsilon_is_changed_by_key_prompt_and_palette() {
-    check(empty(), "+", &["epsilon 0.85"], "");
-    check(empty(), "e ctrl-u 0 . 3 enter", &["epsilon 0.3"], "");
-    check(empty(), "e ctrl-u 7 enter esc", &[], "status");
+fn epsilon_is_changed_by_key_and_palette() {
+    check(empty(), "e 0 . 3 enter", &["epsilon 0.3"], "");
+    check(empty(), "e", &[], "step:0.8:0.5:500");
+    check(empty(), "e 7 enter esc", &[], "status");
     check(empty(), ": e p s i l o n space 0 . 5 enter", &["epsilon 0.5"], "");
 }
 
 #[test]
 fn clusters_are_computed_shown_and_passed_to_the_training() {
     check(empty(), "c", &["clusters"], "");
-    check(typical(), "G", &["guide"], "");
+    check(typical(), ": g u i d e enter", &["guide"], "");
     check(typical(), "v", &[], "clusters of subgoal 1");
     check(typical(), "v v", &[], "clusters of the goal");
     check(empty(), "a", &[], "c computes them");
@@ -51,15 +51,49 @@ fn stale_clusters_are_grey_and_say_so() {
 }
 
 #[test]
-fn settings_are_chosen_and_typed() {
-    check(empty(), "m up enter", &["method ddpg"], "");
-    check(empty(), "m", &[], "DDPG, uniform exploration");
-    check(empty(), "n ctrl-u 7 enter", &["seed 7"], "");
-    check(empty(), "N ctrl-u 5 0 enter", &["episodes 50"], "");
-    check(empty(), "o down enter", &["task task2"], "");
-    check(empty(), "d down enter", &["model true"], "");
+fn tasks_and_models_are_picked_in_the_palette() {
+    check(empty(), "o down down enter", &["task task2"], "");
+    check(empty(), "o t a s k 3 down enter", &["task task3"], "");
+    check(empty(), "o t a s k 3", &[], "task3");
     check(empty(), "6 down enter", &["model true"], "");
-    check(empty(), "n ctrl-u x enter", &[], "usage: seed N");
+}
+
+#[test]
+fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
+    check(empty(), "t", &[], "train on task1");
+    check(empty(), "t", &[], "DDPG-MGE. Left and right choose how");
+    check(empty(), "t", &[], "The agent places: b");
+    check(empty(), "t left enter", &["method ddpg", "train"], "");
+    check(empty(), "t space enter", &["method ddpg-uniform", "train"], "");
+    check(empty(), "t down ctrl-u 5 0 enter", &["set episodes 50", "train"], "");
+    check(empty(), "t down down ctrl-u 3 enter", &["train seeds 3"], "");
+    check(empty(), "t down down down ctrl-u 7 enter", &["seed 7", "train"], "");
+    check(empty(), "t up up up ctrl-u 0 . 3 enter", &["set epsilon 0.3", "train"], "");
+    check(empty(), "t up up right enter", &["model true", "train"], "");
+    check(empty(), "t up m i n e enter", &["train runs/mine"], "");
+    check(empty(), "t up a / b enter", &[], "`a/b` is not a name");
+    check(empty(), "t down down backspace 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
+    check(empty(), "t left up up up", &[], "Not used by DDPG.");
+    check(empty(), "t esc", &[], "status");
+}
+
+#[test]
+fn the_run_dialog_estimates_the_cost_from_the_latest_runs_of_the_method() {
+    check(empty(), "t", &[], "1 x 2000 episodes: unknown actions");
+    let known = || {
+        let mut view = typical();
+        change_run(&mut view, 0, |run| (run.actions, run.seconds) = (10_000, Some(100.0)));
+        change_run(&mut view, 1, |run| run.done = 0);
+        view
+    };
+    check(known(), "t", &[], "1 x 2000 episodes: about 10000 actions, time of each run 1:40");
+    check(known(), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 actions");
+    check(known(), "t left", &[], "1 x 2000 episodes: unknown actions");
+}
+
+#[test]
+fn the_number_of_seeds_is_kept_for_the_next_training() {
+    check(empty(), "t down down ctrl-u 3 enter t enter", &["train seeds 3", "train seeds 3"], "");
 }
 
 #[test]
@@ -67,7 +101,7 @@ fn models_are_chosen_measured_and_trained() {
     check(empty(), "6 v", &[], "it is trained when it is needed");
     check(empty(), "6 end enter", &["model true"], "");
     check(empty(), "6 T enter", &["model train box,bucket models/box-bucket.safetensors"], "");
-    check(empty(), "6 T ctrl-u x space y enter", &[], "usage: model train");
+    check(empty(), "6 T ctrl-w ctrl-w x space y enter", &[], "usage: model train");
     let mut level = empty();
     level.task = Arc::new(mge_task::load("create/Belt").unwrap());
     check(level, "6 T enter", &["model train create models/create.safetensors"], "");
@@ -87,13 +121,6 @@ fn figures_are_previewed_and_exported() {
     check(empty(), "7 end enter", &["figure episode figures/task1-episode.gif"], "");
     let name = "figures/task1-ddpg-mge-seed0-dashboard.png";
     check(typical(), "7 end up enter", &[&format!("figure dashboard {name}")], "");
-}
-
-#[test]
-fn several_seeds_are_trained_with_one_key() {
-    check(empty(), "4 t enter", &["train seeds 1"], "");
-    check(empty(), "4 t 0 enter", &["train seeds 10"], "");
-    check(empty(), "4 t backspace 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
 }
 
 #[test]
@@ -204,7 +231,7 @@ fn the_state_of_the_clusters_is_shown() {
     let mut of_run = typical();
     let prior = of_run.prior.take();
     of_run.watched.as_mut().unwrap().prior = prior;
-    check(of_run, "", &[], "(of the run)");
+    check(of_run, "", &[], "used by the run");
 }
 
 #[test]

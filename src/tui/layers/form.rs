@@ -1,0 +1,181 @@
+//! A form: fields of one line each, checked on enter. A prompt is a form with one field.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Position, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::Widget;
+
+use crate::tui::effect::{Effect, Layer, Response};
+use crate::tui::input::Keymap;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::text_input::TextInput;
+use crate::tui::widgets::theme::Theme;
+use crate::tui::widgets::{columns, list};
+
+/// Parses the texts of the fields into an effect, or says what is wrong with them.
+type Reader = dyn Fn(&[&str]) -> Result<Effect, String>;
+/// What stands in a field while it is empty, and its explanation, given its place and the texts of all fields.
+type Explainer = dyn Fn(usize, &[&str]) -> [String; 2];
+
+/// A form.
+pub struct Form {
+    title: String,
+    fields: Vec<Field>,
+    selected: usize,
+    explain: Box<Explainer>,
+    read: Box<Reader>,
+    /// Why the latest answer was refused.
+    error: Option<String>,
+    /// Where each field was last drawn.
+    rows: Vec<(Rect, usize)>,
+}
+
+/// A field of a form.
+#[derive(Default)]
+pub struct Field {
+    /// Its name; empty if it is the only one.
+    pub name: &'static str,
+    /// Its text.
+    pub input: TextInput,
+    /// The texts to choose from with the arrow keys; empty if it is typed.
+    pub choices: Vec<String>,
+}
+
+impl Form {
+    /// A form with these fields.
+    pub fn new(
+        title: impl Into<String>,
+        fields: Vec<Field>,
+        explain: impl Fn(usize, &[&str]) -> [String; 2] + 'static,
+        read: impl Fn(&[&str]) -> Result<Effect, String> + 'static,
+    ) -> Self {
+        let (explain, read) = (Box::new(explain), Box::new(read));
+        Self { title: title.into(), fields, selected: 0, explain, read, error: None, rows: Vec::new() }
+    }
+
+    /// A question with a line for the answer, which begins as `text`.
+    pub fn prompt(
+        title: impl Into<String>,
+        hint: impl Into<String>,
+        text: impl Into<String>,
+        read: impl Fn(&str) -> Result<Effect, String> + 'static,
+    ) -> Self {
+        let (hint, field) = (hint.into(), Field { input: TextInput::new(text), ..Field::default() });
+        Self::new(title, vec![field], move |_, _| [String::new(), hint.clone()], move |texts| read(texts[0]))
+    }
+
+    fn texts(&self) -> Vec<&str> {
+        self.fields.iter().map(|field| field.input.text().trim()).collect()
+    }
+
+    /// Selects the field that is `by` after the selected one.
+    fn go(&mut self, by: usize) {
+        self.selected = (self.selected + by) % self.fields.len();
+    }
+
+    /// Chooses the text that is `by` after the present one.
+    fn choose(&mut self, by: usize) {
+        let [shown, _] = (self.explain)(self.selected, &self.texts());
+        let Field { input, choices, .. } = &mut self.fields[self.selected];
+        let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
+        let now = choices.iter().position(is_now).unwrap_or(0);
+        *input = TextInput::new(choices[(now + by) % choices.len()].clone());
+    }
+}
+
+impl Layer for Form {
+    fn key(&mut self, key: KeyEvent) -> Response {
+        let choices = self.fields[self.selected].choices.len();
+        match key.code {
+            KeyCode::Esc => return Response::Leave,
+            KeyCode::Enter => match (self.read)(&self.texts()) {
+                Ok(effect) => return Response::Try(effect),
+                Err(error) => self.error = Some(error),
+            },
+            KeyCode::Up | KeyCode::BackTab => self.go(self.fields.len() - 1),
+            KeyCode::Down | KeyCode::Tab => self.go(1),
+            KeyCode::Left if choices > 0 => self.choose(choices - 1),
+            KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
+            _ if choices == 0 && self.fields[self.selected].input.key(key) => self.error = None,
+            _ => {}
+        }
+        Response::Stay
+    }
+
+    fn click(&mut self, at: Position) -> Response {
+        self.selected = list::hit(&self.rows, at).unwrap_or(self.selected);
+        Response::Stay
+    }
+
+    fn paste(&mut self, text: &str) {
+        if self.fields[self.selected].choices.is_empty() {
+            self.fields[self.selected].input.insert(text);
+        }
+    }
+
+    fn refuse(&mut self, reason: String) {
+        self.error = Some(reason);
+    }
+
+    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+        let (texts, count) = (self.texts(), self.fields.len());
+        let explained: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts)).collect();
+        let width = area.width.saturating_sub(8).min(if count > 1 { 72 } else { 64 });
+        let (about, style) = match &self.error {
+            Some(error) => (error, Style::new().fg(theme.bad)),
+            None => (&explained[self.selected][1], theme.faint()),
+        };
+        let about = wrap(about, usize::from(width));
+        let title = format!("{} · enter: done   esc: close", self.title);
+        let inside = frame(&title, (width, (count + 1 + about.len()) as u16), area, theme, buffer);
+        let names = self.fields.iter().map(|field| field.name.len() as u16 + 1).max().filter(|width| *width > 1);
+        let mut cursor = None;
+        self.rows = inside.rows().take(count).zip(0..).collect();
+        for (row, place) in self.rows.clone() {
+            let (field, is_selected) = (&self.fields[place], place == self.selected);
+            Line::styled(field.name, if is_selected { theme.strong() } else { theme.faint() }).render(row, buffer);
+            let x = row.x + names.unwrap_or(0);
+            let room = Rect { x, width: row.right().saturating_sub(x), ..row };
+            let end = line(&field.input, if is_selected { "> " } else { "  " }, room, theme, buffer);
+            if field.input.text().is_empty() {
+                let shown = columns::shortened(&explained[place][0], usize::from(room.width.saturating_sub(3)), true);
+                buffer.set_string(x + 2, row.y, shown, theme.faint());
+            }
+            cursor = if is_selected { Some(end) } else { cursor };
+        }
+        let below = Rect { y: inside.y + count as u16 + 1, ..inside }.intersection(inside);
+        Text::from_iter(about).style(style).render(below, buffer);
+        cursor
+    }
+}
+
+/// Draws an input line, scrolled so that the cursor is visible. Returns the position of the cursor.
+pub fn line(input: &TextInput, prefix: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Position {
+    let start = area.x + prefix.len() as u16;
+    let hidden = input.cursor_column().saturating_sub(area.right().saturating_sub(start + 1));
+    let (_, shown) = columns::split(input.text(), usize::from(hidden));
+    let text = Line::from(vec![Span::styled(prefix, theme.strong()), Span::styled(shown, Style::reset())]);
+    text.render(Rect { width: area.width.saturating_sub(1), height: area.height.min(1), ..area }, buffer);
+    Position::new((start + input.cursor_column()).min(area.right().saturating_sub(1)), area.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::widgets::theme::{Depth, Marker, Palette};
+
+    #[test]
+    fn the_cursor_is_after_the_text_and_stays_on_the_line() {
+        let area = Rect::new(10, 5, 20, 1);
+        let at = |text: &str| {
+            let (theme, mut buffer) = (Theme::new(Palette::Dark, Depth::True, Marker::Braille), Buffer::empty(area));
+            line(&TextInput::new(text), "> ", area, &theme, &mut buffer)
+        };
+        assert_eq!(at(""), Position::new(12, 5));
+        assert_eq!(at("abc"), Position::new(15, 5));
+        assert_eq!(at(&"abc".repeat(20)), Position::new(29, 5));
+        assert_eq!(at(&"日本".repeat(20)), Position::new(29, 5));
+    }
+}

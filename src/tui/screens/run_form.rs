@@ -1,0 +1,115 @@
+//! The form that starts a training: the settings of the next run, what each means, and what the runs will cost.
+
+use std::path::Path;
+
+use super::Ui;
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Field, Form, tool_in_words};
+use crate::tui::view::span;
+use crate::tui::widgets::text_input::TextInput;
+use mge_base::text::counted;
+use mge_trainer::{Method, RunConfig};
+use mge_workbench::Command;
+
+/// The fields, the beginnings of the commands that set them, and their explanations.
+const FIELDS: [(&str, &str, &str); 7] = [
+    ("method", "method", "Left and right choose how it explores and learns."),
+    ("episodes", "set episodes", "Episodes of each run."),
+    ("seeds", "", "Number of runs, which differ in the seed only and are shown as one group."),
+    ("first seed", "seed", "It determines everything random."),
+    (
+        "epsilon",
+        "set epsilon",
+        "How often actions come from the action clusters: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, \
+         step:0.8:0.5:500, points:0=0.8,1000=0.3, need:0.5:0.25:20.",
+    ),
+    ("model", "model", "Left and right choose what predicts the rollouts behind the action clusters."),
+    ("name", "", "The folder of the run."),
+];
+/// Places of some of them.
+const SEEDS: usize = 2;
+const MODEL: usize = 5;
+const NAME: usize = 6;
+
+/// What an earlier run on the task has cost: its method, episodes, actions and seconds.
+type Cost = (Method, f64, f64, f64);
+
+/// The form, with the settings of the session and a number of seeds.
+pub fn form(ui: &Ui, seeds: u32) -> Form {
+    let view = ui.view;
+    let mut fields: Vec<Field> = FIELDS.map(|(name, ..)| Field { name, ..Field::default() }).into();
+    fields[0].input = TextInput::new(view.settings.method.to_string());
+    fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
+    fields[SEEDS].input = TextInput::new(seeds.to_string());
+    fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
+    let of_task = view.runs.iter().rev().filter(|run| run.config.task.name == view.task.name && run.done > 0);
+    let costs: Vec<Cost> = of_task
+        .map(|run| (run.config.method, run.done as f64, run.actions as f64, run.seconds.unwrap_or(f64::NAN)))
+        .collect();
+    let (settings, folder, now) = (view.settings.clone(), view.folder.clone(), view.settings.method);
+    let tool = tool_in_words(&settings.task.placeable.tool([0.0; 2]), true);
+    let explain = move |place: usize, texts: &[&str]| {
+        let settings = settings.with_method(texts[0].parse().unwrap_or(now));
+        let about = match FIELDS[place] {
+            ("method", _, about) => format!("{}. {about}", settings.method.label()),
+            ("epsilon", ..) if !settings.method.uses("epsilon") => format!("Not used by {}.", settings.method.label()),
+            (.., about) => about.to_owned(),
+        };
+        let cost = cost(&settings, &costs, texts);
+        [value(&settings, place), format!("{about}\nThe agent places: {tool}.\n{cost}")]
+    };
+    let title = format!("train on {}", view.task.name);
+    Form::new(title, fields, explain, move |texts| read(texts, now, &folder))
+}
+
+/// Sets what the fields say and starts the runs in a folder; `now` is the method of the session.
+fn read(texts: &[&str], now: Method, folder: &Path) -> Result<Effect, String> {
+    if texts[NAME].contains(['/', '\\']) || texts[NAME].starts_with('.') {
+        return Err(format!("`{}` is not a name: it has no / and does not begin with a dot", texts[NAME]));
+    }
+    let set = FIELDS.iter().zip(texts).filter(|((_, verb, _), text)| !verb.is_empty() && !text.is_empty());
+    let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", shell_words::quote(text)));
+    let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {now}")).collect();
+    let place = folder.join(texts[NAME]).display().to_string();
+    let place = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(&place) };
+    let seeds = if texts[SEEDS] == "1" { String::new() } else { format!("seeds {}", texts[SEEDS]) };
+    lines.push(format!("train {place} {seeds}"));
+    let parsed = lines.iter().map(|line| Command::parse(line).map_err(|error| error.to_string()));
+    let commands: Vec<Option<Command>> = parsed.collect::<Result<_, String>>()?;
+    let seeds = texts[SEEDS].parse().unwrap_or(1);
+    let remember = Effect::call(move |app| app.seeds = seeds);
+    Ok(Effect::all(commands.into_iter().flatten().map(Effect::apply).chain([remember]).collect()))
+}
+
+/// The value of a field in settings.
+fn value(settings: &RunConfig, place: usize) -> String {
+    match FIELDS[place].0 {
+        "method" => settings.method.to_string(),
+        "episodes" => settings.episodes.to_string(),
+        "first seed" => settings.seed.to_string(),
+        "epsilon" => settings.epsilon.to_string(),
+        "model" => settings.prior.place(),
+        "name" => format!("{}-{}-seed{}", settings.task.name, settings.method, settings.seed),
+        _ => "1".to_owned(),
+    }
+}
+
+/// What the runs will cost, from the latest runs of the method on the task.
+fn cost(settings: &RunConfig, costs: &[Cost], texts: &[&str]) -> String {
+    let episodes: f64 = texts[1].parse().unwrap_or(settings.episodes).into();
+    let seeds: u32 = texts[SEEDS].parse().unwrap_or(1);
+    let of_method = costs.iter().filter(|(method, ..)| *method == settings.method).take(5);
+    // A run that was interrupted for long does not count much in the median.
+    let median = |of: fn(&Cost) -> f64| {
+        let mut all: Vec<f64> = of_method.clone().map(of).filter(|cost| cost.is_finite()).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).map(|each| each * episodes)
+    };
+    let actions = median(|(_, episodes, actions, _)| actions / episodes).map(|all| all * f64::from(seeds));
+    let actions = actions.map_or("unknown".to_owned(), |all| format!("about {all:.0}"));
+    let seconds = median(|(_, episodes, _, seconds)| seconds / episodes).map_or("unknown".to_owned(), span);
+    let known = counted(of_method.clone().count(), "run");
+    format!(
+        "{seeds} x {episodes} episodes: {actions} actions, time of each run {seconds} (from {known} of this method)"
+    )
+}
