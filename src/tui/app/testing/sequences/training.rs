@@ -239,11 +239,11 @@ fn clusters_and_the_actions_behind_them_are_switched() {
     let colours = |keys: &str| {
         let (mut app, _) = app(typical());
         press(&mut app, keys);
-        let at = cell(&mut app, [0.4, 0.5]);
+        let (x, y) = cell(&mut app, [0.4, 0.5]);
         let screen = shot(&mut app, 120, 40);
-        screen[at].symbol().to_owned()
+        (y - 1..=y + 1).map(|y| screen[(x, y)].symbol()).collect::<String>()
     };
-    assert_eq!([colours(""), colours("a a")], ["+", "+"]);
-    assert_ne!(colours("a"), "+");
+    assert!(["", "a a"].iter().all(|keys| colours(keys).contains('+')));
+    assert!(!colours("a").contains('+'));
     assert_ne!(colours("a"), colours("a z"), "an action is a dot");
 }
