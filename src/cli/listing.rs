@@ -47,13 +47,16 @@ fn age(run: &Path) -> Option<f64> {
 fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
-    let (label, task) = (run.label.clone(), run.config.task.name.clone());
+    let is_renamed = run.path.file_name().is_some_and(|folder| *folder != *run.name);
+    let label = if is_renamed { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
+    let task = run.config.task.name.clone();
     [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
 }
 
 fn entry(run: &RunSummary) -> Value {
     json!({
         "run": run.path.display().to_string(),
+        "name": run.name,
         "state": run.state.name(),
         "task": run.config.task.name,
         "method": run.config.method.name(),
@@ -71,7 +74,8 @@ fn entry(run: &RunSummary) -> Value {
 /// Shows a run.
 pub fn show(arguments: &Show) -> Outcome {
     let run = read_runs(std::slice::from_ref(&arguments.run))?.remove(0);
-    let notes = RunDirectory::open(&run.path)?.notes()?;
+    let directory = RunDirectory::open(&run.path)?;
+    let notes = directory.notes()?;
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
     let reason = match &run.state {
@@ -80,6 +84,7 @@ pub fn show(arguments: &Show) -> Outcome {
     };
     let shown = json!({
         "run": run.path.display().to_string(),
+        "name": directory.name(),
         "state": run.state.name(),
         "reason": reason,
         "task": run.config.task.name,

@@ -82,7 +82,11 @@ fn sections() -> Vec<Section> {
     let columns = ["keys", "action"];
     let keys = Section::new("Keys of the workbench", KEY_FILE, columns, Vec::new());
     let key = |entry: &tui::Entry| {
-        let keys = entry.keys.split_whitespace().collect::<Vec<_>>().join(", ");
+        // An action without a key is typed into the palette.
+        let keys = match entry.keys {
+            "" => format!(":{}", entry.name),
+            keys => keys.split_whitespace().collect::<Vec<_>>().join(", "),
+        };
         let verb = if entry.verb.is_empty() { String::new() } else { format!(" (in a script: {})", entry.verb) };
         (keys, format!("{}: {}{verb}", entry.name, entry.about()))
     };

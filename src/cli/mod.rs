@@ -111,6 +111,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Show(show) => brief(|| listing::show(&show)),
         Command::Compare(compare) => brief(|| listing::compare(&compare)),
         Command::Delete(delete) => brief(|| runs::delete(&delete)),
+        Command::Rename(rename) => brief(|| runs::rename(&rename)),
         Command::Pause(on) => brief(|| control::pause(&on.run)),
         Command::Stop(on) => brief(|| control::stop(&on.run)),
         Command::Epsilon(epsilon) => brief(|| control::epsilon(&epsilon.run, &epsilon.schedule)),

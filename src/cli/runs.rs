@@ -9,7 +9,7 @@ use std::sync::Arc;
 use clap::CommandFactory as _;
 use serde_json::json;
 
-use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
+use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Script, Train, Workbench};
 use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
@@ -102,7 +102,7 @@ pub fn train(arguments: &Train) -> Outcome {
     }
     apply_settings(&mut session, settings).map_err(|(key, error)| match file.filter(|_| is_of_file(&key)) {
         Some(file) => format!("{}: {error}", file.display()),
-        None => error.to_string(),
+        None => error,
     })?;
     session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, interrupt)
@@ -285,6 +285,12 @@ pub fn delete(arguments: &Delete) -> Outcome {
         output::line(report?)?;
     }
     Ok(())
+}
+
+pub fn rename(arguments: &Rename) -> Outcome {
+    let mut session = Session::on_task(workbench::FIRST_TASK, RUNS.into())?;
+    let rename = command::Rename { folder: arguments.run.clone(), name: arguments.name.clone() };
+    Ok(output::line(session.apply(rename)?)?)
 }
 
 pub fn script(arguments: &Script) -> Outcome {

@@ -74,12 +74,12 @@ pub fn perform(session: &mut Session, command: impl Into<Command>, what: &str, q
 ///
 /// # Errors
 /// The first setting that is refused, and why.
-pub fn apply_settings(session: &mut Session, mut left: Vec<(String, String)>) -> Result<(), (String, SessionError)> {
+pub fn apply_settings(session: &mut Session, mut left: Vec<(String, String)>) -> Result<(), (String, String)> {
     while !left.is_empty() {
         let (count, mut refusal) = (left.len(), None);
         left.retain(|(key, value)| {
             let set = command::Set { key: key.clone(), value: value.clone() };
-            session.apply(set).map_err(|error| refusal.get_or_insert((key.clone(), error))).is_err()
+            session.apply(set).map_err(|error| refusal.get_or_insert((key.clone(), error.to_string()))).is_err()
         });
         if let Some(refusal) = refusal.filter(|_| left.len() == count) {
             return Err(refusal);

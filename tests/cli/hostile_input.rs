@@ -78,19 +78,19 @@ fn escapes_in_names_and_texts_never_reach_the_terminal() {
     let quoted = serde_json::to_string(ESCAPES).unwrap();
     hostile("task.json", &format!("{{\"version\": 1, {quoted}: 1}}"));
     hostile("kind.json", &format!("{{\"version\": 1, \"name\": \"x\", \"placeable\": {{\"type\": {quoted}}}}}"));
-    hostile(
-        "level.json",
-        &format!(
-            "{{\"name\": \"x\", \"env\": [{{\"name\": {quoted}, \"pos\": [0, 0]}}], \"target\": [0, 0], \"goal\": [0, 0.5]}}"
-        ),
-    );
+    hostile("order.json", &format!("{{\"version\": 1, \"name\": \"x\", \"order\": [{quoted}]}}"));
+    let recorded = include_str!("../data/create/levels.jsonl").lines().next().unwrap();
+    let mut level: serde_json::Value = serde_json::from_str(recorded).unwrap();
+    level[ESCAPES] = true.into();
+    hostile("levels.jsonl", &format!("{level}\n"));
     hostile("script.mge", "ESC\n");
     hostile("sweep.json", &format!("{{\"task\": [\"task1\"], {quoted}: [1]}}"));
     let name = format!("no{ESCAPES}file");
-    let commands: [&[&str]; 10] = [
+    let commands: [&[&str]; 11] = [
         &["tasks", "check", "task.json"],
         &["tasks", "check", "kind.json"],
-        &["tasks", "check", "level.json"],
+        &["tasks", "check", "order.json"],
+        &["play", "--levels", "levels.jsonl"],
         &["tasks", "check", &name],
         &["script", "script.mge"],
         &["sweep", "sweep.json"],

@@ -1,4 +1,4 @@
-//! Runs on the command line: `mge runs`, `mge show`, `mge compare` and `mge delete`.
+//! Runs on the command line: `mge runs`, `mge show`, `mge compare`, `mge delete` and `mge rename`.
 
 use std::path::Path;
 
@@ -66,4 +66,21 @@ fn runs_are_deleted_and_brought_back() {
     fail(mge(here, ["delete", "runs/a"]), "runs/a");
     succeed(mge(here, ["delete", "--restore", "runs/a"]));
     assert!(std::fs::read(here.join("runs/a/config.json")).unwrap() == config);
+}
+
+#[test]
+fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    train(here, "runs/a", &[]);
+    assert_eq!(succeed(mge(here, ["rename", "runs/a", "the best"])), "a is the best now\n");
+    assert_eq!(json_of(here, &["show", "runs/a", "--json"])["name"], json!("the best"));
+    assert_eq!(json_of(here, &["runs", "--json"])[0]["name"], json!("the best"));
+    let listed = succeed(mge(here, ["runs"]));
+    assert!(listed.contains("the best: DDPG, seed 0"), "{listed}");
+    fail(mge(here, ["rename", "runs/a", "b/c"]), "a name has at most");
+    fail(mge(here, ["rename", "runs/b", "c"]), "runs/b");
+    assert_eq!(mge(here, ["rename", "runs/a"]).status.code(), Some(2));
+    assert_eq!(succeed(mge(here, ["rename", "runs/a", ""])), "the best is a now\n");
+    assert!(here.join("runs/a").exists());
 }

@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, SlavePty, native_pty_system};
 use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 
+/// The folder of the tests' cache of models, instead of the user's. Unit tests have none, and train no models.
+const FOLDER: Option<&str> = option_env!("CARGO_TARGET_TMPDIR");
+
 /// Longest wait for a condition.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -72,6 +75,9 @@ impl Terminal {
         let pair = native_pty_system().openpty(size(120, 40)).unwrap();
         let before = modes(&*pair.master);
         command.env("TERM", "xterm-256color");
+        if let Some(folder) = FOLDER {
+            command.env("XDG_CACHE_HOME", format!("{folder}/cache"));
+        }
         for name in ["TERM_PROGRAM", "KITTY_WINDOW_ID", "TMUX", "NO_COLOR", "MGE_THEME", "MGE_KEYS", "MGE_RUNS"] {
             command.env_remove(name);
         }

@@ -129,9 +129,16 @@ fn quitting_does_not_wait_for_computations() {
     // A key that the tour does not use ends the tour.
     terminal.type_text(":seed 7\r");
     terminal.wait_for("seed 7");
-    for line in ["set guidance.model_rollouts 100000", "set guidance.horizon 100", "model true", "train", "clusters"] {
-        terminal.type_text(&format!(":{line}\r"));
+    // A method whose clusters come from many rollouts of a model, not from practice.
+    terminal.type_text(":method ddpg-mge\r");
+    for setting in ["most_model_rollouts 100000", "model_rollouts 100000", "horizon 100"] {
+        terminal.type_text(&format!(":set guidance.{setting}\r"));
     }
+    terminal.type_text(":model true\r:train\r");
+    terminal.wait_for("train on task1");
+    terminal.type_text("\r");
+    terminal.wait_for("0/2000");
+    terminal.type_text(":clusters\r");
     terminal.wait_for("computing stage");
     terminal.type_text("q");
     terminal.wait_for("y  ");

@@ -31,7 +31,7 @@ pub struct TaskModelConfig {
 
 impl Default for TaskModelConfig {
     fn default() -> Self {
-        Self { launches: 100, epochs: 4000 }
+        Self { launches: 200, epochs: 4000 }
     }
 }
 

@@ -12,7 +12,7 @@ use mge_base::sync::lock;
 use mge_trainer::panic_message;
 
 /// The error of a computation that ended because it was cancelled.
-pub(super) const CANCELLED: &str = "the computation was cancelled";
+pub(super) const CANCELLED: &str = "the computation was cancelled: the same command starts it again";
 
 /// A computation that runs on its own thread once started.
 pub struct Job<T> {

@@ -200,7 +200,7 @@ mod tests {
         session.cancel(&last);
         assert_eq!(started(&session), MAX_RUNNING + 1, "it ends before its turn");
         drop(held);
-        assert_eq!(session.wait_for(&last).unwrap_err().to_string(), "the computation was cancelled");
+        assert_eq!(session.wait_for(&last).unwrap_err().to_string(), CANCELLED);
         assert_eq!(session.wait_for(&command(MAX_RUNNING as u64 + 1)).unwrap().as_deref(), Some("computed"));
     }
 

@@ -8,7 +8,9 @@ mod tasks;
 
 pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
 pub use physics::{Env, Play};
-pub use runs::{Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Runs, Show, Train};
+pub use runs::{
+    Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Rename, Resume, Runs, Show, Train,
+};
 pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions, Tasks, TasksCommand};
 
@@ -144,6 +146,8 @@ pub enum Command {
     Compare(Compare),
     /// Move runs to the trash beside them, or bring them back
     Delete(Delete),
+    /// Give a run another name, in lists, legends, figures and reports
+    Rename(Rename),
     /// Pause a run that another process trains, after its current episode
     Pause(OnRun),
     /// Stop a run that another process trains, with a checkpoint

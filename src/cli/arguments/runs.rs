@@ -130,6 +130,14 @@ pub struct Delete {
     pub restore: bool,
 }
 
+#[derive(Debug, Args)]
+pub struct Rename {
+    /// The run's folder, which keeps its place
+    pub run: PathBuf,
+    /// The name; an empty one is that of the folder
+    pub name: String,
+}
+
 /// A run that another process trains.
 #[derive(Debug, Args)]
 pub struct OnRun {

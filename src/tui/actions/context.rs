@@ -32,22 +32,6 @@ pub enum Context {
 }
 
 impl Context {
-    /// All of them, in the order of the help.
-    pub const ALL: [Self; 12] = [
-        Self::Everywhere,
-        Self::Scene,
-        Self::Playback,
-        Self::Move,
-        Self::Hand,
-        Self::Schedule,
-        Self::Curves,
-        Self::Runs,
-        Self::Models,
-        Self::Figures,
-        Self::List,
-        Self::Typed,
-    ];
-
     /// The screen it belongs to, if it belongs to a single one.
     pub fn tab(self) -> Option<Tab> {
         match self {

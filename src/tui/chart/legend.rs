@@ -19,7 +19,7 @@ const COUNT: usize = 10;
 /// are counted.
 pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     let most = usize::from(area.height / 5).max(1) + usize::from(area.height >= 6);
-    let mut lines = vec![Line::styled(plot.title.to_owned(), theme.strong())];
+    let mut lines = vec![Line::styled(columns::shortened(plot.title, usize::from(area.width), false), theme.strong())];
     if let Some(at) = plot.crosshair {
         lines[0].push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
     }

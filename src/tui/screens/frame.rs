@@ -93,7 +93,8 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
         }),
         Tab::Training => screens.curves.explanation(),
         Tab::Runs => runs::EXPLANATION.to_owned(),
-        Tab::Schedule | Tab::Models | Tab::Figures | Tab::Log => String::new(),
+        Tab::Models => models::COLUMNS.to_owned(),
+        Tab::Schedule | Tab::Figures | Tab::Log => String::new(),
     }
 }
 

@@ -45,7 +45,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let widths =
         [1, column as u16, ERRORS.len() as u16].map(Constraint::Length).into_iter().chain([Constraint::Fill(1)]);
     let widths: Vec<Constraint> = widths.collect();
-    let heading = Row::new(["", "model", ERRORS, "error after one action, that of constant velocity in brackets"]);
+    let heading = Row::new(["", "model", ERRORS, ""]);
     let [header, inside] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
     Table::new([heading.style(theme.faint())], &widths).render(header, buffer);
     let count = view.models.len();
@@ -84,6 +84,10 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     text.render(above, buffer);
     losses(ui, Rect { height: rest.height.min(LOSSES), ..rest }, buffer);
 }
+
+/// What the marks and columns of the list mean.
+pub const COLUMNS: &str = "> chosen; error after one action, that of constant velocity in brackets; grey: does not know \
+                           the task's tools";
 
 /// The heading of the errors of the models.
 const ERRORS: &str = "error  (velocity)";

@@ -108,7 +108,11 @@ fn cost(settings: &RunConfig, costs: &[Cost], texts: &[&str]) -> String {
     let actions = median(|(_, episodes, actions, _)| actions / episodes).map(|all| all * f64::from(seeds));
     let actions = actions.map_or("unknown".to_owned(), |all| format!("about {all:.0}"));
     let seconds = median(|(_, episodes, _, seconds)| seconds / episodes).map_or("unknown".to_owned(), span);
-    let known = counted(of_method.clone().count(), "run");
+    let known = of_method.clone().count();
+    if known == 0 {
+        return format!("{seeds} x {episodes} episodes: no run of this method tells yet what they cost");
+    }
+    let known = counted(known, "run");
     format!(
         "{seeds} x {episodes} episodes: {actions} actions, time of each run {seconds} (from {known} of this method)"
     )

@@ -337,6 +337,10 @@ fn a_figure_is_drawn_again_with_another_axis() {
     sweep(here, "all", r#""method": "ddpg", "seed": [0]"#);
     let figures = ["figures", "all/runs/task1-ddpg-seed0", "--out", "drawn"];
     succeed(mge(here, figures));
-    succeed(mge(here, figures.into_iter().chain(["--set", "against=steps"])));
-    assert!(read(here.join("drawn/learning.csv")).contains("environment_steps"));
+    // Reports of earlier versions call the charged actions `steps`.
+    for (against, column) in [("steps", "charged_actions"), ("charged", "charged_actions"), ("actions", "actions")] {
+        succeed(mge(here, figures.into_iter().chain(["--set", &format!("against={against}")])));
+        let csv = read(here.join("drawn/learning.csv"));
+        assert!(csv.starts_with(&format!("task,method,{column},")), "{against}: {csv}");
+    }
 }

@@ -9,12 +9,11 @@ use std::process::Output;
 use crate::program::{mge, succeed, text};
 
 /// A training of the default method in a second.
-const QUICK: [(&str, &str); 6] = [
+const QUICK: [(&str, &str); 5] = [
     ("prior", "true"),
     ("ddpg.hidden", "8"),
     ("guidance.model_rollouts", "40"),
     ("guidance.most_model_rollouts", "40"),
-    ("guidance.environment_rollouts", "8"),
     ("practice.rollouts", "4"),
 ];
 
@@ -70,7 +69,7 @@ fn an_epsilon_that_cripples_the_method_is_told_by_every_way_to_train() {
     script(here, "episodes 2\nepsilon 0.1");
     sweep(here, &[("episodes", "2"), ("epsilon", "0.1")]);
     told(train(here, &["--episodes", "2", "--epsilon", "0.1", "--out", "a"]), "epsilon 0.1");
-    told(mge(here, ["script", "s.mge"]), "s.mge:9: epsilon 0.1");
+    told(mge(here, ["script", "s.mge"]), "s.mge:8: epsilon 0.1");
     for kind in [&["--plan"][..], &["--slurm"], &["--quiet", "--out", "swept"]] {
         told(mge(here, [&["sweep", "s.json"], kind].concat()), "epsilon 0.1");
     }

@@ -25,7 +25,7 @@ impl BenchResults {
         for (group, (_, name)) in GROUPS.iter().enumerate() {
             let rows = of_group(Some(group));
             if !rows.is_empty() {
-                panels.push(self.panel(&name, &rows, bootstrap)?);
+                panels.push(self.panel(name, &rows, bootstrap)?);
             }
         }
         Ok(LearningCurves {

@@ -21,7 +21,8 @@ pub(super) struct Check {
 }
 
 impl Check {
-    /// Plays guided rollouts from stage to stage, until one is not reached or `most` actions are taken.
+    /// Plays guided rollouts from stage to stage, until one is not reached or `most` actions are taken; the rollout
+    /// that takes the last of them is played to its end.
     pub fn of(candidate: &Candidate, horizon: usize, most: usize, rng: &mut ChaCha8Rng) -> Self {
         let mut check = Self { stages: Vec::new(), actions: 0 };
         let mut env = Environment::new(candidate.task.clone());
@@ -94,7 +95,10 @@ mod tests {
         assert_eq!(whole.stages.len(), 2);
         assert!(whole.stages.iter().all(|(_, of)| *of == ROLLOUTS) && whole.actions <= 2 * ROLLOUTS * config.horizon);
         assert!(whole.least_reached(&candidate) > 0.0 && whole.rollouts(&candidate).is_finite());
-        assert!(check(3).actions <= 3 && check(3).least_reached(&candidate) == 0.0);
+        // With a single action, a single rollout.
+        let short = check(1);
+        assert_eq!(short.stages.iter().map(|(_, of)| of).sum::<usize>(), 1);
+        assert!((1..=config.horizon).contains(&short.actions) && short.least_reached(&candidate) == 0.0);
         let of = |stages: &[(usize, usize)]| Check { stages: stages.to_vec(), actions: 0 }.rollouts(&candidate);
         assert!(of(&[(8, 8), (8, 8)]) < of(&[(8, 8), (4, 8)]));
         assert!(of(&[(8, 8), (0, 8)]) < of(&[(0, 8)]), "what was not played counts as not reached");

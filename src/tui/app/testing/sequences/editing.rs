@@ -125,7 +125,8 @@ fn saving_asks_before_another_file_is_overwritten() {
 #[test]
 fn another_task_is_not_opened_over_unsaved_edits_without_a_question() {
     check(typical(), "o down enter", &[], "lose the edits?");
-    check(typical(), "o down enter y", &["task task2"], "");
+    check(typical(), "o down enter y", &["task task1"], "");
+    check(typical(), "o down down enter y", &["task task2"], "");
     check(typical(), ": t a s k space t a s k 2 enter esc", &[], "(edited)");
 }
 

@@ -31,7 +31,7 @@ fn the_need_of_each_stage_is_shown_during_a_training() {
     view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
     change_run(&mut view, 1, |run| run.needs = vec![0.05, 1.0]);
     check(view.clone(), "3", &[], "failures: now subgoal 1 5 %, goal 100 %)");
-    check(view, "1", &[], "5 %, 100 % by stage");
+    check(view, "1", &[], "failing  subgoal 1 5 %, goal 100 %");
 }
 
 #[test]
