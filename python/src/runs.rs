@@ -33,7 +33,7 @@ pub fn read_run(py: Python<'_>, path: PathBuf) -> PyResult<String> {
             "config": config,
             "state": directory.status()?.state.name(),
             "episodes": history.records.iter().collect::<Vec<_>>(),
-            "episode": EpisodeRecord::default(),
+            "episode": EpisodeRecord { charged_actions: Some(0), ..EpisodeRecord::default() },
             "evaluations": evaluations.collect::<Vec<_>>(),
             "evaluation": evaluation(0, 0.0, 0.0),
         });

@@ -175,7 +175,11 @@ def test_a_prior_has_clusters_and_samples_from_them():
 
 
 def test_clusters_are_those_of_the_program(program, tmp_path):
-    subprocess.run([program, "clusters", "task1", "--seed", "5", "--out", str(tmp_path / "c.json")], check=True, capture_output=True)
+    subprocess.run(
+        [program, "clusters", "task1", "--model", "learned", "--seed", "5", "--out", str(tmp_path / "c.json")],
+        check=True,
+        capture_output=True,
+    )
     task = mge.Task("task1")
     written = json.loads((tmp_path / "c.json").read_text())
     ours = json.loads(mge.build_prior(task, mge.Model.shipped_for(task), seed=5).to_json())

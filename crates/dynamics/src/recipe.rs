@@ -262,7 +262,8 @@ mod tests {
     #[test]
     fn many_launches_are_used_in_fewer_epochs() {
         let epochs = |config: TaskModelConfig| config.recipe(&mge_task::load("task1").unwrap(), 0).training.epochs;
-        assert_eq!(epochs(TaskModelConfig::default()), 4000);
+        assert_eq!(epochs(TaskModelConfig::default()), 2000);
+        assert_eq!(epochs(TaskModelConfig { launches: 100, ..TaskModelConfig::default() }), 4000);
         assert_eq!(epochs(TaskModelConfig { launches: 1000, ..TaskModelConfig::default() }), 400);
         assert_eq!(epochs(TaskModelConfig { launches: 1_000_000, epochs: 3 }), 1);
     }
