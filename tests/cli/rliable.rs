@@ -102,7 +102,7 @@ fn the_numbers_of_a_report_are_those_of_rliable() {
 
     let estimate = |value: &Value| -> Estimate { serde_json::from_value(value.clone()).unwrap() };
     let aggregates = ours["aggregates"].as_array().unwrap();
-    assert_eq!(aggregates.len(), 6, "three measures of two methods");
+    assert_eq!(aggregates.len(), 8, "four measures of two methods");
     for row in aggregates {
         let [measure, method] = ["measure", "method"].map(|key| row[key].as_str().unwrap());
         for name in ["iqm", "mean", "median", "optimality_gap"] {

@@ -109,7 +109,8 @@ fn signals_restore_the_terminal_and_checkpoint_the_run() {
         terminal.type_text("t\r");
         terminal.wait_for("running");
         let run = folder.path().join("runs/task3-ddpg-mge-adaptive-seed0");
-        terminal.wait_until("the log of the run", |_| run.join("log.txt").exists());
+        let episodes = || std::fs::read_to_string(run.join("metrics.csv")).unwrap_or_default().lines().count();
+        terminal.wait_until("the first episode", |_| episodes() > 1);
         terminal.signal(signal);
         assert_eq!(terminal.wait_for_exit(), status, "{signal}");
         terminal.wait_until_restored();

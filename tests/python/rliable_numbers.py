@@ -2,7 +2,7 @@
 
 Writes JSON to stdout: for each measure the scores of every method (task by task), rliable's
 aggregates of them as [value, low, high], its performance profile, and for the area under the
-curve the probability of improvement of each method over each other. `tests/data/rliable/` holds
+curve over charged actions the probability of improvement of each method over each other. `tests/data/rliable/` holds
 such an answer, for the runs of a real study (`mge reproduce`, then `mge report`).
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from rliable import library, metrics
 
 THRESHOLDS = np.linspace(0.0, 1.0, 11)
-MEASURES = ["auc", "final_success", "held_success"]
+MEASURES = ["charged_area", "auc", "final_success", "held_success"]
 AGGREGATES = {
     "iqm": metrics.aggregate_iqm,
     "mean": metrics.aggregate_mean,
@@ -46,7 +46,8 @@ def numbers(report, resamples):
             profile = np.stack([profiles["it"], bands["it"][0], bands["it"][1]], axis=1)
             methods[row["method"]] = {"scores": row["scores"], **found, "profile": profile.tolist()}
         answer["measures"][measure] = methods
-    area = answer["measures"]["auc"]
+    # Reports of earlier versions have no charged actions.
+    area = answer["measures"]["charged_area"] or answer["measures"]["auc"]
     answer["improvements"] = [
         [x, y, *improvement(np.array(area[x]["scores"]).T, np.array(area[y]["scores"]).T, resamples)]
         for x in labels
