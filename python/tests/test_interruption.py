@@ -12,6 +12,9 @@ from gymnasium.error import ResetNeeded
 
 import mge
 
+# Programs that a shell starts in the background ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 TASK = mge.Task("task1")
 MANY = np.random.default_rng(0).uniform(-1, 1, (20_000, 6, 2)).astype(np.float32)
 LARGE = '{"model_rollouts": 100000, "most_model_rollouts": 100000, "horizon": 6}'
