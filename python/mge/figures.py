@@ -37,7 +37,7 @@ def clusters(task: Task | str | os.PathLike[str], prior: ActionPrior, seed: int 
 
 def learning_curves(folders: Folders, greedy: bool = False, steps: bool = False) -> Figure:
     """Success of runs, interquartile mean over seeds with its interval: in training against episodes or, with
-    `steps`, against actions in the environment; or of the greedy policy."""
+    `steps`, against charged actions; or of the greedy policy."""
     return _mge.figure_learning(folder_list(folders), greedy, steps)
 
 

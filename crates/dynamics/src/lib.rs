@@ -45,12 +45,13 @@
 //! 8. **Initial weights**: orthogonal.
 //! 9. **Launches**: tool sizes, speeds and angles, see [`collect`].
 //! 10. **Loss** ([`Loss`]): Huber's, of width 0.1, because of buckets: a capture is a residual far larger than all others.
-//! 11. **Bystanders** ([`TrainConfig::bystanders`], these and the shipped models only): a launch has one tool, a task several
-//!     near the ball. A second tool that the ball does not touch changes nothing, so it can be added to a
-//!     launch without another observation. Without bystanders, models that predict launches better predict tasks
-//!     worse.
-//! 12. **Size and number of launches** (shipped models, and those [trained for a task](TaskModelConfig)): five layers, ten times as many launches and a
-//!     learning rate of 0.001 do better than seventeen layers and 0.0001, in less time.
+//! 11. **Bystanders** ([`TrainConfig::bystanders`]; shipped models, and those [trained for a task](TaskModelConfig)): a
+//!     launch has one tool, a task several near the ball. A second tool that the ball does not touch changes nothing, so
+//!     it can be added to a launch without another observation. Without bystanders, models that predict launches better
+//!     predict tasks worse.
+//! 12. **Size and number of launches** (the same models): five layers and a learning rate of 0.001 do better than
+//!     seventeen layers and 0.0001, in less time. Shipped models have ten times as many launches of each tool, those
+//!     trained for a task a fifth.
 //! 13. **Properties** ([`ModelConfig::properties`], only for models of all of CREATE's tools): each tool type has
 //!     its own edge function, whose inputs include the tool's size, angle, material, force, speed etc. as in
 //!     [`tool_features`](mge_env::tool_features). Tools that turn are represented in their initial position.

@@ -51,7 +51,6 @@ pub struct Snapshot {
     target_moved: bool,
     actions: u32,
     still: u32,
-    end: Option<EndReason>,
     reasons: Vec<EndReason>,
 }
 
@@ -71,7 +70,6 @@ impl Snapshot {
             target_moved: task.marker.is_none(),
             actions: 0,
             still: 0,
-            end: None,
             reasons: Vec::new(),
             task,
         }
@@ -145,7 +143,7 @@ impl Snapshot {
 
     /// Why the episode is over, if it is.
     pub fn end(&self) -> Option<EndReason> {
-        self.end
+        self.reasons.iter().copied().min()
     }
 
     /// All reasons why the episode is over, in CREATE's order: several may apply.
@@ -300,10 +298,10 @@ impl Snapshot {
         }
         self.check_marker_subgoals(step);
         self.check_target_moved(step);
-        self.end = self.find_end();
-        step.end = self.end;
-        step.truncated = self.end == Some(EndReason::MaxActions);
-        step.terminated = self.end.is_some() && !step.truncated;
+        self.reasons = self.find_end_reasons();
+        step.end = self.end();
+        step.truncated = step.end == Some(EndReason::MaxActions);
+        step.terminated = step.end.is_some() && !step.truncated;
     }
 
     fn check_target_moved(&mut self, step: &mut Step) {
@@ -319,7 +317,7 @@ impl Snapshot {
         }
     }
 
-    fn find_end(&mut self) -> Option<EndReason> {
+    fn find_end_reasons(&mut self) -> Vec<EndReason> {
         let inside = |ball: usize| {
             let screen = f64::from(SCREEN);
             self.world.motion(ball).position.iter().all(|p| *p > 0.0 && *p < screen)
@@ -336,8 +334,7 @@ impl Snapshot {
             (EndReason::MarkerOut, marker_out),
             (EndReason::Goal, self.goal && self.task.rules.goal_ends_episode),
         ];
-        self.reasons = reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect();
-        self.reasons.iter().copied().min()
+        reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect()
     }
 
     /// Whether all balls, boxes and planks are at rest.

@@ -103,8 +103,7 @@ impl Figure for ActionSamples {
             .map(|n| (Mark::Dot(stage_color(n, most)), format!("subgoal {}", n + 1)))
             .collect();
         marks.push((Mark::Dot(GREEN), "goal (G)".to_owned()));
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, SHAPES, &marks) else { return };
+        let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, SHAPES, &marks) else { return };
         for (actions, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
             let title = format!("{}: {}", heading(&actions.task.name), actions.task.placeable.kind);
             let view = SceneView::new(canvas, cell, &title, window);

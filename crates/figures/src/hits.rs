@@ -89,8 +89,7 @@ impl Figure for HitBars {
         let marks: Vec<(Mark, String)> =
             looks.iter().zip(&policies).map(|(look, name)| (Mark::Bar(*look), (*name).to_owned())).collect();
         let empty = self.tasks.is_empty().then_some("no hits were counted");
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
+        let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, &text, &marks) else { return };
         let middle = rect.left + 0.4 * rect.width();
         let left = Rect { right: middle - GAP / 2.0, ..rect };
         let right = Rect { left: middle + GAP / 2.0, ..rect };

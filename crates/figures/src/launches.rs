@@ -100,8 +100,7 @@ impl Figure for Launches {
             (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "afterwards".to_owned()),
         ];
         let empty = self.tools.is_empty().then_some("no launches");
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
+        let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, &text, &marks) else { return };
         let half = self.reach();
         for (tool, place) in self.tools.iter().zip(panels(rect, self.tools.len(), self.tools.len())) {
             let origin = tool.tool.position.map(f64::from);

@@ -158,8 +158,10 @@ impl Figure for MethodScores {
 
     fn draw(&self, canvas: &Canvas) {
         let empty = self.methods().is_empty().then_some("no finished runs");
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, &self.caption(), &self.marks()) else { return };
+        let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, &self.caption(), &self.marks())
+        else {
+            return;
+        };
         // The label of the x axes is written once, below all panels.
         let (rect, foot) = rect.split_bottom(1.4 * LABEL_SIZE);
         canvas.text(foot.center(), &self.measure, TextFormat::LABEL.centered());

@@ -102,8 +102,7 @@ impl Figure for ModelError {
             .map(|(look, predictor)| (Mark::Bar(*look), look.numbered(&predictor.label)))
             .collect();
         let empty = (self.tools.is_empty() || self.predictors.is_empty()).then_some("no model was evaluated");
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
+        let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, &text, &marks) else { return };
         let (above, below) = rect.split_top(rect.height() / 3.0);
         let (middle, below) = below.split_top(0.5 * below.height());
         let look = |title, label| BarLook { title, label, ..BarLook::default() };

@@ -105,8 +105,7 @@ impl Figure for RelativeFrames {
             (Mark::Patch(PLACED_TOOL), "placed by the agent".to_owned()),
         ];
         let empty = self.instants.is_empty().then_some("no instants");
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, &text, &marks) else { return };
+        let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, &text, &marks) else { return };
         let count = self.instants.len();
         let (above, below) = rect.split_top((rect.height() + TITLE) / 2.0);
         let places = panels(above, count, count).into_iter().zip(panels(below, count, count));

@@ -109,13 +109,11 @@ pub fn series(labels: &[&str]) -> Vec<Series> {
     let mut colors: Vec<(&str, Color)> = Vec::new();
     for label in sorted {
         let first = label.bytes().fold(0, |sum: usize, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
-        let others = (0..PALETTE.len()).map(|next| PALETTE[(first.wrapping_add(next)) % PALETTE.len()]);
+        let other = |next: usize| PALETTE[first.wrapping_add(next) % PALETTE.len()];
         let own = method(label).map(|(_, color)| color);
         let is_free = |color: &Color| colors.iter().all(|(_, taken)| taken != color);
-        let color = own.into_iter().chain(others.clone()).find(is_free);
-        let shaded = || others.clone().next().map_or(GREY, |color| shade(color, colors.len() / PALETTE.len()));
-        let color = color.unwrap_or_else(shaded);
-        colors.push((label, color));
+        let color = own.into_iter().chain((0..PALETTE.len()).map(other)).find(is_free);
+        colors.push((label, color.unwrap_or_else(|| shade(other(0), colors.len() / PALETTE.len()))));
     }
     let look = |(place, label): (usize, &&str)| {
         let color = colors.iter().find(|(known, _)| known == label).map_or(GREY, |(_, color)| *color);

@@ -142,9 +142,9 @@ metrics! {
     Blocked: "blocked", "blocked actions", "actions", Lower, None, Some("train/blocked"),
         "count", |record| Some(record.blocked.into());
     /// Every action in the environment that the run has cost so far: those of its episodes and of practice, the real
-    /// rollouts for its clusters and plans, and the launches of its dynamics model.
+    /// rollouts for its clusters and plans, the launches of its dynamics model, and the search for the task's subgoals.
     ChargedActions: "charged_actions", "charged actions", "actions", Neutral, None, None,
-        "Σ T + rollouts + launches", |record| record.charged_actions.map(|charged| charged as f64);
+        "Σ T + rollouts + launches + search", |record| record.charged_actions.map(|charged| charged as f64);
     /// Share of the task's subgoals that were reached; derived, no column of its own.
     SubgoalShare: "subgoal_share", "hits by subgoal", "share", Higher, SHARE, None,
         "`subgoals` / `subgoals_total`", |record| Some(f64::from(record.subgoals) / f64::from(record.subgoals_total.max(1)));

@@ -115,18 +115,14 @@ impl Edit {
             Self::MoveProposal { index, position } => entry(&mut proposed, "proposal", index)?.position = position,
             Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposal", index)?.radius = radius,
             Self::AcceptProposal { index } => match taken(&mut proposed, index)? {
-                regions if index.is_none() => {
-                    (0..task.subgoals.len()).rev().for_each(|index| task.forget(Part::Subgoal(index)));
-                    task.subgoals = regions;
-                }
+                regions if index.is_none() => task = task.with_subgoals(regions),
                 regions => task.subgoals.extend(regions),
             },
             Self::DeleteProposal { index } => _ = taken(&mut proposed, index)?,
         }
         task.validate()?;
         // Proposals must be acceptable together.
-        let unordered = Task { order: Vec::new(), shifts: Vec::new(), ..task.clone() };
-        Task { subgoals: proposed.clone(), ..unordered }.validate()?;
+        task.clone().with_subgoals(proposed.clone()).validate()?;
         Ok(Draft { task, proposed, search_actions })
     }
 }
@@ -190,7 +186,7 @@ impl Editor {
     /// The task with the proposed subgoals in place of its own, charged for the search for them.
     pub fn with_proposals(&self) -> Task {
         let Draft { task, proposed, search_actions } = self.now.clone();
-        Task { search_actions: task.search_actions + search_actions, subgoals: proposed, ..task }
+        Task { search_actions: task.search_actions + search_actions, ..task.with_subgoals(proposed) }
     }
 
     /// Applies a change and clears the redo history.
@@ -387,6 +383,17 @@ mod tests {
             assert_eq!(editor.proposed().len(), left);
         }
         assert!(!editor.undo() && editor.task().subgoals == own && editor.task().search_actions == 0);
+    }
+
+    #[test]
+    fn proposals_take_the_place_of_subgoals_that_the_order_names() {
+        let mut editor = Editor::new(crate::load("create/Basket").unwrap());
+        assert!(editor.task().order.contains(&Part::Subgoal(1)));
+        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }], 5);
+        let task = editor.with_proposals();
+        task.validate().unwrap();
+        assert_eq!((task.subgoals.len(), task.search_actions), (1, 5));
+        assert!(!task.with_subgoals(Vec::new()).parts().iter().any(|part| matches!(part, Part::Subgoal(_))));
     }
 
     #[test]

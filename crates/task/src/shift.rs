@@ -3,6 +3,7 @@
 use rand::Rng;
 use rand::seq::SliceRandom;
 
+use super::objects::Region;
 use super::part::{Offset, Part, Shift};
 use super::schema::Task;
 
@@ -44,6 +45,13 @@ impl Task {
                 }
             }
         }
+    }
+
+    /// The task with these subgoals in place of its own, which leave the order and the random shifts.
+    #[must_use]
+    pub fn with_subgoals(mut self, subgoals: Vec<Region>) -> Self {
+        (0..self.subgoals.len()).rev().for_each(|index| self.forget(Part::Subgoal(index)));
+        Self { subgoals, ..self }
     }
 
     /// Draws the random shifts, in order, normalised.

@@ -1,4 +1,4 @@
-//! Environments stepped together, their states and images.
+//! Environments stepped together, and their states.
 
 use rand::Rng;
 

@@ -106,8 +106,8 @@ impl<'a> Proposal<'a> {
             return Ok(false);
         }
         let [puzzle, proposed] = [&self.from, &self.to].map(|path| task::load(&path.display().to_string()));
-        let (mut puzzle, proposed) = (puzzle?, proposed?);
-        puzzle.subgoals.clone_from(&proposed.subgoals);
+        let proposed = proposed?;
+        let mut puzzle = puzzle?.with_subgoals(proposed.subgoals.clone());
         puzzle.search_actions = proposed.search_actions;
         if puzzle == proposed { Ok(true) } else { Err(ExperimentError::OtherPuzzle(self.to.clone())) }
     }
@@ -122,7 +122,8 @@ impl<'a> Proposal<'a> {
             let chosen = choose_subgoals(&puzzle, &*model, most, &config, 0, stop, |_| ())?;
             // A run trains another model, with its own seed.
             let launches = if run.prior == PriorSource::default() { run.launches() } else { 0 };
-            (puzzle.subgoals, puzzle.search_actions) = (chosen.subgoals, chosen.actions as u64 + launches);
+            puzzle = puzzle.with_subgoals(chosen.subgoals);
+            puzzle.search_actions = chosen.actions as u64 + launches;
         }
         task::save(&puzzle, &self.to)?;
         Ok(Some(()))

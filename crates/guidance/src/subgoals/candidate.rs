@@ -86,7 +86,7 @@ impl Predicted {
 impl Prediction<'_> {
     /// The candidate without subgoals.
     pub fn root(&self, task: &Task) -> Result<Candidate> {
-        let task = Arc::new(Task { subgoals: Vec::new(), ..task.clone() });
+        let task = Arc::new(task.clone().with_subgoals(Vec::new()));
         let start = Arrival::of(Environment::new(task.clone()).snapshot());
         self.towards_goal(Candidate {
             task,
