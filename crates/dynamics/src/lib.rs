@@ -52,7 +52,8 @@
 //! 12. **Size and number of launches** (the same models): five layers and a learning rate of 0.001 do better than
 //!     seventeen layers and 0.0001, in less time. Shipped models have ten times as many launches of each tool, those
 //!     trained for a task a fifth.
-//! 13. **Properties** ([`ModelConfig::properties`], only for models of all of CREATE's tools): each tool type has
+//! 13. **Properties** ([`ModelConfig::properties`], only for models of all of CREATE's tools, and for those trained for
+//!     a task whose tools or ball do not have the default form): each tool type has
 //!     its own edge function, whose inputs include the tool's size, angle, material, force, speed etc. as in
 //!     [`tool_features`](mge_env::tool_features). Tools that turn are represented in their initial position.
 

@@ -136,12 +136,9 @@ pub(super) fn random_rollouts(
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Rollout>> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
-    model.rollouts(&chosen, &random_sequences(config, rng), stop)
-}
-
-/// Random actions for one batch of rollouts.
-pub(super) fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
-    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
+    let sequences: Vec<Vec<Action>> =
+        chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
+    model.rollouts(&chosen, &sequences, stop)
 }
 
 /// Number of actions below which clustering takes only a moment.

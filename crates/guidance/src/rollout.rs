@@ -20,15 +20,9 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// Whether its rollouts are real actions in the environment.
-    fn is_environment(&self) -> bool {
-        false
-    }
-
-    /// Number of actions that rollouts took in the environment; 0 unless they are [real](Self::is_environment).
-    fn environment_actions(&self, rollouts: &[Rollout]) -> u64 {
-        let taken = rollouts.iter().map(|rollout| rollout.actions.len() as u64);
-        if self.is_environment() { taken.sum() } else { 0 }
+    /// Number of actions that rollouts took in the real environment; 0 if they are predictions.
+    fn environment_actions(&self, _rollouts: &[Rollout]) -> u64 {
+        0
     }
 
     /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
@@ -80,8 +74,8 @@ impl RolloutModel for TruePhysics {
         "true physics".to_owned()
     }
 
-    fn is_environment(&self) -> bool {
-        true
+    fn environment_actions(&self, rollouts: &[Rollout]) -> u64 {
+        rollouts.iter().map(|rollout| rollout.actions.len() as u64).sum()
     }
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {

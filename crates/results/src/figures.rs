@@ -22,6 +22,9 @@ const PROFILE_POINTS: usize = 100;
 /// The description of an interval over seeds in captions.
 pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 
+/// A curve of a run.
+type Points = fn(&TrainedRun) -> &[[f64; 2]];
+
 /// Whether the success of training or of greedy evaluations is shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Success {
@@ -41,7 +44,6 @@ pub fn learning_curves(
     estimates: &impl CurveEstimates,
     success: Success,
 ) -> Result<LearningCurves, StatsError> {
-    type Points = fn(&TrainedRun) -> &[[f64; 2]];
     let (window, measure, points): (_, _, Points) = match success {
         Success::Training => (WINDOW, SuccessMeasure::Training, |run| &run.training),
         Success::Greedy => (EVALUATIONS, SuccessMeasure::Greedy, |run| &run.greedy),
@@ -79,10 +81,10 @@ pub fn action_curves(
     estimates: &impl CurveEstimates,
     against: Against,
 ) -> Result<LearningCurves, StatsError> {
-    let points = |run: &TrainedRun| match against {
-        Against::Charged => run.charged.clone(),
-        Against::Actions => run.actions.clone(),
-        Against::Episodes => run.training.clone(),
+    let points: Points = match against {
+        Against::Charged => |run| &run.charged,
+        Against::Actions => |run| &run.actions,
+        Against::Episodes => |run| &run.training,
     };
     let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
     let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
@@ -96,7 +98,7 @@ pub fn action_curves(
         let (points, end) = (points(run), ends[&group(run, label)]);
         let x = |point: usize| end * point as f64 / ACTION_POINTS as f64;
         let training = match end > 0.0 {
-            true => (1..=ACTION_POINTS).map(|n| [x(n), height(&points, x(n))]).collect(),
+            true => (1..=ACTION_POINTS).map(|n| [x(n), height(points, x(n))]).collect(),
             false => Vec::new(),
         };
         TrainedRun { training, ..run.clone() }

@@ -42,6 +42,5 @@ pub use groups::{AREA, CHARGED_AREA, FINAL, Groups, Score};
 pub use report::report;
 pub use report_folder::ReportFolder;
 pub use row::{LearningRow, TrainedRun};
-pub use settings::{Settings, differences, distinguish};
-pub use settings::{complete, leaf_settings};
+pub use settings::{Settings, complete, differences, distinguish, leaf_settings};
 pub use table::reached;

@@ -151,20 +151,6 @@ metrics! {
 }
 
 impl Metric {
-    /// The metrics with a curve on screen, in this order.
-    pub const CURVES: [Self; 10] = [
-        Self::Success,
-        Self::Return,
-        Self::SubgoalShare,
-        Self::CriticLoss,
-        Self::ActorLoss,
-        Self::MeanQ,
-        Self::Saturation,
-        Self::Epsilon,
-        Self::Noise,
-        Self::Actions,
-    ];
-
     /// The metrics that are kept for curves: those that are drawn, and those that they can be drawn against.
     pub const KEPT: [Self; 12] = [
         Self::Success,
@@ -180,6 +166,9 @@ impl Metric {
         Self::EnvironmentSteps,
         Self::ChargedActions,
     ];
+
+    /// The metrics with a curve on screen, in this order: the first of those that are kept.
+    pub const CURVES: [Self; 10] = *Self::KEPT.first_chunk().unwrap();
 
     /// Its value in an episode; NaN if there is none yet.
     pub fn of(self, record: &EpisodeRecord) -> f64 {

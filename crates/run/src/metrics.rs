@@ -59,9 +59,8 @@ pub(super) fn rows<'a>(header: bool, records: impl IntoIterator<Item = &'a Episo
 /// Whether a file begins with the header of a table, of this or an earlier version.
 pub(super) fn is_table(bytes: &[u8]) -> bool {
     let text = rows(true, [&EpisodeRecord::default()]).unwrap_or_default();
-    let first = |text: &[u8]| text.split(|byte| *byte == b'\n').next().map(<[u8]>::to_vec).unwrap_or_default();
-    let (header, found) = (first(&text), first(bytes));
-    found == header || Some(&*found) == header.strip_suffix(NEWEST_COLUMN.as_bytes())
+    let [header, found] = [&*text, bytes].map(|text| text.split(|byte| *byte == b'\n').next().unwrap_or_default());
+    found == header || Some(found) == header.strip_suffix(NEWEST_COLUMN.as_bytes())
 }
 
 #[cfg(test)]

@@ -5,11 +5,10 @@ use super::method::PriorSource;
 use mge_run::RunHistory;
 
 impl RunConfig {
-    /// The actions of the search for the task's subgoals, those of the real rollouts from which the run's first clusters
-    /// were built, which were not counted then, plus the launches on which its dynamics model was trained, one action
-    /// each. With the true physics all rollouts are real, and their minimum number is counted. Rollouts that end early
-    /// are counted in full. A model that cannot be read has no launches. Rollouts that planning makes during the
-    /// episodes are not counted, not even in the true physics.
+    /// The actions of the search for the task's subgoals and of the real rollouts for the run's first clusters, and the
+    /// launches of its dynamics model, one action each. The rollouts were not counted then: each is taken to have the
+    /// full horizon. In the true physics all rollouts are real, and their least number is taken, without those of plans
+    /// during the episodes. A model that cannot be read has no launches.
     pub(super) fn charged_before_episodes(&self) -> u64 {
         let source = self.rollout_source();
         let rollouts = if self.is_guided() { self.rollout_actions(&source) } else { 0 };
@@ -30,8 +29,7 @@ impl RunConfig {
         let explored = stages - 1;
         let real = match source {
             PriorSource::Uniform => 0,
-            _ if explored == 0 => 0,
-            _ => explored * guidance.environment_rollouts.div_ceil(explored),
+            _ => explored * guidance.environment_rollouts.div_ceil(explored.max(1)),
         };
         let imagined = if *source == PriorSource::TruePhysics { stages * guidance.model_rollouts } else { 0 };
         ((real + imagined) * guidance.horizon) as u64

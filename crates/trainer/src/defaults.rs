@@ -43,7 +43,7 @@ impl RunConfig {
 }
 
 /// A configuration with the settings of the adaptive methods, from the search that `docs/results.md` describes.
-static ADAPTIVE: LazyLock<RunConfig> = LazyLock::new(|| {
+pub(super) static ADAPTIVE: LazyLock<RunConfig> = LazyLock::new(|| {
     let task = shipped().into_iter().next().expect("there are shipped tasks");
     let mut settings = settings_file::parsed(settings_file::ADAPTIVE.as_bytes(), "adaptive").expect("a valid file");
     settings.retain(|(path, _)| path != "method");

@@ -14,7 +14,7 @@ use super::watch::Phase;
 use mge_base::identity::FileId;
 use mge_base::paths::expanded;
 use mge_base::stop::Stop;
-use mge_dynamics::{self as dynamics, DynamicsError, Model, Progress, Recipe};
+use mge_dynamics::{self as dynamics, DynamicsError, Model, Recipe};
 use mge_run::{RunDirectory, RunError};
 
 /// A dynamics model in a file, or a shipped one by its name. Equal if the content is, wherever the file is.
@@ -67,25 +67,11 @@ impl PartialEq for RunModel {
 }
 
 impl RunModel {
-    /// The copy if it is by this recipe; otherwise the model is trained, or taken from the cache of trained ones.
-    /// `on_progress` is called after every epoch.
+    /// The copy, if there is one and it is by this recipe.
     ///
     /// # Errors
-    /// When the copy cannot be read, or soon after `stop` is requested.
-    pub(super) fn load(
-        &self,
-        recipe: &Recipe,
-        stop: &Stop,
-        on_progress: impl FnMut(&Progress),
-    ) -> Result<Arc<Model>, DynamicsError> {
-        match self.copied(recipe)? {
-            Some(model) => Ok(Arc::new(model)),
-            None => recipe.model(stop, on_progress),
-        }
-    }
-
-    /// The copy, if there is one and it is by this recipe.
-    fn copied(&self, recipe: &Recipe) -> Result<Option<Model>, DynamicsError> {
+    /// When it cannot be read.
+    pub(super) fn copied(&self, recipe: &Recipe) -> Result<Option<Model>, DynamicsError> {
         self.copy.as_ref().filter(|path| path.exists()).map_or(Ok(None), |path| recipe.read(path))
     }
 }

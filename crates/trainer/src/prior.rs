@@ -57,20 +57,12 @@ pub fn rollout_model(
     model_of(&config.prior, config, on_phase, stop)
 }
 
-/// As [`rollout_model`], from the source that the run uses, which its method may determine.
+/// The predictor of a source of rollouts, for the task, seed and model settings of a configuration. A run uses its
+/// [`RunConfig::rollout_source`], which its method may determine.
 ///
 /// # Errors
 /// As [`rollout_model`].
-pub(super) fn source_of_run(
-    config: &RunConfig,
-    on_phase: impl FnMut(Phase),
-    stop: &Stop,
-) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
-    model_of(&config.rollout_source(), config, on_phase, stop)
-}
-
-/// The predictor of a source of rollouts, for the task, seed and model settings of a configuration.
-fn model_of(
+pub(super) fn model_of(
     source: &PriorSource,
     config: &RunConfig,
     mut on_phase: impl FnMut(Phase),
@@ -90,7 +82,10 @@ fn model_of(
         PriorSource::Trained(own) => {
             let recipe = config.recipe();
             recipe.check_task(task)?;
-            own.load(&recipe, stop, |now| on_phase(Phase::of_model(now)))?
+            match own.copied(&recipe)? {
+                Some(copy) => Arc::new(copy),
+                None => recipe.model(stop, |now| on_phase(Phase::of_model(now)))?,
+            }
         }
     };
     model.check_task(task)?;
@@ -119,26 +114,12 @@ pub fn build_prior(
     mut on_phase: impl FnMut(Phase),
     stop: &Stop,
 ) -> Result<ActionPrior, PriorError> {
-    let Some(model) = source_of_run(config, &mut on_phase, stop)? else {
+    let Some(model) = model_of(&config.rollout_source(), config, &mut on_phase, stop)? else {
         return Ok(ActionPrior::uniform(&config.task, &config.guidance, config.seed));
     };
     let stages = config.task.stage_count();
     let on_stage = |stage| on_phase(Phase::BuildingPrior { stage, stages });
     Ok(guidance::build(&config.task, &*model, &config.guidance, config.seed, stop, on_stage)?)
-}
-
-/// Like [`build_prior`]; none if the run is not guided, or builds its clusters when it practises.
-///
-/// # Errors
-/// As [`build_prior`].
-pub(super) fn prior_of_run(
-    config: &RunConfig,
-    on_phase: impl FnMut(Phase),
-    stop: &Stop,
-) -> Result<Option<Arc<ActionPrior>>, PriorError> {
-    let is_built = config.is_guided() && !config.practises();
-    let prior = is_built.then(|| build_prior(config, on_phase, stop)).transpose()?;
-    Ok(prior.map(Arc::new))
 }
 
 /// The latest prior of a run on disk; `None` if it never had one.
@@ -161,7 +142,7 @@ pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
         _ if !is_planned && !config.is_guided() => Ok(()),
         PriorSource::Trained(_) => Ok(config.recipe().check_task(&config.task)?),
         _ if is_planned => planning_model(config).map(drop),
-        _ => source_of_run(config, |_| (), &Stop::default()).map(drop),
+        _ => model_of(&config.rollout_source(), config, |_| (), &Stop::default()).map(drop),
     }
 }
 
@@ -170,6 +151,6 @@ pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
 /// # Errors
 /// When the model cannot be loaded or does not support the task, or the source of rollouts is `uniform`.
 pub(super) fn planning_model(config: &RunConfig) -> Result<Arc<dyn RolloutModel>, PriorError> {
-    let model = source_of_run(config, |_| (), &Stop::default())?;
+    let model = model_of(&config.rollout_source(), config, |_| (), &Stop::default())?;
     model.ok_or(PriorError::NoPrediction { method: config.method.name() })
 }

@@ -1,11 +1,10 @@
 //! Files of settings: a JSON object with the keys of `--set`, which may be grouped, as `{"ddpg": {"gamma": 0.9}}`.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::config::RunConfig;
+use super::defaults;
 use super::setting::{SettingError, set_the_same};
 use mge_base::bounded;
 use mge_base::json::{self, Entries, SyntaxError};
@@ -54,10 +53,8 @@ pub fn settings_of(name: &Path) -> Result<Vec<(String, Value)>, SettingsFileErro
         SettingsFileError::Io { name: origin.clone(), source, hint }
     })?;
     let settings = parsed(&text, &origin)?;
-    let start = mge_task::shipped().into_iter().next().map(|task| RunConfig::usual_for(Arc::new(task)));
-    settings.iter().try_fold(start, |config, (key, value)| {
-        let changed = config.map(|config| config.with_unchecked_setting(key, &json::text(value))).transpose();
-        changed.map_err(|source| {
+    settings.iter().try_fold(defaults::ADAPTIVE.clone(), |config, (key, value)| {
+        config.with_unchecked_setting(key, &json::text(value)).map_err(|source| {
             let line = json::line_of(&text, key).unwrap_or(1);
             SettingsFileError::Setting { origin: format!("{origin}:{line}"), source }
         })

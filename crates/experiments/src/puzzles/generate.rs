@@ -21,8 +21,6 @@ use mge_task::{
 };
 use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
 
-/// The paper's tools (section 5.1). Every scene has some of them, and the agent places one of them.
-const TOOLS: [ToolKind; 5] = [ToolKind::Bucket, ToolKind::Square, ToolKind::Box, ToolKind::Wall, ToolKind::Floor];
 /// Maximum number of tools in a scene.
 const MAX_TOOLS: usize = 6;
 /// A layout is judged early once its number of goals is this many standard deviations away from the limit.
@@ -249,9 +247,9 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A random scene with the ball in the upper part, a goal, and a tool to place.
+/// A random scene of the paper's tools (section 5.1) with the ball in the upper part, a goal, and a tool to place.
 fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
-    let kind = |rng: &mut ChaCha8Rng| TOOLS[rng.gen_range(0..TOOLS.len())];
+    let kind = |rng: &mut ChaCha8Rng| ToolKind::PAPER[rng.gen_range(0..ToolKind::PAPER.len())];
     let placeable = Placeable { kind: kind(rng), form: Form::default() };
     let count = rng.gen_range(1..=MAX_TOOLS);
     let tools = (0..count)

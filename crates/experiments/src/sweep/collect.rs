@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::models::MODEL;
-use super::results::{Kind, common_kind, kind_of, runs_of};
+use super::results::{Kind, common_kind, kind_of, runs_of, runs_so_far};
 use super::work::RESULT;
 use crate::error::ExperimentError;
 use mge_base::atomic::{NewFolder, parent_of, remove_leftovers};
@@ -63,17 +63,10 @@ fn furthest_copies(
         }
         all.extend(runs_of(folder)?);
     }
-    if out.join("runs").is_dir() {
-        match runs_of(out) {
-            Err(RunError::NoRuns(_)) => {}
-            found => all.extend(found?),
-        }
-    }
+    all.extend(runs_so_far(out)?);
     // What is left of a run without its configuration has no results.
     all.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
-    if !all.is_empty() {
-        common_kind(&all)?;
-    }
+    common_kind(&all, [])?;
     let mut best: BTreeMap<String, PathBuf> = BTreeMap::new();
     let mut damaged = Vec::new();
     for path in all {

@@ -50,7 +50,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// Its name in messages.
-    pub(super) fn name(self) -> &'static str {
+    fn name(self) -> &'static str {
         match self {
             Self::Agent => "an agent",
             Self::Model => "a dynamics model",
@@ -113,7 +113,7 @@ pub(super) fn readable_results(folder: &Path) -> Result<(Results, Option<Experim
 
 /// The results of those of these runs that can be read, and why the first of the others cannot.
 pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
-    Ok(match common_kind(paths)? {
+    Ok(match common_kind(paths, [])? {
         Kind::Agent => {
             let read = RunReader::default().read(paths, &mut |_| {});
             let damaged = read.unreadable.into_iter().next();
@@ -129,17 +129,26 @@ pub(super) fn runs_of(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
     find_runs(&[folder.join("runs")])
 }
 
-/// The common kind of all runs that can be read.
-pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, ExperimentError> {
-    let mut first: Option<(&PathBuf, Kind)> = None;
-    for (path, kind) in paths.iter().filter_map(|path| Some((path, kind_of(path).ok()?))) {
-        let (other, known) = *first.get_or_insert((path, kind));
-        if known != kind {
-            let (first, second) = (other.clone(), path.clone());
-            return Err(ExperimentError::Mixed { first, first_kind: known.name(), second, second_kind: kind.name() });
-        }
+/// The runs that a sweep's folder already has.
+pub(super) fn runs_so_far(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
+    match runs_of(folder) {
+        Err(RunError::NoRuns(_)) => Ok(Vec::new()),
+        Err(_) if !folder.join("runs").exists() => Ok(Vec::new()),
+        found => found,
     }
-    Ok(first.map_or(Kind::Agent, |(_, kind)| kind))
+}
+
+/// The common kind of all runs that can be read, and of work that is `planned`.
+pub(super) fn common_kind(
+    paths: &[PathBuf],
+    planned: impl IntoIterator<Item = (Kind, PathBuf)>,
+) -> Result<Kind, ExperimentError> {
+    // A damaged run has no kind.
+    let held = paths.iter().filter_map(|path| Some((kind_of(path).ok()?, path.clone())));
+    let mut all = held.chain(planned);
+    let Some((known, first)) = all.next() else { return Ok(Kind::Agent) };
+    let Some((kind, second)) = all.find(|(kind, _)| *kind != known) else { return Ok(known) };
+    Err(ExperimentError::Mixed { first, first_kind: known.name(), second, second_kind: kind.name() })
 }
 
 /// The results of agents.
@@ -153,7 +162,7 @@ fn agents(runs: &[FoundRun]) -> Results {
         let done = values.insert("episodes".to_owned(), run.config.episodes.into());
         values.insert("episodes_done".to_owned(), done.unwrap_or_default());
         // A constant threshold is a number.
-        let epsilon = serde_json::from_str(&row.epsilon).unwrap_or_else(|_| row.epsilon.clone().into());
+        let epsilon = json::value_of(&row.epsilon);
         values.insert("epsilon".to_owned(), if run.config.method.uses("epsilon") { epsilon } else { Value::Null });
         values.insert("run".to_owned(), run.name().into());
         values.insert("state".to_owned(), run.state.name().into());

@@ -135,7 +135,7 @@ fn format_mean(Estimate { value, lower, upper }: Estimate) -> String {
 /// # Errors
 /// When they hold no runs, or runs of several kinds.
 pub fn hold_measured(folders: &[PathBuf]) -> Result<bool, ExperimentError> {
-    Ok(common_kind(&find_runs(folders)?)? != Kind::Agent)
+    Ok(common_kind(&find_runs(folders)?, [])? != Kind::Agent)
 }
 
 /// Writes `report.md` and `report.json` of the models or counts in `folders` to `out`. `command` reproduces them. Returns

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::expand::{Job, Sweep, Work};
 use super::plan;
-use super::results::{Kind, kind_of, runs_of};
+use super::results::{Kind, common_kind, kind_of, runs_so_far};
 use crate::error::ExperimentError;
 use mge_base::{atomic, json};
 use mge_run::{RunDirectory, RunError, read_optional};
@@ -148,21 +148,7 @@ pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
         checked => checked,
     })?;
     // The results of a folder are one table.
-    let held = if runs.exists() { runs_of(folder) } else { Ok(Vec::new()) };
-    let held = match held {
-        Err(RunError::NoRuns(_)) => Vec::new(),
-        held => held?,
-    };
-    // A damaged run has no kind.
-    let held = held.into_iter().filter_map(|path| Some((kind_of(&path).ok()?, path)));
-    let mut kinds = held.chain(sweep.jobs.iter().map(|job| (job.kind(), job.folder(folder))));
-    if let Some((first_kind, first)) = kinds.next()
-        && let Some((second_kind, second)) = kinds.find(|(kind, _)| *kind != first_kind)
-    {
-        let [first_kind, second_kind] = [first_kind, second_kind].map(Kind::name);
-        return Err(ExperimentError::Mixed { first, first_kind, second, second_kind });
-    }
-    Ok(())
+    common_kind(&runs_so_far(folder)?, sweep.jobs.iter().map(|job| (job.kind(), job.folder(folder)))).map(drop)
 }
 
 /// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted

@@ -7,6 +7,8 @@ mod candidate;
 mod check;
 mod regions;
 
+use std::cmp::Ordering;
+
 use rand_chacha::ChaCha8Rng;
 
 use mge_base::stop::Stop;
@@ -165,10 +167,7 @@ impl Search {
     fn choose(mut self, config: &GuidanceConfig) -> ChosenSubgoals {
         let predicted = |index: &usize| (self.tried[*index].0.rollouts(), self.tried[*index].0.nearest);
         let mut order: Vec<usize> = (0..self.tried.len()).collect();
-        order.sort_by(|a, b| {
-            let (a, b) = (predicted(a), predicted(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
+        order.sort_by(|a, b| compare(predicted(a), predicted(b)));
         for index in order {
             if self.tried[index].1.is_none() && !self.is_good_enough() {
                 self.check(index, config);
@@ -177,16 +176,18 @@ impl Search {
         let rank = |(candidate, check): &(Candidate, Option<Check>)| {
             (check.as_ref().map_or(f32::INFINITY, |check| check.rollouts(candidate)), candidate.nearest)
         };
-        let best = self.tried.iter().min_by(|a, b| {
-            let (a, b) = (rank(a), rank(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
+        let best = self.tried.iter().min_by(|a, b| compare(rank(a), rank(b)));
         // There is at least the candidate without subgoals.
         let (best, check) = best.expect("a candidate");
         let least_reached = check.as_ref().map_or(0.0, |check| check.least_reached(best));
         let (candidates, actions) = (self.tried.len(), self.actions);
         ChosenSubgoals { subgoals: best.subgoals().to_vec(), least_reached, candidates, actions }
     }
+}
+
+/// The order of candidates: by the rollouts that they need, then by their distance to the goal.
+fn compare(a: (f32, f32), b: (f32, f32)) -> Ordering {
+    a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Training, TrainingError};
 use crate::parts::Practice;
-use crate::prior::source_of_run;
+use crate::prior::model_of;
 use crate::watch::Phase;
 use mge_base::streams::Stream;
 use mge_env::Snapshot;
@@ -35,7 +35,7 @@ impl Training {
         let (prior, model) = match self.progress.prior.as_deref() {
             Some(given) => (given.clone(), None),
             None => {
-                let model = source_of_run(&self.config, |now| phase.set(now), &stop)?;
+                let model = model_of(&self.config.rollout_source(), &self.config, |now| phase.set(now), &stop)?;
                 (ActionPrior::uniform(&task, &self.config.guidance, self.config.seed), model)
             }
         };
@@ -53,9 +53,10 @@ impl Training {
             if let Some(refined) = self.progress.prior.as_deref() {
                 prior.clone_from(refined);
             }
-            let [rollouts, reached] =
-                [&practised.rollouts, &practised.reached].map(|counts| counts.last().map_or(0, |&last| last as usize));
-            (prior.stages[stage].environment_rollouts, prior.stages[stage].environment_hits) = (rollouts, reached);
+            let built = &mut prior.stages[stage];
+            // One count for each stage so far.
+            built.environment_rollouts = practised.rollouts[stage] as usize;
+            built.environment_hits = practised.reached[stage] as usize;
             is_reached = !ends.reached.is_empty();
             Ok::<_, TrainingError>(ends)
         };
@@ -79,6 +80,7 @@ impl Training {
         rng: &mut ChaCha8Rng,
     ) -> Result<EndStates, TrainingError> {
         let mut ends = EndStates::default();
+        // At least one, unless the stage is the first: the stage before was reached.
         let starts: Vec<&Snapshot> = starts.iter().filter(|start| start.stage() == stage).collect();
         let (mut rollouts, mut reached) = (0, 0);
         let stages = self.env.task().stage_count();

@@ -8,7 +8,7 @@ use super::{ACTION_LEN, Training, TrainingError, TrainingState};
 use crate::config::RunConfig;
 use crate::exploration::Attempts;
 use crate::hold::Hold;
-use crate::prior::prior_of_run;
+use crate::prior::build_prior;
 use crate::watch::Phase;
 use mge_agent::{self as agent, Ddpg, Learner};
 use mge_base::json;
@@ -93,8 +93,10 @@ impl Training {
         if let Some(checkpoint) = checkpoint {
             return Self::resume(config, checkpoint);
         }
-        let prior = prior_of_run(&config, on_phase, stop)?;
-        Self::new(config, prior)
+        // Practice builds them itself.
+        let is_built = config.is_guided() && !config.practises();
+        let prior = is_built.then(|| build_prior(&config, on_phase, stop)).transpose()?;
+        Self::new(config, prior.map(Arc::new))
     }
 
     /// Resumes a run from a checkpoint; it continues exactly as if it had not been interrupted.
