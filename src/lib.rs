@@ -40,9 +40,7 @@ pub use mge_results as results;
 #[doc(hidden)]
 #[path = "../fuzz/targets.rs"]
 pub mod fuzz;
-pub use mge_base::identity;
-pub use mge_base::stop;
-pub use mge_base::streams;
+pub use mge_base::{identity, stop, streams};
 pub use mge_env::protocol;
 pub use mge_guidance as guidance;
 pub use mge_nn as nn;

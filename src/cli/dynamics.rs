@@ -41,12 +41,11 @@ fn settings(arguments: &DynamicsTrain) -> Result<Vec<(String, String)>, String> 
         ("observations", "--observations", observations.map(|value| value.to_string())),
         ("bystanders", "--bystanders", bystanders.map(|value| value.to_string())),
         ("literal", "--literal", literal.then(|| literal.to_string())),
-        ("seed", "--seed", Some(arguments.seed.to_string())),
-        ("epochs", "--epochs", arguments.epochs.map(|value| value.to_string())),
     ];
-    let given = options.each_ref().map(|(key, option, value)| (*key, *option, value.is_some()));
-    let own = definitions(&arguments.settings, "--set", &given)?;
-    let of_options = options.into_iter().take(6).filter_map(|(key, _, value)| Some((key.to_owned(), value?)));
+    let given = options.iter().map(|(key, option, value)| (*key, *option, value.is_some()));
+    let others = [("seed", "--seed", true), ("epochs", "--epochs", arguments.epochs.is_some())];
+    let own = definitions(&arguments.settings, "--set", &given.chain(others).collect::<Vec<_>>())?;
+    let of_options = options.into_iter().filter_map(|(key, _, value)| Some((key.to_owned(), value?)));
     Ok(of_options.chain(own).collect())
 }
 
@@ -66,7 +65,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         let provenance = Provenance::new(provenance::command(), &[arguments.seed], &model.provenance().data_hash);
         model_error_figure(&evaluation, &model).write(to, &provenance, arguments.print.dpi)?;
     }
-    Ok(output::line(serde_json::to_string_pretty(&evaluation)?)?)
+    output::json(&evaluation)
 }
 
 #[cfg(test)]

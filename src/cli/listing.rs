@@ -8,8 +8,8 @@ use super::arguments::{Compare, Runs, Show};
 use super::output::{self, Outcome};
 use mge_base::json;
 use mge_base::text::counted;
-use mge_results::{differences, find_runs, read_runs};
-use mge_run::{RunDirectory, RunState};
+use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
+use mge_run::{RunDirectory, RunError, RunState};
 use mge_trainer::non_default_settings;
 use mge_workbench::listing::{RunSummary, read_run, span};
 use mge_workbench::run_label;
@@ -27,7 +27,7 @@ pub fn runs(arguments: &Runs) -> Outcome {
         }
     }
     if arguments.format.json {
-        print_json(&runs.iter().map(entry).collect::<Vec<_>>().into())?;
+        output::json(&runs.iter().map(entry).collect::<Vec<_>>())?;
     } else {
         let header = ["run", "state", "episodes", "success", "changed", "label", "task"].map(str::to_owned);
         output::table(&[vec![header], runs.iter().map(line).collect()].concat())?;
@@ -40,15 +40,14 @@ pub fn runs(arguments: &Runs) -> Outcome {
 
 /// Seconds since something was last written into the log of a run, if there is one.
 fn age(run: &Path) -> Option<f64> {
-    let changed = std::fs::metadata(run.join("events.jsonl")).and_then(|log| log.modified()).ok()?;
+    let changed = std::fs::metadata(RunDirectory::at(run).events_path()).and_then(|log| log.modified()).ok()?;
     Some(changed.elapsed().unwrap_or_default().as_secs_f64())
 }
 
 fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
-    let is_renamed = run.path.file_name().is_some_and(|folder| *folder != *run.name);
-    let label = if is_renamed { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
+    let label = if run.folder_name() != run.name { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
     let task = run.config.task.name.clone();
     [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
 }
@@ -71,10 +70,17 @@ fn entry(run: &RunSummary) -> Value {
     })
 }
 
+/// Reads a run; a folder of runs is refused.
+fn read(folder: &Path) -> Outcome<(RunDirectory, FoundRun)> {
+    let directory = RunDirectory::open(folder)?;
+    let mut runs = read_runs(&[folder.to_owned()])?;
+    let run = runs.pop().ok_or_else(|| RunError::NoRuns(folder.to_owned()))?;
+    Ok((directory, run))
+}
+
 /// Shows a run.
 pub fn show(arguments: &Show) -> Outcome {
-    let run = read_runs(std::slice::from_ref(&arguments.run))?.remove(0);
-    let directory = RunDirectory::open(&run.path)?;
+    let (directory, run) = read(&arguments.run)?;
     let notes = directory.notes()?;
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
@@ -96,7 +102,7 @@ pub fn show(arguments: &Show) -> Outcome {
         "note": notes.note,
     });
     if arguments.format.json {
-        return print_json(&shown);
+        return output::json(&shown);
     }
     let lines = json::leaf_values(&shown).into_iter().filter(|(_, value)| !value.is_null());
     output::table(&lines.map(|(path, value)| [path, json::text(value)]).collect::<Vec<_>>())
@@ -113,23 +119,19 @@ fn results(row: &impl serde::Serialize) -> Value {
 
 /// Compares two runs.
 pub fn compare(arguments: &Compare) -> Outcome {
-    let [first, second] = [&arguments.first, &arguments.second].map(|run| read_runs(std::slice::from_ref(run)));
-    let [first, second] = [first?.remove(0), second?.remove(0)];
+    let [(_, first), (_, second)] = [read(&arguments.first)?, read(&arguments.second)?];
     let settings = differences(&first.config, &second.config);
     let rows = [&first, &second].map(|run| results(&run.trained.row));
     if arguments.format.json {
         let settings: Map<String, Value> = settings.into_iter().map(|(path, values)| (path, json!(values))).collect();
         let runs = [&first, &second].map(|run| run.path.display().to_string());
-        return print_json(&json!({ "runs": runs, "settings": settings, "results": rows }));
+        return output::json(&json!({ "runs": runs, "settings": settings, "results": rows }));
     }
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
     let text = |value: &Value| if value.is_null() { "-".to_owned() } else { json::text(value) };
-    let results = ours.into_iter().zip(theirs).map(|((name, a), (_, b))| (name, [a, b].map(text)));
+    let results =
+        ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(text)));
     let names = ("run".to_owned(), [&first, &second].map(|run| run.path.display().to_string()));
     let lines = std::iter::once(names).chain(settings).chain(results).map(|(name, [a, b])| [name, a, b]);
     output::table(&lines.collect::<Vec<_>>())
-}
-
-fn print_json(value: &Value) -> Outcome {
-    Ok(output::line(format_args!("{value:#}"))?)
 }

@@ -3,7 +3,10 @@
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Write};
 
+use serde::Serialize;
+
 use mge_base::atomic::{self, Format, Target};
+use mge_base::json;
 use mge_base::text::{excerpt, printable, printable_lines};
 use mge_run::RunError;
 
@@ -39,6 +42,14 @@ pub fn lines(text: impl Display) -> Result<(), OutputError> {
     Ok(out.flush()?)
 }
 
+/// Writes data as indented JSON.
+///
+/// # Errors
+/// When standard output is closed or full.
+pub fn json(data: &impl Serialize) -> Outcome {
+    Ok(lines(json::pretty(data))?)
+}
+
 /// Writes a table of results, with aligned columns.
 ///
 /// # Errors
@@ -46,10 +57,9 @@ pub fn lines(text: impl Display) -> Result<(), OutputError> {
 pub fn table<const N: usize>(rows: &[[String; N]]) -> Outcome {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);
-    let cells = |row: &[String; N]| row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
     let line = |row: &[String; N]| {
-        let cells: Vec<String> = cells(row);
-        cells.join("  ").trim_end().to_owned() + "\n"
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };
     Ok(lines(rows.iter().map(line).collect::<String>())?)
 }

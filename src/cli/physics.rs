@@ -8,8 +8,7 @@ use std::sync::Arc;
 
 use super::arguments::{Env, Play};
 use super::output::{self, Outcome};
-use mge_base::bounded;
-use mge_base::json;
+use mge_base::{bounded, json};
 use mge_env::protocol;
 use mge_env::protocol::Catalogue;
 use mge_env::{Action, Environment};

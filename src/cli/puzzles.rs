@@ -11,7 +11,6 @@ use super::sweeps;
 use mge_experiments::ExperimentError;
 use mge_experiments::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, SubgoalSearch};
 use mge_experiments::sweep::Sweep;
-
 use mge_run::{RunState, config_hash};
 use mge_trainer::PriorSource;
 

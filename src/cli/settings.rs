@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, json};
 
 use super::output::{self, Outcome};
 use mge_base::json;
@@ -39,5 +39,5 @@ pub fn print(name: &Path) -> Outcome {
         };
         printed.insert(path, json!({ "value": value, "source": source }));
     }
-    Ok(output::line(format!("{:#}", Value::Object(printed)))?)
+    output::json(&printed)
 }

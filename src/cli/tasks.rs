@@ -51,7 +51,7 @@ fn list(as_json: bool) -> Outcome {
                 })
             })
             .collect();
-        return Ok(output::line(serde_json::to_string_pretty(&rows)?)?);
+        return output::json(&rows);
     }
     for (task, _) in &tasks {
         let tools = task.tool_set().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");

@@ -6,6 +6,7 @@ use std::{fmt, io};
 use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
+use serde_path_to_error::{Path, Segment};
 
 use crate::atomic::{Format, Target};
 use crate::text::{MAX_EXCERPT_LENGTH, excerpt, without_mark};
@@ -35,9 +36,18 @@ pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, Syntax
         |message| SyntaxError { origin: origin.to_owned(), line: 1, column: 1, path: ".".to_owned(), message };
     let mut deserializer = serde_json::Deserializer::from_slice(without_mark(text).map_err(refused)?);
     let value = serde_path_to_error::deserialize(&mut deserializer)
-        .map_err(|error| syntax_error(error.path().to_string(), error.inner(), origin))?;
+        .map_err(|error| syntax_error(known(error.path()), error.inner(), origin))?;
     deserializer.end().map_err(|error| syntax_error(".".to_owned(), &error, origin))?;
     Ok(value)
+}
+
+/// A path without a last key that is unknown, as where the text ends before a key.
+fn known(path: &Path) -> String {
+    let text = path.to_string();
+    match path.iter().next_back() {
+        Some(Segment::Unknown) => text.strip_suffix(".?").unwrap_or(".").to_owned(),
+        _ => text,
+    }
 }
 
 fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> SyntaxError {
@@ -218,7 +228,17 @@ impl Places<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::line_of;
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    #[test]
+    fn where_a_text_ends_before_a_key_the_path_is_that_of_the_object() {
+        type Objects = BTreeMap<String, BTreeMap<String, u64>>;
+        for (text, path) in [("{", "."), ("{\"a\": {", "a"), ("{\"a\": {\"b\": x", "a.b")] {
+            assert_eq!(parse::<Objects>(text.as_bytes(), "o").unwrap_err().path, path, "{text}");
+        }
+    }
 
     #[test]
     fn the_lines_of_values() {

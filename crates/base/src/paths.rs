@@ -34,6 +34,17 @@ pub fn given(path: impl Into<PathBuf>) -> Result<PathBuf, String> {
     }
 }
 
+/// The entries of a folder; none if it does not exist.
+///
+/// # Errors
+/// When the folder cannot be listed.
+pub fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        entries => entries?.map(|entry| Ok(entry?.path())).collect(),
+    }
+}
+
 /// The extension of a path in lower case; empty if there is none.
 pub fn suffix(path: &Path) -> String {
     path.extension().and_then(|suffix| suffix.to_str()).unwrap_or_default().to_lowercase()

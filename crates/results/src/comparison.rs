@@ -87,16 +87,29 @@ pub struct ImprovementRow {
 }
 
 /// A score that is aggregated over tasks.
-pub(super) struct Measure {
+struct Measure {
     /// Its name in `report.json`.
-    pub key: &'static str,
+    key: &'static str,
     /// Its name in tables.
-    pub label: &'static str,
+    label: &'static str,
     score: Score,
 }
 
+/// The name in tables of a result of a run, given its key in JSON.
+pub fn result_label(key: &str) -> &str {
+    match key {
+        "episodes_to_50" => "episodes to 50 %",
+        "episodes_to_80" => "episodes to 80 %",
+        "actions_to_80" => "actions to 80 %",
+        "charged_to_80" => "charged to 80 %",
+        "charged" => "charged outside episodes and practice",
+        "greedy_success" => "greedy at the end",
+        key => MEASURES.iter().find(|measure| measure.key == key).map_or(key, |measure| measure.label),
+    }
+}
+
 /// The scores that are aggregated over tasks.
-pub(super) const MEASURES: [Measure; 4] = [
+const MEASURES: [Measure; 4] = [
     Measure { key: "charged_area", label: "area over charged actions", score: CHARGED_AREA },
     Measure { key: "auc", label: "area under the curve", score: AREA },
     Measure { key: "final_success", label: "final success", score: FINAL },

@@ -33,7 +33,7 @@ mod row;
 mod settings;
 mod table;
 
-pub use comparison::Comparison;
+pub use comparison::{Comparison, result_label};
 pub use composition::{Composed, Composition, OPTIONS};
 pub use error::EvidenceError;
 pub use estimates::{CurveEstimates, KnownEstimates};

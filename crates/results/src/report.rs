@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use super::comparison::{Comparison, ExcludedRun, MEASURES, left_out, without_duplicates};
+use super::comparison::{Comparison, ExcludedRun, left_out, result_label, without_duplicates};
 use super::error::EvidenceError;
 use super::figures::{Success, action_curves, learning_curves, method_scores, performance_profile};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
@@ -145,8 +145,7 @@ impl Comparison {
         );
         *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
         for row in &self.aggregates {
-            let measure = MEASURES.iter().find(|measure| measure.key == row.measure);
-            let label = measure.map_or(row.measure.as_str(), |measure| measure.label).to_owned();
+            let label = result_label(&row.measure).to_owned();
             let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(format_share);
             *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
         }

@@ -47,7 +47,7 @@ impl Notes {
         };
         let is_bad = |character: char| character.is_control() || ['/', '\\'].contains(&character);
         if self.name.chars().count() > MAX_NAME_LENGTH || self.name.starts_with('.') || self.name.contains(is_bad) {
-            let what = "characters other than / and \\, and does not begin with a dot";
+            let what = "characters other than /, \\ and control characters, and does not begin with a dot";
             return Err(format!("a name has at most {MAX_NAME_LENGTH} {what}"));
         }
         if self.note.chars().count() > MAX_NOTE_LENGTH {

@@ -1,13 +1,13 @@
 //! The checkpoints of one run: the folder `checkpoint/`.
 
 use std::fs;
-use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
 use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
 use super::{Result, RunError, folder};
 use mge_base::atomic;
+use mge_base::paths::entries;
 
 /// The folder that holds a run's checkpoints by name.
 #[derive(Clone, Debug)]
@@ -178,14 +178,8 @@ impl CheckpointStore {
 
     fn entries(&self) -> Result<Vec<String>> {
         folder::check(&self.folder)?;
-        let entries = match fs::read_dir(&self.folder) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(error) => return Err(RunError::io("read", &self.folder)(error)),
-        };
-        let name =
-            |entry: std::io::Result<fs::DirEntry>| entry.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        entries.map(name).collect::<std::io::Result<_>>().map_err(RunError::io("read", &self.folder))
+        let entries = entries(&self.folder).map_err(RunError::io("read", &self.folder))?;
+        Ok(entries.iter().filter_map(|entry| Some(entry.file_name()?.to_string_lossy().into_owned())).collect())
     }
 }
 

@@ -8,6 +8,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::{Result, RunError, folder};
+use mge_base::paths::entries;
 
 const TRASH: &str = ".trash";
 
@@ -90,12 +91,8 @@ fn trash_of(path: &Path) -> Result<(PathBuf, PathBuf)> {
 
 /// The numbers of the deletions in the trash.
 fn numbers(trash: &Path) -> Result<impl Iterator<Item = u64>> {
-    let entries = match fs::read_dir(trash) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        entries => entries.and_then(Iterator::collect),
-    };
-    let entries: Vec<fs::DirEntry> = entries.map_err(RunError::io("read", trash))?;
-    Ok(entries.into_iter().filter_map(|entry| entry.file_name().to_str()?.parse().ok()))
+    let entries = entries(trash).map_err(RunError::io("read", trash))?;
+    Ok(entries.into_iter().filter_map(|entry| entry.file_name()?.to_str()?.parse().ok()))
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
 //! Background jobs: computations with progress, cancellation and a result.
 
-use std::fmt;
-use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::{fmt, io};
 
 use mge_base::stop::Stop;
 use mge_base::sync::lock;

@@ -131,9 +131,12 @@ impl App {
 
     /// Opens the palette, with the beginning of a command typed in.
     pub fn open_palette(&mut self, words: &str) {
-        let arguments = Arguments::new(self.workspace.view());
-        let palette = CommandPalette::new(&self.contexts(), arguments, self.typed.clone());
+        let palette = self.palette();
         self.open(if words.is_empty() { palette } else { palette.with_text(words) });
+    }
+
+    fn palette(&self) -> CommandPalette {
+        CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
     }
 
     /// Adds a typed command to the palette's history.
@@ -145,8 +148,7 @@ impl App {
 
     /// Opens the palette with all actions and their keys, those of the screen first.
     pub fn show_help(&mut self) {
-        let arguments = Arguments::new(self.workspace.view());
-        self.open(CommandPalette::new(&self.contexts(), arguments, self.typed.clone()).with_all(&self.contexts()));
+        self.open(self.palette().with_all(&self.contexts()));
     }
 
     /// Shows another screen.

@@ -29,7 +29,7 @@ impl App {
 
     /// The file that a command would overwrite, other than the task's own.
     pub(super) fn would_overwrite(&self, command: &Command) -> Option<PathBuf> {
-        command.overwrites().filter(|path| path.exists() && self.workspace.view().file.as_ref() != Some(path))
+        command.overwrites().filter(|path| self.workspace.view().file.as_ref() != Some(path))
     }
 
     /// Asks before a file is overwritten.

@@ -18,11 +18,8 @@ const FILE: &str = ".workbench.json";
 /// The settings of the next run that are remembered besides the method.
 const SETTINGS: [&str; 3] = ["episodes", "epsilon", "prior"];
 /// The format of the file.
-const FORMAT: Format<'static> = Format {
-    name: "the choices of a session",
-    suffix: "json",
-    is: &|found| serde_json::from_slice::<Remembered>(found).is_ok(),
-};
+const FORMAT: Format<'static> =
+    Format { name: "the choices of a session", suffix: "json", is: &|found| json::keys(found).contains("screen") };
 
 /// The choices of a session.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -9,5 +9,5 @@ mod tour;
 pub use form::{Field, Form};
 pub use palette::{Arguments, CommandPalette};
 pub use question::Question;
-pub use tools::{ToolItem, ToolPalette, tool_in_words};
+pub use tools::{ToolItem, ToolPalette, tool_text};
 pub use tour::Tour;

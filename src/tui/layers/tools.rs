@@ -37,7 +37,7 @@ pub struct ToolItem {
 impl ToolItem {
     /// A tool; `about` is appended to its description.
     pub fn new(tool: Tool, number: Option<usize>, about: &str) -> Self {
-        let text = [tool_in_words(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
+        let text = [tool_text(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
         // `seesaw` finds a see_saw, too.
         let words = format!("{text} {}", tool.kind.name().replace('_', ""));
         Self { tool, number, text, words }
@@ -58,13 +58,13 @@ impl ToolItem {
     /// Its name, shortened to the columns below its picture.
     fn name(&self, columns: u16) -> String {
         let is_usual = self.number.is_none() && Property::unusual(&self.tool).is_empty();
-        let name = if is_usual { self.tool.kind.name().to_owned() } else { tool_in_words(&self.tool, false) };
+        let name = if is_usual { self.tool.kind.name().to_owned() } else { tool_text(&self.tool, false) };
         shortened(&name, usize::from(columns), false)
     }
 }
 
 /// The type of a tool, its size and its unusual properties, with the names of the properties or only their initials.
-pub fn tool_in_words(tool: &Tool, named: bool) -> String {
+pub fn tool_text(tool: &Tool, named: bool) -> String {
     let size = Some((Property::Size, Property::Size.of(tool))).filter(|_| tool.kind.has_size());
     let others = Property::unusual(tool).into_iter().filter(|(property, _)| *property != Property::Size);
     let word = |(property, value): (Property, f64)| match property {

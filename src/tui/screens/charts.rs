@@ -92,8 +92,7 @@ pub struct Charts<'a> {
 impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        let labels: Vec<String> = shown.iter().map(Shown::label).collect();
-        let names = names(&shown, &labels);
+        let names = names(&shown);
         let colours = colours(&shown, ui.theme);
         Self { state, shown, names, colours, ui }
     }
@@ -227,7 +226,8 @@ fn without_episodes(run: &RunSummary) -> String {
 
 /// Names that set several curves apart: the parts of their labels that not all of them share. Runs whose names would
 /// be equal are named after their folders.
-fn names(shown: &[Shown], labels: &[String]) -> Vec<String> {
+fn names(shown: &[Shown]) -> Vec<String> {
+    let labels: Vec<String> = shown.iter().map(Shown::label).collect();
     let parts: Vec<Vec<&str>> = labels.iter().map(|label| label.split(", ").collect()).collect();
     // The number of labels that have each part.
     let mut holders: HashMap<&str, usize> = HashMap::new();

@@ -104,11 +104,7 @@ impl CurvesState {
     /// Draws the curves against the next quantity.
     pub fn next_axis(&mut self) {
         self.forget_window();
-        self.against = match self.against {
-            Against::Episodes => Against::Actions,
-            Against::Actions => Against::Charged,
-            Against::Charged => Against::Episodes,
-        };
+        self.against = [Against::Actions, Against::Charged, Against::Episodes][self.against as usize];
     }
 
     /// Makes the axis of the selected curve logarithmic, or linear.

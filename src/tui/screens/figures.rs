@@ -66,7 +66,7 @@ pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &U
     };
     let about: Option<&str> = match kind {
         FigureKind::Learning => common_task(&composition, ui),
-        _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| &*run.name)),
+        _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| run.folder_name())),
     };
     command::Figure { composition, ..command::Figure::with_defaults(kind, &path_of(kind, about, format)) }.into()
 }

@@ -9,7 +9,7 @@ use ratatui::widgets::Widget;
 use super::pane::{level_style, lines};
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
-use crate::tui::layers::tool_in_words;
+use crate::tui::layers::tool_text;
 use crate::tui::scene::Object;
 use crate::tui::view::Level;
 use crate::tui::widgets::columns;
@@ -85,7 +85,7 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
             let [x, y] = ui.view.objects().position(object).unwrap_or_default();
             let name = match object {
                 Object::Tool(index) => {
-                    ui.view.task.tools.get(index).map_or_else(String::new, |tool| tool_in_words(&tool.tool(), true))
+                    ui.view.task.tools.get(index).map_or_else(String::new, |tool| tool_text(&tool.tool(), true))
                 }
                 object => ui.view.objects().name(object),
             };

@@ -42,9 +42,8 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
         let name = shortened(&model.name, column, true);
         Row::new([mark.to_owned(), name, error, shortened(&model.about, room, false)]).style(style)
     };
-    let widths =
-        [1, column as u16, ERRORS.len() as u16].map(Constraint::Length).into_iter().chain([Constraint::Fill(1)]);
-    let widths: Vec<Constraint> = widths.collect();
+    let length = |columns: usize| Constraint::Length(columns as u16);
+    let widths = [length(1), length(column), length(ERRORS.len()), Constraint::Fill(1)];
     let heading = Row::new(["", "model", ERRORS, ""]);
     let [header, inside] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
     Table::new([heading.style(theme.faint())], &widths).render(header, buffer);

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use super::Ui;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Field, Form, tool_in_words};
+use crate::tui::layers::{Field, Form, tool_text};
 use crate::tui::view::span;
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig};
-use mge_workbench::Command;
+use mge_workbench::{Command, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
 const FIELDS: [(&str, &str, &str); 7] = [
@@ -47,7 +47,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         .map(|run| (run.config.method, run.done as f64, run.actions as f64, run.seconds.unwrap_or(f64::NAN)))
         .collect();
     let (settings, folder, now) = (view.settings.clone(), view.folder.clone(), view.settings.method);
-    let tool = tool_in_words(&settings.task.placeable.tool([0.0; 2]), true);
+    let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
     let explain = move |place: usize, texts: &[&str]| {
         let settings = settings.with_method(texts[0].parse().unwrap_or(now));
         let about = match FIELDS[place] {
@@ -89,7 +89,7 @@ fn value(settings: &RunConfig, place: usize) -> String {
         "first seed" => settings.seed.to_string(),
         "epsilon" => settings.epsilon.to_string(),
         "model" => settings.prior.place(),
-        "name" => format!("{}-{}-seed{}", settings.task.name, settings.method, settings.seed),
+        "name" => usual_name(settings),
         _ => "1".to_owned(),
     }
 }

@@ -11,7 +11,7 @@ use ratatui::widgets::Widget;
 use super::pane::{hint, lines, pane};
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::layers::tool_in_words;
+use crate::tui::layers::tool_text;
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene, legend};
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::view::{Choice, ComparedEpisode};
@@ -131,7 +131,7 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
         let [x, y] = hand.cursor;
         text = format!(" x {x:.2}, y {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
         if let Some(tool) = hand.tool.and_then(catalogue_tool) {
-            text += &format!("· {} ", tool_in_words(tool, true));
+            text += &format!("· {} ", tool_text(tool, true));
         }
         if let Some(end) = ui.view.hand.end() {
             text = format!(" the episode is over: {end} ");

@@ -7,8 +7,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::pane::{lines, pane};
-use super::schedule_points;
-use super::{HitRegion, HitRegions, Ui};
+use super::{HitRegion, HitRegions, Ui, schedule_points};
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, ViewModel};
@@ -154,7 +153,7 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
     };
     let meaning = match state.shown(&settings.epsilon) {
         EpsilonSchedule::Need { .. } => {
-            let now = ui.subject.run().and_then(RunSummary::needs_in_short);
+            let now = ui.subject.run().and_then(RunSummary::needs_text);
             let now = now.map_or_else(String::new, |needs| format!(": now {needs}"));
             format!(
                 "In each stage, actions come from the action clusters with this probability times its need (share of \

@@ -126,10 +126,10 @@ impl Rows<'_> {
             let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
             self.line("speed", &format!("{speed}{left}"), plain);
         }
-        if let Some(practice) = run.practice_in_short() {
+        if let Some(practice) = run.practice_text() {
             self.line("practice", &practice, plain);
         }
-        if let Some(needs) = run.needs_in_short() {
+        if let Some(needs) = run.needs_text() {
             self.line("failing", &needs, plain);
         }
     }

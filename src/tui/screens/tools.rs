@@ -80,8 +80,8 @@ pub fn type_properties(scene: &Scene, ui: &Ui) -> Vec<Effect> {
 /// tool is selected.
 pub fn step_property(scene: &Scene, ui: &Ui, property: Option<Property>, steps: f64) -> Option<Vec<Effect>> {
     let (index, kind) = selected(scene, &ui.view.task)?;
-    let mut own = Property::of_kind(kind);
-    let property = property.filter(|property| Property::of_kind(kind).any(|own| own == *property)).or(own.next())?;
+    let own = || Property::of_kind(kind);
+    let property = own().find(|own| Some(*own) == property).or_else(|| own().next())?;
     let value = property.stepped(&ui.view.task.tools[index].tool(), steps);
     Some(vec![Effect::apply(Edit::SetTool { index, values: vec![(property, value)] })])
 }

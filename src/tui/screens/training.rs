@@ -218,7 +218,7 @@ fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
 fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
     let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
     let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
-    let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
+    let practice = run.practice_text().map(|practice| format!("practice {practice}"));
     let before = run.preparing.clone().or(practice).unwrap_or_default();
     let (name, state) = (run.name.clone(), run.state_word().to_owned());
     let done = format!("{}/{}", run.done, run.episodes());

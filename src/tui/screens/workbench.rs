@@ -10,13 +10,12 @@ use super::pane::{fitted, lines, pane};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, status, training};
-use crate::tui::layers::tool_in_words;
+use crate::tui::layers::tool_text;
 use crate::tui::scene::Object;
 use crate::tui::view::RunSummary;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
-use mge_base::text::counted;
-use mge_base::text::printable;
+use mge_base::text::{counted, printable};
 use mge_run::Metric;
 use mge_task::is_built_in;
 
@@ -114,7 +113,7 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
         None if is_shipped() => "shipped with the program".to_owned(),
         None => ui.text("not saved: {save} saves"),
     };
-    let tool = tool_in_words(&placeable.tool([0.0; 2]), true);
+    let tool = tool_text(&placeable.tool([0.0; 2]), true);
     put(&ui.text(&format!("the agent places: {tool}; {{agent-tool}} chooses another")), theme.faint());
     put(&format!("{file}\n\n"), theme.faint());
     let help = "{next-object} selects, arrows or the mouse move, {coordinates} types coordinates. {add-subgoal} adds a subgoal, {add-tool} a tool, {delete} deletes; {propose-subgoals} lets the model propose subgoals. {shrink} and {grow} resize, {earlier} and {later} reorder; {properties} types the properties of a tool, the wheel turns it. {undo} undoes, {redo} does it again.";

@@ -248,7 +248,7 @@ macro_rules! commands {
                 }
             }
 
-            fn behaviour_mut(&mut self) -> &mut dyn Execute {
+            fn as_execute_mut(&mut self) -> &mut dyn Execute {
                 match self {
                     $(Self::$name(command) => command),*
                 }
@@ -301,7 +301,7 @@ impl Command {
         replace: impl Fn(&Path) -> Result<Option<PathBuf>, E>,
     ) -> Result<Self, E> {
         let mut outcome = Ok(());
-        self.behaviour_mut().visit(&mut |named| {
+        self.as_execute_mut().visit(&mut |named| {
             let Named::Run(folder) = named else { return };
             match replace(folder) {
                 Ok(other) => *folder = other.unwrap_or_else(|| std::mem::take(folder)),
@@ -314,7 +314,7 @@ impl Command {
     /// What `find` returns for the file that it writes, and its format; None if it writes none.
     pub(super) fn with_output<T>(&self, mut find: impl FnMut(&mut Target, &Format<'_>) -> T) -> Option<T> {
         let mut found = None;
-        self.clone().behaviour_mut().visit(&mut |named| {
+        self.clone().as_execute_mut().visit(&mut |named| {
             if let Named::Output(to, format) = named {
                 found = Some(find(to, format));
             }
@@ -335,7 +335,7 @@ impl Command {
 
     /// The command, replacing a file of any format.
     pub fn forced(mut self) -> Self {
-        self.behaviour_mut().visit(&mut |named| {
+        self.as_execute_mut().visit(&mut |named| {
             if let Named::Output(to, _) = named {
                 to.force = true;
             }

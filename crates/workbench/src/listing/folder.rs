@@ -2,14 +2,13 @@
 //! thousands.
 
 use std::collections::BTreeMap;
-use std::fs::DirEntry;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
 use super::summary::charged;
+use mge_base::paths::entries;
 use mge_results::is_listed_run;
 use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
@@ -119,14 +118,11 @@ impl Folder {
         }
         // A folder changed just now may change again without a change of its modification time.
         self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= MTIME_RESOLUTION));
-        let entries: Vec<DirEntry> = match std::fs::read_dir(&self.path) {
-            // It is made by the first training.
-            Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
-            entries => entries.and_then(Iterator::collect).map_err(RunError::io("read", &self.path))?,
-        };
+        // It is made by the first training.
+        let entries = entries(&self.path).map_err(RunError::io("read", &self.path))?;
         let mut listed: BTreeMap<PathBuf, Known> = BTreeMap::new();
         let mut changed = false;
-        for path in entries.into_iter().map(|entry| entry.path()).chain(elsewhere.iter().cloned()) {
+        for path in entries.into_iter().chain(elsewhere.iter().cloned()) {
             let known = self.known.remove(&path);
             changed |= known.is_none() && !listed.contains_key(&path);
             listed.entry(path).or_insert_with(|| known.unwrap_or_default());

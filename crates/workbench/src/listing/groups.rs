@@ -148,34 +148,32 @@ impl Grouping {
             |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
         let rows: Vec<LearningRow> = runs.iter().map(row).collect();
         let all = Groups::new(&rows);
+        let labels: Vec<&str> = all.labels().iter().map(String::as_str).collect();
+        let looks = series(&labels);
         let mut found = Vec::new();
         for task in all.tasks() {
-            for label in all.labels() {
+            for (label, look) in all.labels().iter().zip(&looks) {
                 let mut indices = all.indices(task, label).to_vec();
                 indices.retain(|index| !runs[*index].damaged);
                 if !indices.is_empty() {
                     let counted = one_per_seed(&indices, runs);
                     indices.sort_by_key(|index| runs[*index].config.seed);
-                    found.push((task, label, indices, counted));
+                    found.push((task, label, look.color, indices, counted));
                 }
             }
         }
         // A run that has not begun does not count as a failure.
         let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
         let begun = Groups::new(counted.filter(|row| row.episodes > 0));
-        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label));
+        let baseline = baseline.filter(|label| labels.contains(label));
         let mut grouping = Self { known, ..Self::default() };
-        let labels: Vec<&str> = all.labels().iter().map(String::as_str).collect();
-        let looks = series(&labels);
-        let color =
-            |label: &String| labels.iter().zip(&looks).find(|(known, _)| *known == label).map(|(_, look)| look.color);
-        for (task, label, indices, counted) in found {
+        for (task, label, color, indices, counted) in found {
             let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
             let is_other = |other: &String| other != label && !all.indices(task, other).is_empty();
             let group = RunGroup {
                 task: task.clone(),
                 label: label.clone(),
-                color: color(label).unwrap_or(looks[0].color),
+                color,
                 runs: paths(&indices),
                 counted: paths(&counted),
                 success: None,

@@ -1,11 +1,10 @@
 //! The available dynamics models.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::{MODELS, saved_evaluation};
-use mge_base::paths::suffix;
+use mge_base::paths::{entries, suffix};
 use mge_dynamics::{Evaluation, Model, shipped_models};
 use mge_task::Task;
 
@@ -40,11 +39,7 @@ impl ModelSummary {
 
     /// The models in a folder, by name.
     fn in_folder(folder: &Path, task: &Task) -> Vec<Self> {
-        let listed = match std::fs::read_dir(folder) {
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-            entries => entries.and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect()),
-        };
-        let mut files: Vec<PathBuf> = match listed {
+        let mut files = match entries(folder) {
             Ok(files) => files,
             Err(error) => return vec![Self::new(&folder.display().to_string(), &error.to_string())],
         };

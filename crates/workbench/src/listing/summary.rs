@@ -1,5 +1,6 @@
 //! A run and its curves, as screens show it.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -105,6 +106,11 @@ impl RunSummary {
         }
     }
 
+    /// The name of its folder, which files about it are named after: two runs may have been given the same name.
+    pub fn folder_name(&self) -> &str {
+        self.path.file_name().and_then(OsStr::to_str).unwrap_or(&self.name)
+    }
+
     /// Configured number of episodes.
     pub fn episodes(&self) -> u64 {
         u64::from(self.config.episodes)
@@ -126,7 +132,7 @@ impl RunSummary {
     }
 
     /// How often the practice before the first episode reached each stage, in a short phrase.
-    pub fn practice_in_short(&self) -> Option<String> {
+    pub fn practice_text(&self) -> Option<String> {
         let Practised { rollouts, reached, actions } = self.practised.as_ref()?.shortened();
         let stage = |(index, (hit, all))| format!("{} {hit} of {all}", self.stage(index));
         let stages = reached.iter().zip(&rollouts).enumerate().map(stage).chain([format!("{actions} actions")]);
@@ -134,7 +140,7 @@ impl RunSummary {
     }
 
     /// The share of the latest greedy attempts at each stage that failed, in a short phrase.
-    pub fn needs_in_short(&self) -> Option<String> {
+    pub fn needs_text(&self) -> Option<String> {
         let stage = |(index, need)| format!("{} {:.0} %", self.stage(index), 100.0 * need);
         let needs: Vec<String> = self.needs.iter().enumerate().map(stage).collect();
         (!needs.is_empty()).then(|| needs.join(", "))

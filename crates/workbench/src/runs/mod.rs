@@ -22,6 +22,11 @@ use mge_base::text::counted;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, restore};
 use mge_trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
 
+/// The name of the folder for a run with these settings, unless it is taken.
+pub fn usual_name(config: &RunConfig) -> String {
+    format!("{}-{}-seed{}", config.task.name, config.method, config.seed)
+}
+
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
         self.setup.config.validate()?;
@@ -137,8 +142,7 @@ impl Session {
 
     /// An unused folder for a new run.
     fn free_folder(&self) -> PathBuf {
-        let RunConfig { task, method, seed, .. } = &self.setup.config;
-        self.runs.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
+        self.runs.free_folder_named(&usual_name(&self.setup.config))
     }
 
     pub(super) fn stop(&mut self) -> Result<String, SessionError> {

@@ -250,11 +250,13 @@ impl CommandPalette {
 
     /// The place of the action that a text names: in full, or as the only one that begins so.
     fn named(&self, text: &str) -> Option<usize> {
-        let is_first = |index: &usize| self.found[*index].names().any(|name| name == text);
         let begins = |index: &usize| self.found[*index].names().any(|name| name.starts_with(text));
         let mut begun = (0..self.found.len()).filter(begins);
-        let only = begun.next().filter(|_| begun.next().is_none());
-        (!text.is_empty()).then(|| Some(0).filter(|first| !self.found.is_empty() && is_first(first)).or(only))?
+        // What is named in full comes first.
+        match self.found.first()?.names().any(|name| name == text) {
+            true => Some(0),
+            false => begun.next().filter(|_| !text.is_empty() && begun.next().is_none()),
+        }
     }
 }
 

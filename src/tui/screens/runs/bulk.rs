@@ -34,7 +34,7 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 pub fn export(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let what = if let [run] = runs { run.name.clone() } else { format!("{} runs", runs.len()) };
     let dashboard = |run: &&RunSummary| {
-        let path = path_of(FigureKind::Dashboard, Some(&run.name), "png");
+        let path = path_of(FigureKind::Dashboard, Some(run.folder_name()), "png");
         let figure = command::Figure::with_defaults(FigureKind::Dashboard, &path);
         [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
     };

@@ -96,7 +96,7 @@ fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         .iter()
         .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
         .collect();
-    let practice = run.practice_in_short().or(run.preparing.clone());
+    let practice = run.practice_text().or(run.preparing.clone());
     let practice = practice.iter().flat_map(|practice| lines(practice, width, Style::new())).collect();
     text.extend(section(ui, "rollouts of practice", practice, width));
     text.extend(section(ui, "interventions", marks, width));
