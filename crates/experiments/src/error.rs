@@ -7,7 +7,7 @@ use mge_base::stop::Stopped;
 use mge_base::validation::ValidationError;
 use mge_dynamics::DynamicsError;
 use mge_figures::FigureError;
-use mge_results::EvidenceError;
+use mge_results::ResultsError;
 use mge_run::RunError;
 use mge_stats::StatsError;
 use mge_task::TaskError;
@@ -43,7 +43,7 @@ pub enum ExperimentError {
     Task(#[from] TaskError),
     /// Runs cannot be compared.
     #[error(transparent)]
-    Evidence(#[from] EvidenceError),
+    Results(#[from] ResultsError),
     /// A statistic cannot be computed.
     #[error(transparent)]
     Stats(#[from] StatsError),

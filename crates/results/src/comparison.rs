@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::EvidenceError;
+use super::error::ResultsError;
 use super::found::FoundRun;
 use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score};
 use super::row::LearningRow;
@@ -164,7 +164,7 @@ impl Comparison {
         bootstrap: &Bootstrap,
         command: &str,
         reference: Option<&str>,
-    ) -> Result<Self, EvidenceError> {
+    ) -> Result<Self, ResultsError> {
         let mut report = Self {
             version: Self::VERSION,
             command: command.to_owned(),

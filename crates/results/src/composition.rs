@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
-use super::error::EvidenceError;
+use super::error::ResultsError;
 use super::estimates::CurveEstimates;
 use super::figures::{Success, action_curves, learning_curves};
 use super::found::{FoundRun, RunReader, find_runs};
@@ -158,7 +158,7 @@ impl Composition {
         reader: &Mutex<RunReader>,
         estimates: &impl CurveEstimates,
         on_progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Composed, EvidenceError> {
+    ) -> Result<Composed, ResultsError> {
         let paths = find_runs(&self.runs)?;
         // The lock is held while runs are read, but not while the figure is composed.
         let mut kept = lock(reader);
@@ -181,14 +181,14 @@ impl Composition {
     }
 
     /// The runs of the chosen curves.
-    fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, EvidenceError> {
+    fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, ResultsError> {
         let groups = Groups::new(runs.iter().map(|run| &run.trained.row));
         let asked = || self.curves.iter().map(|(label, _)| label).chain(&self.reference);
         asked().try_for_each(|label| groups.check_label(label))?;
         if !self.curves.is_empty() {
             runs.retain(|run| asked().any(|asked| *asked == run.trained.row.label()));
         }
-        if runs.is_empty() { Err(EvidenceError::NothingStarted) } else { Ok(runs) }
+        if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
     }
 }
 

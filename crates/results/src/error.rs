@@ -6,7 +6,7 @@ use mge_stats::StatsError;
 
 /// Why runs cannot be compared or reported.
 #[derive(Debug, thiserror::Error)]
-pub enum EvidenceError {
+pub enum ResultsError {
     /// No run is finished yet.
     #[error("none of the {runs} runs is finished: continue them, such as with `mge resume`")]
     NothingFinished {

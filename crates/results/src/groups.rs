@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::error::EvidenceError;
+use super::error::ResultsError;
 use super::row::LearningRow;
 use mge_base::spelling::did_you_mean;
 use mge_stats::aggregate::{iqm, mean};
@@ -125,15 +125,15 @@ impl<'a> Groups<'a> {
     /// Checks that there are runs with this label.
     ///
     /// # Errors
-    /// [`EvidenceError::NoLabel`].
-    pub(super) fn check_label(&self, label: &str) -> Result<(), EvidenceError> {
+    /// [`ResultsError::NoLabel`].
+    pub(super) fn check_label(&self, label: &str) -> Result<(), ResultsError> {
         if self.labels.iter().any(|known| known == label) {
             return Ok(());
         }
         let mut known = self.labels.clone();
         known.sort();
         let hint = did_you_mean(known.iter().map(String::as_str), label);
-        Err(EvidenceError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
+        Err(ResultsError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
     }
 
     /// A score of one group, compared with the group of the label `baseline` on the same task. None if

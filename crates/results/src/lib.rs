@@ -1,4 +1,4 @@
-//! Evidence about runs: finds them on disk, groups them by their settings, compares and reports them.
+//! Results of runs: finds runs on disk, groups them by their settings, compares and reports them.
 //!
 //! - [`find_runs`], [`read_runs`]: runs in folders, with their training results;
 //! - [`LearningRow`]: the results of one run; [`distinguish`] gives each row the settings in which its
@@ -35,7 +35,7 @@ mod table;
 
 pub use comparison::{Comparison, result_label};
 pub use composition::{Composed, Composition, OPTIONS};
-pub use error::EvidenceError;
+pub use error::ResultsError;
 pub use estimates::{CurveEstimates, KnownEstimates};
 pub use found::{FoundRun, RunReader, find_runs, is_listed_run, read_runs};
 pub use groups::{AREA, CHARGED_AREA, FINAL, Groups, Score};

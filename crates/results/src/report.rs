@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, left_out, result_label, without_duplicates};
-use super::error::EvidenceError;
+use super::error::ResultsError;
 use super::figures::{Success, action_curves, learning_curves, method_scores, performance_profile};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
@@ -43,7 +43,7 @@ pub fn report(
     command: &str,
     dpi: u32,
     on_progress: &mut dyn FnMut(usize, usize),
-) -> Result<Comparison, EvidenceError> {
+) -> Result<Comparison, ResultsError> {
     let out = out.into();
     // Files of another origin are found before the runs are read.
     let folder = ReportFolder::new(out.clone())?;
@@ -56,7 +56,7 @@ pub fn report(
     if finished.is_empty() {
         return Err(match unreadable.into_iter().next() {
             Some((_, error)) => error.into(),
-            None => EvidenceError::NothingFinished { runs: others.len() },
+            None => ResultsError::NothingFinished { runs: others.len() },
         });
     }
     let (finished, copies) = without_duplicates(finished);

@@ -56,11 +56,12 @@ impl Session {
         // Recorded when the proposals arrive: only later commands can refer to them.
         self.journal.note(Propose(Some(count)).into(), self.runs.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
-        Ok(format!(
-            "{}{all} proposed with {}: each stage was reached by {percent:.0} % of the guided rollouts or more",
-            counted(found, "subgoal"),
-            counted(actions, "real action")
-        ))
+        let reached = if least_reached > 0.0 {
+            format!("each stage was reached by {percent:.0} % of the guided rollouts or more")
+        } else {
+            "the guided rollouts of the check did not reach every stage".to_owned()
+        };
+        Ok(format!("{}{all} proposed with {}: {reached}", counted(found, "subgoal"), counted(actions, "real action")))
     }
 
     /// Proposed subgoals that were neither accepted nor rejected.

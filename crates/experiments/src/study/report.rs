@@ -10,7 +10,7 @@ use crate::error::ExperimentError;
 use crate::hits::HitCounts;
 use crate::sweep::{HitJob, ModelJob, ModelResult, Summary, Sweep, Work, result_in, results_of};
 use mge_base::markdown;
-use mge_results::{Comparison, EvidenceError, FoundRun, LearningRow, TrainedRun, read_runs};
+use mge_results::{Comparison, FoundRun, LearningRow, ResultsError, TrainedRun, read_runs};
 use mge_run::RunError;
 use mge_stats::Bootstrap;
 
@@ -154,7 +154,7 @@ impl Report {
         Means { models, hits }: &Means,
         bootstrap: &Bootstrap,
         command: &str,
-    ) -> Result<String, EvidenceError> {
+    ) -> Result<String, ResultsError> {
         let mut text = String::new();
         // Writing to a string does not fail.
         let _ = writeln!(text, "# Model-guided exploration: study report\n");
