@@ -105,7 +105,20 @@ pub fn show(arguments: &Show) -> Outcome {
         return output::json(&shown);
     }
     let lines = json::leaf_values(&shown).into_iter().filter(|(_, value)| !value.is_null());
-    output::table(&lines.map(|(path, value)| [path, json::text(value)]).collect::<Vec<_>>())
+    let line = |(path, value): (String, &Value)| match path.strip_prefix("results.") {
+        Some(key) => [result_label(key).to_owned(), result_text(value)],
+        None => [path, json::text(value)],
+    };
+    output::table(&lines.map(line).collect::<Vec<_>>())
+}
+
+/// A result for a person: numbers with at most three decimals.
+fn result_text(value: &Value) -> String {
+    match value.as_f64() {
+        Some(number) if number.fract() != 0.0 => format!("{number:.3}"),
+        _ if value.is_null() => "-".to_owned(),
+        _ => json::text(value),
+    }
 }
 
 /// The results of a run, without its settings.
@@ -128,9 +141,8 @@ pub fn compare(arguments: &Compare) -> Outcome {
         return output::json(&json!({ "runs": runs, "settings": settings, "results": rows }));
     }
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
-    let text = |value: &Value| if value.is_null() { "-".to_owned() } else { json::text(value) };
     let results =
-        ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(text)));
+        ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(result_text)));
     let names = ("run".to_owned(), [&first, &second].map(|run| run.path.display().to_string()));
     let lines = std::iter::once(names).chain(settings).chain(results).map(|(name, [a, b])| [name, a, b]);
     output::table(&lines.collect::<Vec<_>>())

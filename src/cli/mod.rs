@@ -26,7 +26,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
-use clap::{Arg, CommandFactory, FromArgMatches};
+use clap::{Arg, FromArgMatches};
 
 use mge_base::paths;
 use mge_trainer::batch::start_global_pool;
@@ -40,7 +40,7 @@ pub fn run() -> ExitCode {
     crate::memory::keep_freed_blocks();
     mge_base::identity::set_version(env!("MGE_VERSION"));
     let parsed =
-        adjusted(Arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
+        adjusted(arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
     let outcome = match parsed {
         Ok(arguments) => dispatch(arguments),
         Err(error) => print_usage(&error),
@@ -123,6 +123,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Report(report) => brief(|| studies::report(&report)),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
         Command::Man(man) => manual::print(man.markdown),
+        Command::Completions { shell } => manual::completions(shell),
     };
     outcome.map(|()| ExitCode::SUCCESS)
 }

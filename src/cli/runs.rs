@@ -19,7 +19,7 @@ use crate::tui;
 use mge_agent::Ddpg;
 use mge_base::paths::{fitting, given};
 use mge_base::spelling::did_you_mean;
-use mge_base::text::printable;
+use mge_base::text::{counted, printable};
 use mge_figures::DEFAULT_DPI;
 use mge_results::{Composition, is_listed_run};
 use mge_run::RunError;
@@ -185,9 +185,12 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let task = arguments.task.as_deref().map(task::load).transpose()?.map(Arc::new);
     let player = run.saved().at(arguments.checkpoint).player(task)?;
+    let (mut goals, mut returns) = (0, 0.0);
     for episode in 0..arguments.episodes {
         let trace = player.episode(arguments.seed + u64::from(episode));
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
+        goals += u32::from(trace.reached_goal());
+        returns += f64::from(trace.total_reward());
         let mut line = json!({
             "episode": episode + 1,
             "checkpoint": player.trained(),
@@ -202,6 +205,11 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
         }
         output::line(line)?;
     }
+    let mean = returns / f64::from(arguments.episodes);
+    output::message(format_args!(
+        "{goals} of {} reached the goal, mean return {mean:.2}",
+        counted(arguments.episodes as usize, "episode")
+    ));
     Ok(())
 }
 

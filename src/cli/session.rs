@@ -143,6 +143,7 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     let result = json!({
         "run": run.directory().path().display().to_string(),
         "episodes": run.episodes(),
+        "charged_actions": last.map(|record| record.charged_actions),
         "rolling_success": last.map(|record| record.rolling_success),
         "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
     });
@@ -180,7 +181,10 @@ impl Viewer {
                 let episodes = self.episodes.get(run).copied().unwrap_or(record.episode);
                 self.progress.set(record.episode, episodes, &message);
             }
-            Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } => {}
+            Notice::Run {
+                event: Event::Evaluated { .. } | Event::Checkpointed { .. } | Event::NeedsChanged { .. },
+                ..
+            } => {}
             Notice::Progress { .. } | Notice::Changed => {}
             Notice::Warning(text) => self.warn(None, text),
             Notice::Run { run, event } => {

@@ -9,6 +9,7 @@ mod program;
 #[allow(dead_code, reason = "shared with the tests of the screens, which need other parts")]
 mod terminal;
 
+mod documents;
 mod faults;
 mod hostile_input;
 mod learning;

@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 pub const MGE: &str = env!("CARGO_BIN_EXE_mge");
 
 /// The cache of the program's models, instead of the user's.
-const CACHE: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/cache");
+pub const CACHE: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/cache");
 
 /// The program with arguments, to be started in a folder without input.
 pub fn command(folder: impl AsRef<Path>, arguments: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Command {

@@ -29,22 +29,22 @@ pub struct DynamicsTrain {
     /// Seed of launches, weights and batches
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Passes over the observations (paper: 5000, chosen from 1000, 2500, 5000, 10000)
+    /// Passes over the observations (paper: 5000, chosen from 1000, 2500, 5000, 10000) [default: 5000]
     #[arg(long)]
     pub epochs: Option<u32>,
-    /// Linear layers of each function (paper: 17, chosen from 5, 8, 12, 17)
+    /// Linear layers of each function (paper: 17, chosen from 5, 8, 12, 17) [default: 17]
     #[arg(long)]
     pub layers: Option<usize>,
-    /// Learning rate (paper: 1e-4, chosen from 1e-3, 1e-4, 1e-5)
+    /// Learning rate (paper: 1e-4, chosen from 1e-3, 1e-4, 1e-5) [default: 1e-4]
     #[arg(long)]
     pub learning_rate: Option<f32>,
-    /// Observations in a batch (paper: 128, chosen from 32, 64, 128, 256)
+    /// Observations in a batch (paper: 128, chosen from 32, 64, 128, 256) [default: 128]
     #[arg(long)]
     pub batch: Option<usize>,
-    /// One-step observations of each tool
+    /// One-step observations of each tool [default: 1000]
     #[arg(long)]
     pub observations: Option<usize>,
-    /// Share of samples in which a second tool is near the ball without touching it
+    /// Share of samples in which a second tool is near the ball without touching it [default: 0]
     #[arg(long)]
     pub bystanders: Option<f32>,
     /// Any other setting by its name in a sweep file, such as edges=fully_connected, loss=huber:0.5, optimiser=sgd

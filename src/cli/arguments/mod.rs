@@ -1,12 +1,14 @@
 //! The arguments of the command line.
 
 mod dynamics;
+mod examples;
 mod physics;
 mod runs;
 mod studies;
 mod tasks;
 
 pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
+pub use examples::command;
 pub use physics::{Env, Play};
 pub use runs::{
     Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Rename, Resume, Runs, Show, Train,
@@ -171,6 +173,11 @@ pub enum Command {
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),
+    /// Print the completions of a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
 }
 
 #[derive(Debug, Args)]

@@ -1,0 +1,96 @@
+//! Examples in the help of commands.
+
+use clap::{Command, CommandFactory};
+
+use super::Arguments;
+
+/// Commands as typed; each is an example in the help of the command that it begins with.
+pub const EXAMPLES: [&str; 44] = [
+    "mge runs/first",
+    "mge tasks",
+    "mge tasks check my-task.json",
+    "mge tasks propose my-task.json --out with-subgoals.json",
+    "mge puzzles generate --count 20 --split validation --out puzzles",
+    "mge puzzles bench puzzles --method ddpg-adaptive --method ddpg-mge-adaptive",
+    "mge simulate < scenes.jsonl",
+    "mge play task1 --actions actions.json",
+    "mge play --levels levels.jsonl < episodes.jsonl",
+    "mge env serve task1",
+    "mge env serve create/Push --tools train",
+    "mge dynamics train --tools box,bucket --out model.safetensors",
+    "mge dynamics evaluate model.safetensors --figure errors.png",
+    "mge clusters task1 --out clusters.json",
+    "mge train task1 --until-solved",
+    "mge train task4 --method ddpg --episodes 5000 --seed 3 --out runs/plain",
+    "mge train task2 --model true --set start_noise=0.01",
+    "mge config ddpg-mge-adaptive",
+    "mge resume runs/first --episodes 3000",
+    "mge fork runs/first --at 500 --set epsilon=0.1",
+    "mge runs",
+    "mge runs sweeps/small --json",
+    "mge show runs/first",
+    "mge compare runs/first runs/plain",
+    "mge delete runs/first",
+    "mge delete --restore runs/first",
+    "mge rename runs/first \"first try\"",
+    "mge pause runs/first",
+    "mge stop runs/first",
+    "mge epsilon runs/first linear:0.5:0:1000",
+    "mge evaluate runs/first --episodes 20",
+    "mge evaluate runs/first --checkpoint best --task task2",
+    "mge export runs/first --out actor.safetensors",
+    "mge figures runs/first runs/plain --set against=charged",
+    "mge script assets/scripts/tour.mge --define out=results",
+    "mge sweep assets/sweeps/small.json",
+    "mge sweep assets/sweeps/small.json --plan | parallel",
+    "mge sweep assets/sweeps/small.json --slurm | sbatch",
+    "mge report sweeps/small --out report",
+    "mge reproduce --quick",
+    "mge man > mge.1",
+    "mge man --markdown",
+    "mge completions bash > ~/.local/share/bash-completion/completions/mge",
+    "mge completions zsh > ~/.zfunc/_mge",
+];
+
+/// The command line, with examples in the help of every command.
+pub fn command() -> Command {
+    let examples = EXAMPLES.map(|line| (line.trim_start_matches("mge "), line));
+    with_examples(Arguments::command(), &examples)
+}
+
+/// Adds examples, each with what follows the command's own name, to the help of the command and those below it.
+fn with_examples(command: Command, examples: &[(&'static str, &'static str)]) -> Command {
+    let split = |(rest, _): &(&'static str, &str)| rest.split_once(' ').unwrap_or((rest, ""));
+    let is_own = |example: &&(&'static str, &str)| command.find_subcommand(split(example).0).is_none();
+    let own: Vec<&str> = examples.iter().filter(is_own).map(|(_, line)| *line).collect();
+    let command = match own.len() {
+        0 => command,
+        1 => command.after_help(format!("Example: {}", own[0])),
+        _ => command.after_help(format!("Examples:\n  {}", own.join("\n  "))),
+    };
+    command.mut_subcommands(|inner| {
+        let below = examples.iter().filter(|example| split(example).0 == inner.get_name());
+        let below: Vec<_> = below.map(|example| (split(example).1, example.1)).collect();
+        with_examples(inner, &below)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_that_it_accepts() {
+        for line in EXAMPLES {
+            let typed = line.split(['<', '|', '>']).next().unwrap_or_default();
+            let words = shell_words::split(typed).unwrap();
+            let _ = command().try_get_matches_from(words).unwrap_or_else(|error| panic!("{line}: {error}"));
+        }
+        fn check(command: &Command) {
+            let is_complete = command.has_subcommands() || command.get_after_help().is_some();
+            assert!(is_complete, "`{}` has no example", command.get_name());
+            command.get_subcommands().for_each(check);
+        }
+        check(&command());
+    }
+}
