@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions};
+use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate};
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
-use super::provenance;
 use super::runs::definitions;
-use super::sweeps;
+use super::{studies, sweeps};
 use mge_experiments::ExperimentError;
-use mge_experiments::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, SubgoalSearch};
-use mge_experiments::sweep::Sweep;
-use mge_run::{RunState, config_hash};
+use mge_experiments::puzzles::{self, Bench, Criteria, Index};
+use mge_experiments::sweep::{self, Sweep};
+use mge_results::ReportFolder;
+use mge_stats::Bootstrap;
 use mge_trainer::PriorSource;
 
 pub fn run(command: &Puzzles) -> Outcome {
@@ -36,24 +36,30 @@ fn generate(arguments: &PuzzlesGenerate) -> Outcome {
 }
 
 fn bench(arguments: &PuzzlesBench) -> Outcome {
-    let plan = BenchPlan {
-        search: search(&arguments.search),
+    let bench = Bench {
+        puzzles: arguments.puzzles.clone(),
+        model: PriorSource::from(arguments.model.clone()).identified(),
+        subgoals: arguments.subgoals,
         methods: arguments.methods.clone(),
         episodes: arguments.episodes,
         seeds: arguments.seeds,
         settings: definitions(&arguments.settings, "--set", &[])?,
     };
-    let index = index_of(&arguments.search)?;
+    let folder = arguments.puzzles.display();
+    let missing = || format!("{folder} has no index.json: generate puzzles with `mge puzzles generate`");
+    let index = Index::load(&arguments.puzzles)?.ok_or_else(missing)?;
     // Invalid settings are found before the search for subgoals, on any task.
-    let mut trial = Sweep::parse(plan.sweep(&["task1".into()])?.as_bytes(), "--set")?;
+    let mut trial = Sweep::parse(bench.sweep(&["task1".into()])?.as_bytes(), "--set")?;
     // The search for subgoals uses the model in any case.
     trial.jobs.iter_mut().for_each(|job| _ = job.set.remove("prior"));
     sweeps::warn(&trial);
     let out = arguments.force.target(&arguments.out);
+    ReportFolder::new(out.clone())?;
+    sweep::check_results(&out)?;
     let (file, text) = in_batch(
         arguments.threads,
         arguments.quiet,
-        |batch, on_progress| puzzles::prepare(&plan, &index, &out, batch, on_progress),
+        |batch, on_progress| bench.prepare(&index, &out, batch, on_progress),
         ExperimentError::is_interruption,
     )?;
     if arguments.prepare {
@@ -62,33 +68,10 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     // Not from the file, which another process may have replaced.
     let sweep = Sweep::parse(text.as_bytes(), &file.display().to_string())?;
     let failures = sweeps::work(&sweep, &arguments.out, arguments.threads, arguments.quiet)?;
-    let Some((name, reason)) = failures.first() else { return brief(|| report(arguments, index, &sweep)) };
+    sweeps::write_results(&out, &failures)?;
+    let runs: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(&out.path)).filter(|run| run.exists()).collect();
     if failures.len() < sweep.jobs.len() {
-        brief(|| report(arguments, index, &sweep))?;
+        brief(|| studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.quiet))?;
     }
-    Err(format!("{} trainings not finished, such as {name}: {reason}", failures.len()).into())
-}
-
-fn search(arguments: &SubgoalOptions) -> SubgoalSearch {
-    let (puzzles, model) = (arguments.puzzles.clone(), PriorSource::from(arguments.model.clone()).identified());
-    SubgoalSearch { puzzles, model, subgoals: arguments.subgoals }
-}
-
-fn index_of(arguments: &SubgoalOptions) -> Result<Index, Box<dyn std::error::Error>> {
-    let folder = arguments.puzzles.display();
-    let missing = || format!("{folder} has no index.json: generate puzzles with `mge puzzles generate`");
-    Ok(Index::load(&arguments.puzzles)?.ok_or_else(missing)?)
-}
-
-/// Writes the report of the finished trainings.
-fn report(arguments: &PuzzlesBench, index: Index, sweep: &Sweep) -> Outcome {
-    let out = &arguments.out;
-    let folders: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(out)).filter(|folder| folder.exists()).collect();
-    let mut runs = mge_results::read_runs(&folders)?;
-    runs.retain(|run| run.state == RunState::Finished);
-    let hash = config_hash(&runs.iter().map(|run| &run.config).collect::<Vec<_>>())?;
-    let rows = runs.into_iter().map(|run| run.trained.row).collect();
-    let folder = mge_results::ReportFolder::new(arguments.force.target(out))?;
-    BenchResults::new(&provenance::command(), index, rows).write(&folder, &hash, arguments.print.dpi)?;
-    Ok(output::line(out.join("report.md").display())?)
+    sweeps::failure(&sweep, &failures)
 }

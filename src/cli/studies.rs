@@ -1,10 +1,13 @@
 //! `mge reproduce` and `mge report`.
 
+use std::path::PathBuf;
+
 use super::arguments::{Report, Reproduce};
 use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use super::provenance;
+use mge_base::atomic::Target;
 use mge_base::text::counted;
 use mge_experiments::ExperimentError;
 use mge_experiments::study::{self, Study};
@@ -42,16 +45,28 @@ pub fn report(arguments: &Report) -> Outcome {
         }
         return Ok(output::line(arguments.out.join("report.md").display())?);
     }
-    let mut progress = Progress::new(1, arguments.quiet);
+    let Report { runs, reference, print, quiet, .. } = arguments;
+    report_runs(runs, &out, &bootstrap, reference.as_deref(), print.dpi, *quiet)
+}
+
+/// Writes the report of runs, and prints its path.
+pub fn report_runs(
+    runs: &[PathBuf],
+    out: &Target,
+    bootstrap: &Bootstrap,
+    reference: Option<&str>,
+    dpi: u32,
+    quiet: bool,
+) -> Outcome {
+    let mut progress = Progress::new(1, quiet);
     let on_progress = &mut |read: usize, all: usize| {
         let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
         progress.set(read as u64, all as u64, message);
     };
-    let Report { runs, reference, print, .. } = arguments;
-    let report = mge_results::report(runs, out, &bootstrap, reference.as_deref(), &command, print.dpi, on_progress)?;
+    let report = mge_results::report(runs, out, bootstrap, reference, &provenance::command(), dpi, on_progress)?;
     drop(progress);
     if !report.left_out.is_empty() {
         output::message(format_args!("{} left out: the report has the reasons", counted(report.left_out.len(), "run")));
     }
-    Ok(output::line(arguments.out.join("report.md").display())?)
+    Ok(output::line(out.path.join("report.md").display())?)
 }

@@ -6,16 +6,12 @@ use super::arguments::Sweep as Arguments;
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use mge_base::atomic::Target;
-use mge_base::text::counted;
 use mge_experiments::ExperimentError;
 use mge_experiments::sweep::{self, Sweep};
 use mge_run::RunError;
 use mge_trainer::batch::{Batch, BatchProgress};
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    if !arguments.collect.is_empty() {
-        return brief(|| collect(&arguments.collect, &arguments.force.target(&folder(arguments))));
-    }
     let sweep = match (&arguments.file, &arguments.one) {
         (Some(file), _) => Sweep::load(file)?,
         (None, Some(text)) => Sweep::parse(text.as_bytes(), "--one")?,
@@ -42,26 +38,33 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let failures = work(&sweep, &folder, arguments.threads, arguments.quiet)?;
     if arguments.file.is_some() {
-        brief(|| match sweep::write_results(&to) {
-            Ok(path) => Ok(output::line(path.display())?),
-            // The failures are reported below, those of damaged runs among them.
-            Err(ExperimentError::Run(RunError::NoRuns(_) | RunError::Malformed { .. })) if !failures.is_empty() => {
-                Ok(())
-            }
-            Err(error) => Err(error.into()),
-        })?;
+        brief(|| write_results(&to, &failures))?;
     } else {
         for job in &sweep.jobs {
             output::line(job.folder(&folder).display())?;
         }
     }
-    match failures.first() {
-        None => Ok(()),
-        Some((name, reason)) => {
-            let (failed, all) = (failures.len(), sweep.jobs.len());
-            Err(format!("{failed} of {all} not finished, such as {name}: {reason}").into())
-        }
+    failure(&sweep, &failures)
+}
+
+/// Jobs that failed: their names and the reasons.
+type Failures = [(String, String)];
+
+/// Writes the table of a sweep's results, and prints its path.
+pub fn write_results(to: &Target, failures: &Failures) -> Outcome {
+    match sweep::write_results(to) {
+        Ok(path) => Ok(output::line(path.display())?),
+        // The failures are reported in the end, those of damaged runs among them.
+        Err(ExperimentError::Run(RunError::NoRuns(_) | RunError::Malformed { .. })) if !failures.is_empty() => Ok(()),
+        Err(error) => Err(error.into()),
     }
+}
+
+/// The failures of a sweep as one error, if there are any.
+pub fn failure(sweep: &Sweep, failures: &Failures) -> Outcome {
+    let Some((name, reason)) = failures.first() else { return Ok(()) };
+    let (failed, all) = (failures.len(), sweep.jobs.len());
+    Err(format!("{failed} of {all} not finished, such as {name}: {reason}").into())
 }
 
 /// Shows the warnings about the trainings of a sweep.
@@ -80,21 +83,6 @@ pub fn work(
         sweep::run(sweep, folder, batch, on_progress)
     };
     in_batch(threads, quiet, run, ExperimentError::is_interruption)
-}
-
-fn collect(folders: &[PathBuf], to: &Target) -> Outcome {
-    let out = &to.path;
-    sweep::check_results(to)?;
-    let collected = sweep::collect(folders, out)?;
-    for error in &collected.damaged {
-        output::message(format_args!("left out: {error}"));
-    }
-    output::message(format_args!("{} holds {}", out.display(), counted(collected.runs, "run")));
-    output::line(sweep::write_results(to)?.display())?;
-    match collected.damaged.len() {
-        0 => Ok(()),
-        damaged => Err(format!("{} left out, as their configurations cannot be read", counted(damaged, "run")).into()),
-    }
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

@@ -59,10 +59,6 @@ fn a_plan_gives_the_same_results_as_the_sweep_itself() {
     std::fs::rename(here.join("kept.json"), here.join("s.json")).unwrap();
     succeed(mge(here, ["sweep", "s.json", "--quiet", "--out", out]));
     assert_eq!(read(&here.join(out).join("results.csv")), expected);
-
-    let merged = succeed(mge(here, ["sweep", "--collect", out, "sweeps/s", "--out", "merged"]));
-    assert_eq!(merged.trim(), "merged/results.csv");
-    assert_eq!(read(&here.join("merged/results.csv")), expected);
 }
 
 /// Runs the plan with the real GNU parallel; every line must run exactly once.

@@ -85,15 +85,6 @@ pub enum ExperimentError {
     /// A path that has a line break or is not UTF-8 cannot be part of a plan, which has one command per line of text.
     #[error("{:?} has a line break or is not UTF-8, and a plan is text with one command per line: choose another folder with --out", .0)]
     NoLine(PathBuf),
-    /// A folder to collect from holds no sweep.
-    #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]
-    NotASweep(PathBuf),
-    /// Two folders to collect hold different runs of the same name; the problem is a predicate of the two.
-    #[error("{} and {} {problem}: nothing was copied", first.display(), second.display())]
-    Conflict { first: PathBuf, second: PathBuf, problem: String },
-    /// A run to be collected is still being trained.
-    #[error("{} is being trained: wait for it, or stop it: nothing was copied", .0.display())]
-    Busy(PathBuf),
     /// There are several kinds of work, such as agents and dynamics models.
     #[error("{} holds {first_kind} and {} {second_kind}: keep them in different folders, and report one at a time", first.display(), second.display())]
     Mixed { first: PathBuf, first_kind: &'static str, second: PathBuf, second_kind: &'static str },

@@ -21,10 +21,9 @@
 #![deny(unsafe_code)]
 
 mod error;
-mod hits;
+mod play;
 pub mod puzzles;
 pub mod study;
 pub mod sweep;
 
 pub use error::ExperimentError;
-pub use hits::HitCounts;

@@ -40,19 +40,6 @@ pub enum SuccessMeasure {
     Training,
     /// Of the latest greedy evaluations: those that reached the goal.
     Greedy,
-    /// Of trainings on different puzzles: those that have solved theirs, with at least this success rate over the
-    /// latest training episodes.
-    Solved(f64),
-}
-
-impl SuccessMeasure {
-    /// The axis label and the CSV column.
-    fn words(self) -> [&'static str; 2] {
-        match self {
-            Self::Training | Self::Greedy => ["success rate", "success"],
-            Self::Solved(_) => ["puzzles solved", "solved"],
-        }
-    }
 }
 
 /// The quantity against which success is plotted.
@@ -242,10 +229,6 @@ impl LearningCurves {
             SuccessMeasure::Greedy => {
                 format!("Success of the actor without noise, mean of the last {window} evaluations.")
             }
-            SuccessMeasure::Solved(least) => format!(
-                "Share of puzzles on which {:.0} % of {window} consecutive training episodes have reached the goal.",
-                100.0 * least
-            ),
         };
         let what = what + self.against.words()[2];
         let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
@@ -287,7 +270,7 @@ impl Figure for LearningCurves {
         let Some(rect) = around_panels(canvas, page, empty, &self.caption(&curves), &curves.marks()) else { return };
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), self.columns())) {
             let x = self.x_axis(&panel.curves).labelled(place.x_label);
-            let y = rate_axis(&format!("{} (%)", self.measure.words()[0])).labelled(place.y_label);
+            let y = rate_axis("success rate (%)").labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
             curves.draw_curves(canvas, &plot, &panel.curves);
@@ -295,7 +278,7 @@ impl Figure for LearningCurves {
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new(["task", "method", self.against.words()[1], self.measure.words()[1], "low", "high"]);
+        let mut table = Table::new(["task", "method", self.against.words()[1], "success", "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
                 let named = self.legend.iter().find(|(label, _)| *label == curve.label).map(|(_, name)| name);

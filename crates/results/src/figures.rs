@@ -22,6 +22,9 @@ const PROFILE_POINTS: usize = 100;
 /// The description of an interval over seeds in captions.
 pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 
+/// The title of the panel of scores over all tasks.
+pub(super) const ALL_TASKS: &str = "All tasks";
+
 /// A curve of a run.
 type Points = fn(&TrainedRun) -> &[[f64; 2]];
 
@@ -140,7 +143,7 @@ pub fn method_scores(
     }
     let tasks = groups.common_tasks();
     if tasks.len() > 1 && tasks.len() == panels.len() {
-        let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
+        let mut panel = ScorePanel { task: ALL_TASKS.to_owned(), methods: Vec::new() };
         for label in groups.labels() {
             let estimate = bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?;
             panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });

@@ -84,6 +84,11 @@ impl<'a> Groups<'a> {
         self.group(task, label).map_or(&[], |group| group.indices.as_slice())
     }
 
+    /// The number of runs in each group.
+    pub(super) fn sizes(&self) -> impl Iterator<Item = usize> {
+        self.by_key.values().map(|group| group.rows.len())
+    }
+
     fn group(&self, task: &str, label: &str) -> Option<&Group<'a>> {
         self.by_key.get(&(index_of(&self.tasks, task)?, index_of(&self.labels, label)?))
     }

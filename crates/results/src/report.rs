@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, left_out, result_label, without_duplicates};
 use super::error::ResultsError;
-use super::figures::{Success, action_curves, learning_curves, method_scores, performance_profile};
+use super::figures::{ALL_TASKS, Success, action_curves, learning_curves, method_scores, performance_profile};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
 use super::report_folder::ReportFolder;
@@ -13,12 +13,15 @@ use super::row::{LearningRow, TrainedRun};
 use super::table::{format_share, holding_80, reached};
 use mge_base::atomic::Target;
 use mge_base::markdown;
-use mge_figures::{Against, Figure, Provenance, check_all};
+use mge_figures::{Against, Figure, LearningCurves, Provenance, Statistics, check_all};
 use mge_run::{RunError, RunState, config_hash};
 use mge_stats::{Bootstrap, StatsError};
 
 /// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
 const MAX_PAIRED: usize = 6;
+
+/// Number of tasks above which a figure shows all of them together instead of each.
+const MAX_PANELS: usize = 12;
 
 /// The figures, with their captions.
 const FIGURES: [(&str, &str); 5] = [
@@ -62,7 +65,7 @@ pub fn report(
     let (finished, copies) = without_duplicates(finished);
     let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
     let hash = config_hash(&configs)?;
-    let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
+    let mut runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
     let damaged = |(run, error): (PathBuf, RunError)| ExcludedRun { run, reason: error.to_string() };
     let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();
     let rows = runs.iter().map(|run| run.row.clone()).collect();
@@ -71,11 +74,22 @@ pub fn report(
     let (_alone, figures) = (folder.hold()?, folder.figures()?);
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
-    draw("methods", &method_scores(&report.learning, bootstrap, Some(&report.reference))?)?;
-    draw("learning", &learning_curves(&runs, bootstrap, Success::Training)?)?;
-    draw("learning-charged", &action_curves(&runs, bootstrap, Against::Charged)?)?;
+    let mut methods = method_scores(&report.learning, bootstrap, Some(&report.reference))?;
+    let groups = Groups::new(&report.learning);
+    let is_pooled = groups.tasks().len() > MAX_PANELS;
+    if is_pooled {
+        runs.iter_mut().for_each(|run| run.row.task = ALL_TASKS.to_owned());
+        methods.panels.retain(|panel| panel.task == ALL_TASKS);
+    }
+    let curves = |curves: LearningCurves| match is_pooled {
+        true => LearningCurves { statistics: over_tasks(&groups), ..curves },
+        false => curves,
+    };
+    draw("methods", &methods)?;
+    draw("learning", &curves(learning_curves(&runs, bootstrap, Success::Training)?))?;
+    draw("learning-charged", &curves(action_curves(&runs, bootstrap, Against::Charged)?))?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
-        draw("learning-greedy", &learning_curves(&runs, bootstrap, Success::Greedy)?)?;
+        draw("learning-greedy", &curves(learning_curves(&runs, bootstrap, Success::Greedy)?))?;
     }
     if !report.common_tasks.is_empty() {
         draw(
@@ -85,6 +99,16 @@ pub fn report(
     }
     folder.write(&report, &report.to_markdown()?)?;
     Ok(report)
+}
+
+/// The statistics of curves of the runs on all tasks together.
+fn over_tasks(groups: &Groups<'_>) -> Statistics {
+    Statistics {
+        centre: format!("Interquartile mean of runs on {} tasks, each", groups.tasks().len()),
+        interval: "95 % bootstrap interval over runs".to_owned(),
+        seeds: groups.sizes().max().unwrap_or(0),
+        fewest_seeds: groups.sizes().min(),
+    }
 }
 
 impl Comparison {

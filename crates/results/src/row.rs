@@ -45,9 +45,10 @@ pub struct LearningRow {
     /// for all runs on the task that it is compared with.
     #[serde(default)]
     pub charged_area: Option<f64>,
-    /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model.
+    /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model. This
+    /// and the other charged actions are missing in runs of earlier versions, which did not count them.
     #[serde(default)]
-    pub charged: u64,
+    pub charged: Option<u64>,
     /// Mean success of the greedy evaluations in the last tenth of the run.
     pub greedy_success: Option<f64>,
 }
@@ -120,7 +121,7 @@ impl LearningRow {
             actions_to_80: at_80.map(|record| record.environment_steps),
             charged_to_80: at_80.and_then(|record| record.charged_actions),
             charged_area: None,
-            charged: history.records.last().map_or(0, outside_training),
+            charged: history.records.last().and_then(outside_training),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
         }
     }
@@ -139,8 +140,8 @@ impl LearningRow {
 }
 
 /// Actions that are charged, but were not taken in episodes or practice.
-fn outside_training(record: &EpisodeRecord) -> u64 {
-    record.charged_actions.map_or(0, |charged| charged.saturating_sub(record.environment_steps))
+fn outside_training(record: &EpisodeRecord) -> Option<u64> {
+    Some(record.charged_actions?.saturating_sub(record.environment_steps))
 }
 
 #[cfg(test)]

@@ -70,12 +70,6 @@ pub(super) fn whole_lines(bytes: &[u8]) -> &[u8] {
     &bytes[..end]
 }
 
-/// Copies a file to a new one; neither is a link, a pipe or a folder.
-pub fn copy(from: &Path, to: &Path) -> Result<()> {
-    let copy = || io::copy(&mut open(from)?, &mut File::create_new(to)?);
-    copy().map(drop).map_err(RunError::io("copy", from))
-}
-
 /// A value as a line of JSON.
 pub(super) fn json_line(value: &impl Serialize) -> Result<Vec<u8>> {
     let mut line = serde_json::to_vec(value).map_err(|source| RunError::Encode { what: "a line".into(), source })?;

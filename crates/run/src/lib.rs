@@ -97,7 +97,7 @@ pub use directory::{FORMAT, RunDirectory, config_hash};
 pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};
 pub use error::RunError;
 pub use event::{EpisodeRecord, Event, LoggedEvent, Practised};
-pub use file::{copy, read_optional};
+pub use file::read_optional;
 pub use history::{EvaluationRecord, RunHistory};
 pub use lock::RunLock;
 pub use metric::{Direction, Metric, MetricInfo};

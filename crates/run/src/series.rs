@@ -62,11 +62,6 @@ impl<T: Numbered> Series<T> {
         }
     }
 
-    /// The values, to change them in place.
-    pub fn values_mut(&mut self) -> &mut [T] {
-        &mut self.values
-    }
-
     /// Removes the values after an episode.
     pub fn truncate(&mut self, episode: u64) {
         self.values.retain(|value| value.episode() <= episode);

@@ -132,7 +132,6 @@ fn repeat(
     let first = training.episode();
     let mut history = RunHistory::default();
     branch.events().for_each(|event| history.add(event));
-    training.config().complete(&mut history);
     for event in &history.interventions {
         // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
         if let Event::ClustersChanged { episode, given, .. } = *event

@@ -42,7 +42,6 @@
 
 pub mod batch;
 
-mod charges;
 mod composition;
 mod config;
 mod defaults;

@@ -51,43 +51,17 @@ impl Method {
 
     /// The name used in files and on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Ddpg => "ddpg",
-            Self::DdpgMge => "ddpg-mge",
-            Self::DdpgUniform => "ddpg-uniform",
-            Self::DdpgMgeTrue => "ddpg-mge-true",
-            Self::ModelReplay => "ddpg-model-replay",
-            Self::Planning => "planning",
-            Self::DdpgMgeAdaptive => "ddpg-mge-adaptive",
-            Self::DdpgUniformAdaptive => "ddpg-uniform-adaptive",
-            Self::DdpgAdaptive => "ddpg-adaptive",
-            Self::OpenLoop => "open-loop",
-        }
+        self.traits().name
     }
 
     /// The name used in tables and legends.
     pub fn label(self) -> &'static str {
-        match self {
-            Self::Ddpg => "DDPG",
-            Self::DdpgMge => "DDPG-MGE",
-            Self::DdpgUniform => "DDPG, uniform exploration",
-            Self::DdpgMgeTrue => "DDPG-MGE, true physics",
-            Self::ModelReplay => "DDPG, model replay",
-            Self::Planning => "planning",
-            Self::DdpgMgeAdaptive => "adaptive DDPG-MGE",
-            Self::DdpgUniformAdaptive => "adaptive DDPG, uniform exploration",
-            Self::DdpgAdaptive => "adaptive DDPG",
-            Self::OpenLoop => "open-loop replay",
-        }
+        self.traits().label
     }
 
     /// Whether the method draws exploratory actions from the action clusters, or uniformly at random in their place.
     pub fn has_clusters(self) -> bool {
-        match self {
-            Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue => true,
-            Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::OpenLoop => true,
-            Self::Ddpg | Self::DdpgAdaptive | Self::ModelReplay | Self::Planning => false,
-        }
+        self.traits().has_clusters
     }
 
     /// Whether a rollout model is consulted during the episodes.
@@ -97,12 +71,12 @@ impl Method {
 
     /// Whether the method learns a policy.
     pub fn learns(self) -> bool {
-        !matches!(self, Self::Planning | Self::OpenLoop)
+        self.traits().learns
     }
 
     /// Whether it explores by need and learns from its own successes.
     pub fn is_adaptive(self) -> bool {
-        matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
+        self.traits().is_adaptive
     }
 
     /// Whether it explores by the epsilon schedule.
@@ -115,10 +89,37 @@ impl Method {
         match self {
             Self::DdpgUniform | Self::DdpgUniformAdaptive => Some(PriorSource::Uniform),
             Self::DdpgMgeTrue => Some(PriorSource::TruePhysics),
-            Self::Ddpg | Self::DdpgMge | Self::ModelReplay | Self::Planning => None,
-            Self::DdpgMgeAdaptive | Self::DdpgAdaptive | Self::OpenLoop => None,
+            _ => None,
         }
     }
+
+    /// The table of methods.
+    fn traits(self) -> Traits {
+        let (name, label, has_clusters, learns, is_adaptive) = match self {
+            Self::Ddpg => ("ddpg", "DDPG", false, true, false),
+            Self::DdpgMge => ("ddpg-mge", "DDPG-MGE", true, true, false),
+            Self::DdpgUniform => ("ddpg-uniform", "DDPG, uniform exploration", true, true, false),
+            Self::DdpgMgeTrue => ("ddpg-mge-true", "DDPG-MGE, true physics", true, true, false),
+            Self::ModelReplay => ("ddpg-model-replay", "DDPG, model replay", false, true, false),
+            Self::Planning => ("planning", "planning", false, false, false),
+            Self::DdpgMgeAdaptive => ("ddpg-mge-adaptive", "adaptive DDPG-MGE", true, true, true),
+            Self::DdpgUniformAdaptive => {
+                ("ddpg-uniform-adaptive", "adaptive DDPG, uniform exploration", true, true, true)
+            }
+            Self::DdpgAdaptive => ("ddpg-adaptive", "adaptive DDPG", false, true, true),
+            Self::OpenLoop => ("open-loop", "open-loop replay", true, false, false),
+        };
+        Traits { name, label, has_clusters, learns, is_adaptive }
+    }
+}
+
+/// A row of the table of methods; see the functions of the same names.
+struct Traits {
+    name: &'static str,
+    label: &'static str,
+    has_clusters: bool,
+    learns: bool,
+    is_adaptive: bool,
 }
 
 by_name!(Method, "method");

@@ -133,7 +133,7 @@ fn check_settings_and_model(config: &RunConfig) -> Result<(), TrainerError> {
 /// # Errors
 /// As [`RunHistory::read`], and when the configuration was changed.
 pub fn checked_history(directory: &RunDirectory, config: &RunConfig) -> Result<RunHistory, RunError> {
-    let mut history = RunHistory::read(directory)?;
+    let history = RunHistory::read(directory)?;
     if !directory.is_locked()?
         && let Some(last) = directory.last_with(&[CONFIG_SECTION])?
     {
@@ -144,7 +144,6 @@ pub fn checked_history(directory: &RunDirectory, config: &RunConfig) -> Result<R
         };
         check_settings(config, &last).map_err(changed)?;
     }
-    config.complete(&mut history);
     Ok(history)
 }
 

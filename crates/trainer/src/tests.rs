@@ -1,5 +1,6 @@
 //! Complete trainings with small networks, and the files that they produce.
 
+mod charges;
 mod guidance;
 mod resume;
 

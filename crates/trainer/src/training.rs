@@ -48,7 +48,7 @@ struct TrainingState {
     episode: u64,
     environment_steps: u64,
     /// Actions that the run is charged for: see [`Metric::ChargedActions`](mge_run::Metric::ChargedActions). None in
-    /// checkpoints of earlier versions.
+    /// runs of earlier versions, which did not count them.
     #[serde(default)]
     charged_actions: Option<u64>,
     recent: RollingRate,
@@ -136,9 +136,7 @@ impl Training {
     }
 
     /// Assembles a training between two episodes.
-    fn assembled(config: RunConfig, learner: Learner, mut progress: TrainingState) -> Result<Self, TrainingError> {
-        let before = || config.charged_before_episodes() + progress.environment_steps;
-        progress.charged_actions = Some(progress.charged_actions.unwrap_or_else(before));
+    fn assembled(config: RunConfig, learner: Learner, progress: TrainingState) -> Result<Self, TrainingError> {
         let parts = Composition::of(&config)?;
         let env = Environment::new(config.played_task());
         let (stop, phase) = (Stop::default(), SharedPhase::default());

@@ -14,7 +14,7 @@ pub use runs::{
     Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Rename, Resume, Runs, Show, Train,
 };
 pub use studies::{Report, Reproduce, Script, Sweep};
-pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, SubgoalOptions, Tasks, TasksCommand};
+pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, Tasks, TasksCommand};
 
 use std::path::{Path, PathBuf};
 

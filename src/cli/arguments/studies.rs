@@ -22,16 +22,13 @@ pub struct Script {
 }
 
 #[derive(Debug, Args)]
-#[command(group = clap::ArgGroup::new("what").required(true).args(["file", "one", "collect"]))]
+#[command(group = clap::ArgGroup::new("what").required(true).args(["file", "one"]))]
 pub struct Sweep {
     /// JSON file of settings and lists of their values
     pub file: Option<PathBuf>,
     /// A sweep as JSON instead of a file; writes no table of results
     #[arg(long, value_name = "JSON", requires = "out")]
     pub one: Option<String>,
-    /// Merge results of several machines: copy the runs of these sweep folders into --out
-    #[arg(long, value_name = "DIR", num_args = 1.., requires = "out")]
-    pub collect: Vec<PathBuf>,
     /// The sweep's folder; finished runs there are not repeated [default: sweeps/NAME of the file]
     #[arg(long)]
     pub out: Option<PathBuf>,

@@ -87,7 +87,7 @@ pub struct PuzzlesGenerate {
 }
 
 #[derive(Debug, Args)]
-pub struct SubgoalOptions {
+pub struct PuzzlesBench {
     /// Folder of generated puzzles
     pub puzzles: PathBuf,
     /// Model that predicts the rollouts for subgoals and clusters: trained, learned, rapier, true, uniform, or a model file
@@ -96,12 +96,6 @@ pub struct SubgoalOptions {
     /// Maximum number of subgoals to propose for a puzzle
     #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
     pub subgoals: usize,
-}
-
-#[derive(Debug, Args)]
-pub struct PuzzlesBench {
-    #[command(flatten)]
-    pub search: SubgoalOptions,
     /// A method to train; may be repeated
     #[arg(long = "method", default_values_t = [Method::USUAL])]
     pub methods: Vec<Method>,

@@ -254,24 +254,6 @@ fn a_resume_on_another_kind_of_processor_says_so() {
 }
 
 #[test]
-fn collecting_explains_results_of_different_processors() {
-    let folder = tempfile::tempdir().unwrap();
-    let one = r#"{"task": "task1", "method": "ddpg", "episodes": 2, "ddpg.hidden": 8}"#;
-    let sweep = |out: &str| succeed(mge(&folder, ["sweep", "--one", one, "--quiet", "--out", out]));
-    sweep("here");
-    sweep("there");
-    let run = "there/runs/task1-ddpg-seed0";
-    let metrics = folder.path().join(run).join("metrics.csv");
-    let text = fs::read_to_string(&metrics).unwrap();
-    fs::write(&metrics, text.replacen("0.", "0.1", 1)).unwrap();
-    let collect = || mge(&folder, words("sweep --collect here there --out all"));
-    let message = fail(collect(), "have the same settings and different results");
-    assert!(!message.contains("processor"), "{message}");
-    on_another_processor(&folder, run);
-    fail(collect(), "the kind of processor is m68k portable, not ");
-}
-
-#[test]
 fn a_changed_byte_anywhere_in_a_model_file_is_noticed() {
     let folder = models();
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/models/square-floor.safetensors");

@@ -76,9 +76,6 @@ fn what_is_left_of_an_interrupted_deletion_blocks_nothing() {
         assert!(fs::read_to_string(here.join("sweep/results.csv")).unwrap().contains(",finished,"));
     }
     succeed(mge(here, ["report", "a"]));
-    fs::create_dir_all(here.join("left/runs/x")).unwrap();
-    fs::write(here.join("left/runs/x/events.jsonl"), "").unwrap();
-    succeed(mge(here, ["sweep", "--collect", "sweep", "left", "--out", "left"]));
     train(here, "fork-source");
     fs::create_dir_all(here.join("fork")).unwrap();
     fs::write(here.join("fork/events.jsonl"), "").unwrap();
@@ -257,7 +254,6 @@ fn files_that_look_temporary_are_the_users() {
         "run/.writing-mine/a",
         "run/checkpoint/.writing-mine/a",
         "run/checkpoint/.previous-mine/a",
-        "sweep/runs/.collecting-mine/a",
     ];
     for file in mine {
         fs::create_dir_all(here.join(file).parent().unwrap()).unwrap();
@@ -266,34 +262,9 @@ fn files_that_look_temporary_are_the_users() {
     fs::create_dir(here.join("run/checkpoint/empty")).unwrap();
     succeed(mge(here, ["resume", "run", "--episodes", "2", "--quiet"]));
     succeed(mge(here, ["export", "run", "--out", "actor.safetensors"]));
-    fs::create_dir_all(here.join("other/runs")).unwrap();
-    fs::rename(here.join("run"), here.join("other/runs/run")).unwrap();
-    succeed(mge(here, ["sweep", "--collect", "other", "--out", "sweep"]));
-    assert!(here.join("other/runs/run/checkpoint/empty").exists());
     for file in mine {
-        let file = if file.starts_with("run/") { format!("other/runs/{file}") } else { file.to_owned() };
-        assert_eq!(fs::read_to_string(here.join(&file)).unwrap(), "mine", "{file}");
+        assert_eq!(fs::read_to_string(here.join(file)).unwrap(), "mine", "{file}");
     }
-}
-
-#[test]
-fn collecting_moves_what_it_replaces_to_the_trash() {
-    let folder = tempfile::tempdir().unwrap();
-    let here = folder.path();
-    let lines = "method ddpg\nset ddpg.hidden 8\nepisodes 2\ntrain a/runs/x until 1\nwait\nstop\nwait\n";
-    succeed(mge(here, script(here, lines)));
-    succeed(mge(here, ["sweep", "--collect", "a", "--out", "all"]));
-    fs::write(here.join("all/runs/x/thesis.tex"), "mine").unwrap();
-    succeed(mge(here, ["resume", "a/runs/x", "--quiet"]));
-    succeed(mge(here, ["sweep", "--collect", "a", "--out", "all"]));
-    assert!(!here.join("all/runs/x/thesis.tex").exists());
-    assert_eq!(fs::read_to_string(here.join("all/runs/.trash/1/x/thesis.tex")).unwrap(), "mine");
-    // A folder that is no run is not replaced.
-    fs::remove_dir_all(here.join("all/runs/x")).unwrap();
-    fs::create_dir(here.join("all/runs/x")).unwrap();
-    fs::write(here.join("all/runs/x/thesis.tex"), "mine").unwrap();
-    fail(mge(here, ["sweep", "--collect", "a", "--out", "all"]), "is not empty");
-    assert_eq!(files(&here.join("all/runs/x")), ["thesis.tex"]);
 }
 
 #[test]
@@ -312,7 +283,6 @@ fn a_file_of_the_user_is_replaced_only_by_force() {
         ("figures runs/a --pdf --out .", "dashboard-a.csv", true),
         ("sweep s.json --out . --quiet", "results.csv", true),
         ("sweep s.json --out . --quiet", "results.json", false),
-        ("sweep --collect . --out .", "results.csv", true),
         ("export runs/a --out a.safetensors", "a.safetensors", true),
         ("clusters task1 --out k.json", "k.json", false),
         ("tasks propose task1 --out t", "t", false),

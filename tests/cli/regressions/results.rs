@@ -288,20 +288,6 @@ fn a_missing_model_is_named_with_its_entry_in_the_sweep_file() {
 }
 
 #[test]
-fn a_damaged_run_is_named_and_the_others_are_collected() {
-    let folder = tempfile::tempdir().unwrap();
-    let here = folder.path();
-    sweep(here, "a", r#""method": "ddpg", "seed": [0, 1]"#);
-    sweep(here, "b", r#""method": "ddpg", "seed": [1]"#);
-    std::fs::write(here.join("a/runs/task1-ddpg-seed1/config.json"), "{").unwrap();
-    let output = mge(here, ["sweep", "--collect", "a", "b", "--out", "all"]);
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("left out: a/runs/task1-ddpg-seed1/config.json"), "{message}");
-    assert_eq!(column(&here.join("all"), "seed").0, [json!(0), json!(1)], "there is a copy of the damaged run");
-}
-
-#[test]
 fn several_kinds_of_work_are_not_mixed_in_a_folder() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();

@@ -1,17 +1,20 @@
 //! Methods on generated puzzles: proposes subgoals for each puzzle, then writes a sweep over all of them.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::index::Index;
-use super::proposals::SubgoalSearch;
-use crate::error::ExperimentError;
+use super::index::{Index, Puzzle};
+use crate::error::{ExperimentError, all_finished};
 use mge_base::atomic::{Format, Target};
-use mge_results::ReportFolder;
+use mge_base::sync::hold_folder;
+use mge_guidance::{GuidanceConfig, choose_subgoals};
 use mge_run::RunError;
-use mge_trainer::Method;
-use mge_trainer::batch::{Batch, BatchProgress};
+use mge_task as task;
+use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
+use mge_trainer::{Method, PriorSource, RunConfig, rollout_model};
 
 /// Name of the bench's sweep in its folder.
 const SWEEP: &str = "sweep.json";
@@ -30,11 +33,15 @@ fn is_of_a_bench(found: &[u8]) -> bool {
         && sweep.is_some_and(|sweep| ["method", "seed", "episodes", "model"].iter().all(|key| sweep.contains_key(*key)))
 }
 
-/// The methods, puzzles and settings of a bench.
+/// The search for subgoals of puzzles, and the trainings on them.
 #[derive(Debug, Clone)]
-pub struct BenchPlan {
-    /// The puzzles and the search for their subgoals.
-    pub search: SubgoalSearch,
+pub struct Bench {
+    /// The folder of the puzzles.
+    pub puzzles: PathBuf,
+    /// The model that predicts the rollouts for subgoals and clusters.
+    pub model: PriorSource,
+    /// Maximum number of subgoals proposed for a puzzle.
+    pub subgoals: usize,
     /// The methods.
     pub methods: Vec<Method>,
     /// Number of episodes of a training.
@@ -45,7 +52,7 @@ pub struct BenchPlan {
     pub settings: Vec<(String, String)>,
 }
 
-impl BenchPlan {
+impl Bench {
     /// The [sweep](crate::sweep) over the tasks in these files.
     ///
     /// # Errors
@@ -60,31 +67,101 @@ impl BenchPlan {
         sweep.insert("method".into(), self.methods.iter().map(|method| method.name()).collect());
         sweep.insert("seed".into(), (0..self.seeds).collect());
         sweep.insert("episodes".into(), json!(self.episodes));
-        sweep.insert("model".into(), Value::String(self.search.model.clone().into()));
+        sweep.insert("model".into(), Value::String(self.model.clone().into()));
         sweep.extend(self.settings.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))));
         Ok(format!("{:#}\n", Value::Object(sweep)))
     }
-}
 
-/// Writes the puzzles with proposed subgoals to `out/tasks`, except existing ones, and the
-/// [sweep](crate::sweep) over them to `out/sweep.json`, whose path and text are returned.
-///
-/// # Errors
-/// When the model cannot predict a puzzle, or a file cannot be read or written;
-/// [`ExperimentError::Interrupted`].
-pub fn prepare(
-    plan: &BenchPlan,
-    index: &Index,
-    out: impl Into<Target>,
-    batch: &Batch<'_>,
-    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<(PathBuf, String), ExperimentError> {
-    let out = out.into();
-    let sweep = out.join(SWEEP);
-    sweep.check(&FORMAT).map_err(RunError::io("write", &sweep.path))?;
-    ReportFolder::new(out.clone())?;
-    let tasks = plan.search.propose(index, &out, batch, on_progress)?;
-    let text = plan.sweep(&tasks)?;
-    sweep.write(text.as_bytes(), &FORMAT).map_err(RunError::io("write", &sweep.path))?;
-    Ok((sweep.path, text))
+    /// Writes the puzzles with proposed subgoals to `out/tasks`, except existing ones, and the
+    /// [sweep](crate::sweep) over them to `out/sweep.json`, whose path and text are returned.
+    ///
+    /// # Errors
+    /// When the model cannot predict a puzzle, or a file cannot be read or written;
+    /// [`ExperimentError::Interrupted`].
+    pub fn prepare(
+        &self,
+        index: &Index,
+        out: &Target,
+        batch: &Batch<'_>,
+        on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+    ) -> Result<(PathBuf, String), ExperimentError> {
+        let sweep = out.join(SWEEP);
+        sweep.check(&FORMAT).map_err(RunError::io("write", &sweep.path))?;
+        let tasks = out.path.join("tasks");
+        std::fs::create_dir_all(&tasks).map_err(RunError::io("create", &tasks))?;
+        self.claim(&tasks)?;
+        let mut missing = Vec::new();
+        for puzzle in &index.puzzles {
+            if !self.is_proposed(puzzle, &tasks)? {
+                missing.push(puzzle);
+            }
+        }
+        let jobs = missing.into_iter().map(|puzzle| self.proposal(puzzle, &tasks));
+        let jobs: Vec<Job<'_, (), ExperimentError>> = jobs.collect();
+        all_finished(batch.run(&jobs, on_progress)?)?;
+        let text = self.sweep(&index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect::<Vec<_>>())?;
+        sweep.write(text.as_bytes(), &FORMAT).map_err(RunError::io("write", &sweep.path))?;
+        Ok((sweep.path, text))
+    }
+
+    /// Records in the folder of the proposals how they are searched for.
+    ///
+    /// # Errors
+    /// [`ExperimentError::OtherSearch`] when it holds proposals of another search.
+    fn claim(&self, tasks: &Path) -> Result<(), ExperimentError> {
+        let _alone = hold_folder(tasks, || true).map_err(RunError::io("write into", tasks))?;
+        let path = tasks.join("search.txt");
+        let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
+        match mge_base::bounded::read_text(&path) {
+            Ok(known) if self.is_search(&known) => Ok(()),
+            Ok(_) => Err(ExperimentError::OtherSearch(tasks.to_owned())),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                Ok(mge_base::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?)
+            }
+            Err(error) => Err(RunError::io("read", &path)(error).into()),
+        }
+    }
+
+    /// Whether the recorded search is this one, wherever the model's file was.
+    fn is_search(&self, recorded: &str) -> bool {
+        let Some((model, subgoals)) = recorded.trim_end().rsplit_once(" --subgoals ") else { return false };
+        PriorSource::from(model.to_owned()).identified() == self.model && subgoals == self.subgoals.to_string()
+    }
+
+    /// Whether a puzzle has its proposed subgoals already.
+    ///
+    /// # Errors
+    /// [`ExperimentError::OtherPuzzle`] when they are of another puzzle, as after a change of its file.
+    fn is_proposed(&self, puzzle: &Puzzle, tasks: &Path) -> Result<bool, ExperimentError> {
+        let [from, to] = [&self.puzzles, tasks].map(|folder| puzzle.path(folder));
+        if !to.exists() {
+            return Ok(false);
+        }
+        let [puzzle, proposed] = [&from, &to].map(|path| task::load(&path.display().to_string()));
+        let proposed = proposed?;
+        let mut puzzle = puzzle?.with_subgoals(proposed.subgoals.clone());
+        puzzle.search_actions = proposed.search_actions;
+        if puzzle == proposed { Ok(true) } else { Err(ExperimentError::OtherPuzzle(to)) }
+    }
+
+    /// The job that writes a puzzle with proposed subgoals into the folder of tasks.
+    fn proposal<'a>(&'a self, puzzle: &'a Puzzle, tasks: &'a Path) -> Job<'a, (), ExperimentError> {
+        Job::new(&puzzle.name, 1, move |handle| self.propose(puzzle, tasks, handle).map(Some))
+    }
+
+    fn propose(&self, puzzle: &Puzzle, tasks: &Path, handle: &JobHandle) -> Result<(), ExperimentError> {
+        handle.report(format!("subgoals of {}", puzzle.name));
+        let mut task = task::load(&puzzle.path(&self.puzzles).display().to_string())?;
+        let run = RunConfig { prior: self.model.clone(), ..RunConfig::new(Arc::new(task.clone())) };
+        // The uniform source has no model to propose subgoals with.
+        if let Some(model) = rollout_model(&run, |_| (), handle.stop())? {
+            let config = GuidanceConfig::default();
+            let chosen = choose_subgoals(&task, &*model, self.subgoals, &config, 0, handle.stop(), |_| ())?;
+            // A run trains another model, with its own seed.
+            let launches = if run.prior == PriorSource::default() { run.launches() } else { 0 };
+            task = task.with_subgoals(chosen.subgoals);
+            task.search_actions = chosen.actions as u64 + launches;
+        }
+        Ok(task::save(&task, &puzzle.path(tasks))?)
+    }
 }

@@ -1,5 +1,6 @@
 //! Generates random layouts, and decides by uniformly random play which of them are puzzles.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use rand::Rng;
@@ -7,13 +8,13 @@ use rand_chacha::ChaCha8Rng;
 
 use super::index::{Index, Puzzle, Split};
 use crate::error::{ExperimentError, finished};
-use crate::hits::{FixedPolicy, Uniform, play};
+use crate::play::play;
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
 use mge_base::sync::hold_folder;
 use mge_base::text::counted;
-use mge_env::{Action, Environment};
+use mge_env::{Environment, uniform_action};
 use mge_physics::{ToolKind, to_normalised};
 use mge_run::RunError;
 use mge_task::{
@@ -62,11 +63,16 @@ enum Refusal {
 impl Criteria {
     /// Plays a layout at random until it is decided; None if it is a puzzle.
     fn refuse(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Refusal>, Stopped> {
-        let (mut policy, mut count, mut verdict) = (Watched { nearest: f32::INFINITY }, Count::default(), None);
-        play(task, &mut policy, seed, stop, |policy, env| {
+        let (nearest, mut count, mut verdict) = (Cell::new(f32::INFINITY), Count::default(), None);
+        let act = |env: &Environment, rng: &mut ChaCha8Rng| {
+            let ([x, y], goal) = (to_normalised(env.snapshot().ball().position), task.goal.position);
+            nearest.set(nearest.get().min((x - goal[0]).hypot(y - goal[1])));
+            uniform_action(rng)
+        };
+        play(task, act, seed, stop, |env| {
             count.episodes += 1;
             count.goals += u64::from(env.snapshot().goal_reached());
-            verdict = self.judge(count, policy.nearest);
+            verdict = self.judge(count, nearest.get());
             verdict.is_none()
         })?;
         Ok(verdict.flatten())
@@ -92,19 +98,6 @@ impl Criteria {
 struct Count {
     episodes: u64,
     goals: u64,
-}
-
-/// Uniformly random play that notes how near the ball comes to the goal.
-struct Watched {
-    nearest: f32,
-}
-
-impl FixedPolicy for Watched {
-    fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action {
-        let ([x, y], goal) = (to_normalised(env.snapshot().ball().position), env.task().goal.position);
-        self.nearest = self.nearest.min((x - goal[0]).hypot(y - goal[1]));
-        Uniform.act(env, rng)
-    }
 }
 
 /// Generates puzzles 0 to `count - 1` of the sequence of `wanted` in `folder`, with their index; existing ones
@@ -287,12 +280,18 @@ fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
 /// that reached the goal.
 fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Result<(u64, u64), Stopped> {
     let (mut taken, mut episodes, mut goals) = (0, 0, 0);
-    play(task, &mut Uniform, seed, stop, |_, env| {
-        taken += u64::from(env.snapshot().actions());
-        episodes += 1;
-        goals += u64::from(env.snapshot().goal_reached());
-        taken < actions
-    })?;
+    play(
+        task,
+        |_, rng| uniform_action(rng),
+        seed,
+        stop,
+        |env| {
+            taken += u64::from(env.snapshot().actions());
+            episodes += 1;
+            goals += u64::from(env.snapshot().goal_reached());
+            taken < actions
+        },
+    )?;
     Ok((episodes, goals))
 }
 

@@ -89,11 +89,6 @@ pub struct Puzzle {
 }
 
 impl Puzzle {
-    /// The share of episodes of uniformly random play that reach the goal.
-    pub fn random_rate(&self) -> f64 {
-        self.random_goals as f64 / self.random_episodes.max(1) as f64
-    }
-
     /// Its task file in a folder of puzzles.
     pub fn path(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.json", self.name))

@@ -6,18 +6,11 @@
 //! a [sweep](crate::sweep).
 
 mod bench;
-mod figures;
 mod generate;
 mod index;
-mod proposals;
-mod results;
 #[cfg(test)]
 mod tests;
 
-pub use bench::{BenchPlan, prepare};
+pub use bench::Bench;
 pub use generate::{Criteria, START_NOISE, generate, random_puzzle};
-#[cfg(test)]
-use index::Puzzle;
 pub use index::{Index, Split};
-pub use proposals::SubgoalSearch;
-pub use results::BenchResults;

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use super::report::{Report, Results};
 use crate::error::ExperimentError;
-use crate::hits::{FixedPolicy, Guided, Policy};
-use crate::sweep::Summary;
+use crate::sweep::{Policy, Summary};
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
@@ -124,11 +123,10 @@ fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> 
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(Arc::new(task.clone()));
     env.reset(&mut rng);
-    let mut policy = Guided(prior);
     let mut path = Vec::new();
     let mut instants = Vec::new();
     for _ in 0..6 {
-        let action = policy.act(&env, &mut rng);
+        let action = prior.sample(env.snapshot().stage(), &mut rng);
         let start = path.len();
         if env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))).is_err() {
             break;

@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ExperimentError;
-use crate::hits::HitCounts;
-use crate::sweep::{HitJob, ModelJob, ModelResult, Summary, Sweep, Work, result_in, results_of};
+use crate::sweep::{HitCounts, HitJob, ModelJob, ModelResult, Summary, Sweep, Work, result_in, results_of};
 use mge_base::markdown;
 use mge_results::{Comparison, FoundRun, LearningRow, ResultsError, TrainedRun, read_runs};
 use mge_run::RunError;

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::file::{Axis, Combination, Grid, SweepFile, invalid};
-use super::hits::HitJob;
+use super::file::{Axis, Choice, Grid, SweepFile, invalid};
+use super::hits::{HitJob, Policy};
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
 use crate::error::ExperimentError;
-use crate::hits::Policy;
 use mge_base::bounded;
 use mge_base::json;
 use mge_base::paths::fitting;
@@ -102,31 +101,26 @@ impl Sweep {
 }
 
 fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
-    let combinations = grid.combinations();
     let kind = grid.kind.as_ref().map_or("train", |kind| kind.as_str().unwrap_or(""));
+    let mut agents = Agents::default();
     match kind {
         "train" => {
-            let grid = &with_config(grid)?;
-            let combinations = grid.combinations();
-            check_aliases(grid)?;
-            let mut agents = Agents::default();
-            absolute_paths(grid).expand(&combinations, |grid, combination| {
-                let config = agents.config(grid, combination)?;
+            let grid = with_config(grid)?;
+            check_aliases(&grid)?;
+            absolute_paths(&grid).expand(|chosen| {
+                let config = agents.config(chosen)?;
                 let prefix = format!("{}-{}", config.task.name, config.method);
                 Ok((prefix, config.seed, Work::Train(Box::new(config))))
             })
         }
-        "dynamics" => grid.expand(&combinations, |grid, combination| {
-            let job = ModelJob::new(grid, combination)?;
+        "dynamics" => grid.expand(|chosen| {
+            let job = ModelJob::new(chosen)?;
             Ok((job.base_name(), job.training.seed, Work::Dynamics(Box::new(job))))
         }),
-        "hits" => {
-            let mut agents = Agents::default();
-            absolute_paths(grid).expand(&combinations, |grid, combination| {
-                let job = HitJob::new(grid, combination, &mut agents)?;
-                Ok((format!("{}-{}", job.task.name, job.policy), job.seed, Work::Hits(Box::new(job))))
-            })
-        }
+        "hits" => absolute_paths(grid).expand(|chosen| {
+            let job = HitJob::new(chosen, &mut agents)?;
+            Ok((format!("{}-{}", job.task.name, job.policy), job.seed, Work::Hits(Box::new(job))))
+        }),
         _ => {
             let hint = did_you_mean(["train", "dynamics", "hits"], kind);
             Err(ValidationError::new("kind", format!("must be `train`, `dynamics` or `hits`{hint}")))
@@ -158,22 +152,17 @@ impl Grid {
     /// A job for each combination; `make` returns the prefix of its name, its seed and its work.
     fn expand(
         &self,
-        combinations: &[Combination],
-        mut make: impl FnMut(&Self, &Combination) -> Result<(String, u64, Work), ValidationError>,
+        mut make: impl FnMut(&[Choice<'_>]) -> Result<(String, u64, Work), ValidationError>,
     ) -> Result<Vec<Job>, ValidationError> {
-        let job = |combination: &Combination| {
-            let (prefix, seed, work) = make(self, combination)?;
-            let mut listed = String::new();
-            for (axis, &value) in self.axes.iter().zip(combination) {
-                if axis.is_list && !work.omits_from_name(&axis.key) {
-                    listed += &format!("-{}", name_part(axis, value, &work));
-                }
-            }
-            let name = fitting(&(prefix + &file_name(&listed)), &format!("-seed{seed}"));
+        let job = |chosen: &Vec<Choice<'_>>| {
+            let (prefix, seed, work) = make(chosen)?;
+            let is_named = |choice: &&Choice<'_>| choice.axis.is_list && !work.omits_from_name(choice.key());
+            let listed = chosen.iter().filter(is_named).map(|choice| format!("-{}", name_part(choice, &work)));
+            let name = fitting(&(prefix + &file_name(&listed.collect::<String>())), &format!("-seed{seed}"));
             let set = self.axes.iter().map(|axis| super::training::setting(&axis.key).to_owned()).collect();
-            Ok(Job { name, alone: self.alone(combination), work, set })
+            Ok(Job { name, alone: self.alone(chosen), work, set })
         };
-        combinations.iter().map(job).collect()
+        self.combinations().iter().map(job).collect()
     }
 }
 
@@ -192,14 +181,14 @@ impl Work {
     }
 }
 
-fn name_part(axis: &Axis, value: usize, work: &Work) -> String {
-    let mut text = json::text(&axis.values[value]);
+fn name_part(choice: &Choice<'_>, work: &Work) -> String {
+    let mut text = json::text(choice.value());
     if let Work::Train(config) = work
-        && let Some(id) = super::training::file_behind(config, &axis.key, &text)
+        && let Some(id) = super::training::file_behind(config, choice.key(), &text)
     {
         text = format!("{}-{}", id.name, id.digits());
     }
-    match axis.key.as_str() {
+    match choice.key() {
         "epsilon" | "threshold" => text,
         key => format!("{key}_{text}"),
     }

@@ -1,9 +1,8 @@
 //! The syntax of a sweep file: settings and their values.
 
+use std::fmt::Display;
 use std::sync::LazyLock;
 
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
 use crate::error::ExperimentError;
@@ -51,13 +50,34 @@ pub(super) struct Axis {
     pub is_list: bool,
 }
 
-/// One combination of a grid: for each axis, the index of its value.
-pub(super) type Combination = Vec<usize>;
+/// A setting with one of its values. One for each setting of a grid is a combination.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Choice<'a> {
+    /// The setting.
+    pub axis: &'a Axis,
+    /// The index of its value.
+    number: usize,
+}
 
-impl Axis {
-    /// JSON path of a value, such as `ddpg.gamma[1]`.
-    pub fn path(&self, value: usize) -> String {
-        if self.is_list { format!("{}[{value}]", self.key) } else { self.key.clone() }
+impl<'a> Choice<'a> {
+    /// Name of the setting.
+    pub fn key(&self) -> &'a str {
+        &self.axis.key
+    }
+
+    /// The value.
+    pub fn value(&self) -> &'a Value {
+        &self.axis.values[self.number]
+    }
+
+    /// JSON path of the value, such as `ddpg.gamma[1]`.
+    pub fn path(&self) -> String {
+        if self.axis.is_list { format!("{}[{}]", self.axis.key, self.number) } else { self.axis.key.clone() }
+    }
+
+    /// An error at the value.
+    pub fn wrong(&self, message: impl Display) -> ValidationError {
+        ValidationError::new(self.path(), message)
     }
 }
 
@@ -67,7 +87,8 @@ impl SweepFile {
     /// # Errors
     /// At the first mistake, with its line.
     pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
-        let OneOrMany { objects, is_list } = json::parse(text, origin)?;
+        let is_list = text.trim_ascii_start().starts_with(b"[");
+        let objects: Vec<Entries> = if is_list { json::parse(text, origin)? } else { vec![json::parse(text, origin)?] };
         let mut grids = Vec::new();
         for (number, object) in objects.into_iter().enumerate() {
             let path = if is_list { format!("[{number}]") } else { ".".to_owned() };
@@ -130,56 +151,25 @@ impl Grid {
     }
 
     /// All combinations; the last axis varies fastest.
-    pub fn combinations(&self) -> Vec<Combination> {
+    pub fn combinations<'a>(&'a self) -> Vec<Vec<Choice<'a>>> {
         let mut combinations = vec![Vec::new()];
         for axis in &self.axes {
-            let longer = |combination: &Combination| {
-                let combination = combination.clone();
-                (0..axis.values.len()).map(move |value| [combination.clone(), vec![value]].concat())
+            let longer = |combination: Vec<Choice<'a>>| {
+                (0..axis.values.len()).map(move |number| [&*combination, &[Choice { axis, number }]].concat())
             };
-            combinations = combinations.iter().flat_map(longer).collect();
+            combinations = combinations.into_iter().flat_map(longer).collect();
         }
         combinations
     }
 
     /// The sweep file of a single combination, which gives the run the same settings and name.
-    pub fn alone(&self, combination: &Combination) -> Value {
+    pub fn alone(&self, chosen: &[Choice<'_>]) -> Value {
         let mut object = Map::new();
         object.extend(self.kind.clone().map(|kind| ("kind".to_owned(), kind)));
-        for (axis, &value) in self.axes.iter().zip(combination) {
-            let value = axis.values[value].clone();
-            object.insert(axis.key.clone(), if axis.is_list { Value::Array(vec![value]) } else { value });
+        for choice in chosen {
+            let value = choice.value().clone();
+            object.insert(choice.key().to_owned(), if choice.axis.is_list { Value::Array(vec![value]) } else { value });
         }
         Value::Object(object)
-    }
-}
-
-/// The objects of a sweep file: one, or a list of several.
-struct OneOrMany {
-    objects: Vec<Entries>,
-    is_list: bool,
-}
-
-impl<'de> Deserialize<'de> for OneOrMany {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Objects;
-        impl<'de> Visitor<'de> for Objects {
-            type Value = OneOrMany;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("an object of settings and their values, or a list of such objects")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<OneOrMany, A::Error> {
-                let object = Entries::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(OneOrMany { objects: vec![object], is_list: false })
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<OneOrMany, A::Error> {
-                let objects = Deserialize::deserialize(SeqAccessDeserializer::new(list))?;
-                Ok(OneOrMany { objects, is_list: true })
-            }
-        }
-        deserializer.deserialize_any(Objects)
     }
 }

@@ -2,19 +2,63 @@
 
 use std::sync::Arc;
 
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::file::{Combination, Grid};
+use super::file::Choice;
 use super::training::{Agents, setting};
 use crate::error::ExperimentError;
-use crate::hits::{ActorNoise, Guided, HitCounts, Policy, Uniform, count_hits};
-use mge_agent::DdpgConfig;
+use crate::play::play;
+use mge_agent::{Ddpg, DdpgConfig, OrnsteinUhlenbeck};
+use mge_base::by_name;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
-use mge_base::stop::Stop;
+use mge_base::stop::{Stop, Stopped};
+use mge_base::streams::Stream;
 use mge_base::validation::ValidationError;
+use mge_env::{Action, Environment, observation_len, uniform_action};
 use mge_task::Task;
 use mge_trainer::{PriorSource, RunConfig, build_prior};
+
+/// Numbers of episodes in which each stage was reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HitCounts {
+    /// Number of episodes played.
+    pub episodes: u32,
+    /// Number of episodes that reached the goal.
+    pub goal: u32,
+    /// Number of episodes that reached each subgoal.
+    pub subgoals: Vec<u32>,
+}
+
+/// A policy that does not learn, by its name in sweeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Policy {
+    /// Actions drawn from the clusters of the next stage (epsilon threshold 1).
+    Guided,
+    /// An untrained actor with Ornstein-Uhlenbeck noise: the exploration of standard DDPG before its first reward
+    /// (epsilon threshold 0).
+    Random,
+    /// Actions drawn uniformly.
+    Uniform,
+}
+
+by_name!(Policy, "policy");
+
+impl Policy {
+    /// Every policy.
+    pub const ALL: [Self; 3] = [Self::Guided, Self::Random, Self::Uniform];
+
+    /// The name in sweeps and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Guided => "guided",
+            Self::Random => "random",
+            Self::Uniform => "uniform",
+        }
+    }
+}
 
 /// A count: the content of `config.json` in its folder. `result.json` has its [`HitCounts`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,33 +83,32 @@ impl HitJob {
     const SETTINGS: [&str; 7] = ["task", "policy", "model", "build", "episodes", "seed", "kind"];
 
     /// The count of a combination of settings.
-    pub(super) fn new(grid: &Grid, combination: &Combination, agents: &mut Agents) -> Result<Self, ValidationError> {
-        let task = agents.task(grid, combination)?;
+    pub(super) fn new(chosen: &[Choice<'_>], agents: &mut Agents) -> Result<Self, ValidationError> {
+        let task = agents.task(chosen)?;
         let (policy, prior) = (Policy::Guided, PriorSource::default());
         let (mut job, mut build) = (Self { task, policy, prior, build: 0, episodes: 1000, seed: 0 }, None);
-        for (axis, &number) in grid.axes.iter().zip(combination) {
-            let value = &axis.values[number];
-            let wrong = |message: String| ValidationError::new(axis.path(number), message);
+        for choice in chosen {
             let count = |from: u64, to: u64| {
-                let count = value.as_u64().filter(|count| (from..=to).contains(count));
-                count.ok_or_else(|| wrong(format!("must be a whole number from {from} to {to}")))
+                let count = choice.value().as_u64().filter(|count| (from..=to).contains(count));
+                count.ok_or_else(|| choice.wrong(format_args!("must be a whole number from {from} to {to}")))
             };
-            match setting(&axis.key) {
+            let text = json::text(choice.value());
+            match setting(choice.key()) {
                 "task" => {}
-                "policy" => job.policy = json::text(value).parse().map_err(wrong)?,
-                "prior" => job.prior = agents.source(&json::text(value), &job.task),
+                "policy" => job.policy = text.parse().map_err(|error: String| choice.wrong(error))?,
+                "prior" => job.prior = agents.source(&text, &job.task),
                 "build" => build = Some(count(0, u64::MAX)?),
                 "episodes" => job.episodes = count(1, 10_000_000)? as u32,
                 "seed" => job.seed = count(0, u64::MAX)?,
                 key => {
                     let hint = did_you_mean(Self::SETTINGS, key);
-                    return Err(wrong(format!("there is no setting `{key}` of a count of hits{hint}")));
+                    return Err(choice.wrong(format_args!("there is no setting `{key}` of a count of hits{hint}")));
                 }
             }
         }
         job.build = build.filter(|_| job.policy == Policy::Guided).unwrap_or(job.seed);
         if job.policy == Policy::Guided {
-            agents.check_model(grid, combination, &job.clusters())?;
+            agents.check_model(chosen, &job.clusters())?;
         } else {
             job.prior = PriorSource::Uniform;
         }
@@ -82,17 +125,66 @@ impl HitJob {
     /// # Errors
     /// When the clusters cannot be built, or `stop` is requested.
     pub fn count(&self, stop: &Stop) -> Result<HitCounts, ExperimentError> {
-        let Self { task, episodes, seed, .. } = self;
         Ok(match self.policy {
             Policy::Guided => {
                 let clusters = build_prior(&self.clusters(), |_| (), stop)?;
-                count_hits(task, &mut Guided(&clusters), *episodes, *seed, stop)?
+                self.play(stop, |env, rng| clusters.sample(env.snapshot().stage(), rng))?
             }
             Policy::Random => {
-                let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), *seed)?;
-                count_hits(task, &mut actor, *episodes, *seed, stop)?
+                let config = DdpgConfig::default();
+                let (actor, mut noise) = (self.untrained(&config)?, OrnsteinUhlenbeck::new(2, config.ou));
+                self.play(stop, |env, rng| {
+                    if env.snapshot().actions() == 0 {
+                        noise.reset();
+                    }
+                    let mut action = actor.act(&env.observation());
+                    noise.perturb(&mut action, rng);
+                    [action[0], action[1]]
+                })?
             }
-            Policy::Uniform => count_hits(task, &mut Uniform, *episodes, *seed, stop)?,
+            Policy::Uniform => self.play(stop, |_, rng| uniform_action(rng))?,
         })
+    }
+
+    /// The initial actor of a training with this seed.
+    fn untrained(&self, config: &DdpgConfig) -> Result<Ddpg, ValidationError> {
+        Ddpg::new(observation_len(&self.task), 2, config, &mut Stream::AgentWeights.of(self.seed))
+    }
+
+    fn play(
+        &self,
+        stop: &Stop,
+        act: impl FnMut(&Environment, &mut ChaCha8Rng) -> Action,
+    ) -> Result<HitCounts, Stopped> {
+        let mut hits = HitCounts { episodes: 0, goal: 0, subgoals: vec![0; self.task.subgoals.len()] };
+        play(&self.task, act, self.seed, stop, |env| {
+            hits.episodes += 1;
+            hits.goal += u32::from(env.snapshot().goal_reached());
+            for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
+                *count += u32::from(*reached);
+            }
+            hits.episodes < self.episodes
+        })?;
+        Ok(hits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_play_uses_the_initial_actor_of_a_training_and_a_separate_stream_of_start_noise() {
+        let task = Arc::new(mge_task::load("task1").unwrap());
+        let config = DdpgConfig { hidden: 8, ..DdpgConfig::default() };
+        let observation = Environment::new(task.clone()).reset(&mut Stream::Episode.of(3));
+        let of = |mut weights: ChaCha8Rng| {
+            Ddpg::new(observation_len(&task), 2, &config, &mut weights).unwrap().act(&observation)
+        };
+        let prior = PriorSource::Uniform;
+        let job = HitJob { task: task.clone(), policy: Policy::Random, prior, build: 3, episodes: 1, seed: 3 };
+        let actor = job.untrained(&config).unwrap().act(&observation);
+        assert_eq!(actor, of(Stream::AgentWeights.of(3)));
+        assert_ne!(actor, of(Stream::Episode.of(3)), "weights and start noise share a stream");
     }
 }

@@ -35,7 +35,6 @@
 //! a model has `config.json`, `model.safetensors` and `result.json`, that of a count the first and the last), and `results.csv` and
 //! `results.json` with one row per run. There is no other state: progress is derived from the runs.
 
-mod collect;
 mod expand;
 mod file;
 mod hits;
@@ -48,9 +47,8 @@ mod tests;
 mod training;
 mod work;
 
-pub use collect::collect;
 pub use expand::{Job, Sweep, Work};
-pub use hits::HitJob;
+pub use hits::{HitCounts, HitJob, Policy};
 pub use models::{ModelJob, ModelResult};
 pub use plan::{plan, slurm};
 pub(crate) use results::results_of;

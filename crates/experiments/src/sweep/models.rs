@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::file::{Combination, Grid};
+use super::file::Choice;
 use super::work::once;
 use crate::error::ExperimentError;
 use mge_base::json;
@@ -71,14 +71,11 @@ pub struct ModelResult {
 
 impl ModelJob {
     /// The job of a combination of settings.
-    pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, ValidationError> {
-        let chosen = || grid.axes.iter().zip(combination);
-        let settings: Vec<(&str, Value)> =
-            chosen().map(|(axis, value)| (axis.key.as_str(), axis.values[*value].clone())).collect();
-        Self::of(&settings).map_err(|error| {
-            let of_list = chosen().find(|(axis, _)| axis.key == error.path);
-            let path = of_list.map_or_else(|| error.path.clone(), |(axis, value)| axis.path(*value));
-            ValidationError::new(path, error.message)
+    pub(super) fn new(chosen: &[Choice<'_>]) -> Result<Self, ValidationError> {
+        let settings: Vec<(&str, Value)> = chosen.iter().map(|choice| (choice.key(), choice.value().clone())).collect();
+        Self::of(&settings).map_err(|error| match chosen.iter().find(|choice| choice.key() == error.path) {
+            Some(choice) => choice.wrong(error.message),
+            None => error,
         })
     }
 

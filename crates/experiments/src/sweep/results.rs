@@ -7,10 +7,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use super::hits::HitCounts;
 use super::models::{ModelResult, short};
 use super::work::result_in;
 use crate::error::ExperimentError;
-use crate::hits::HitCounts;
 use mge_base::atomic::{Format, Target};
 use mge_base::json;
 use mge_base::sync::hold_folder;

@@ -10,7 +10,6 @@ use super::results::{Results, readable_results};
 use super::summary::Group;
 use super::*;
 use crate::error::ExperimentError;
-use crate::hits::Policy;
 use mge_base::stop::Stop;
 use mge_dynamics::{ModelConfig, TrainConfig};
 use mge_run::{RunDirectory, RunState};
@@ -373,84 +372,6 @@ fn models_are_trained_evaluated_and_tabulated() {
 }
 
 #[test]
-fn the_copy_with_more_progress_is_collected_without_its_lock() {
-    let folder = tempfile::tempdir().unwrap();
-    let [finished, killed] = ["finished", "killed"].map(|name| folder.path().join(name));
-    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
-    finish(&sweep, &finished);
-    finish(&sweep, &killed);
-    let job = &sweep.jobs[0];
-    // All episodes are done, but the process was killed before it could log the end.
-    let path = job.folder(&killed).join("events.jsonl");
-    let log = std::fs::read_to_string(&path).unwrap();
-    let whole_lines: Vec<&str> = log.lines().filter(|line| !line.contains("\"finished\"")).collect();
-    assert_eq!(whole_lines.len() + 1, log.lines().count(), "{log}");
-    std::fs::write(&path, whole_lines.join("\n") + "\n").unwrap();
-    assert!(job.folder(&finished).join("lock").exists());
-    for (n, folders) in [[&finished, &killed], [&killed, &finished]].into_iter().enumerate() {
-        let out = folder.path().join(format!("out{n}"));
-        assert_eq!(collect(&folders.map(Clone::clone), &out).unwrap().runs, 1);
-        let run = RunDirectory::open(job.folder(&out)).unwrap();
-        assert_eq!(run.status().unwrap().state, RunState::Finished);
-        assert!(!run.path().join("lock").exists(), "a lock belongs to the process that made it");
-    }
-}
-
-#[test]
-fn collected_runs_are_merged_and_conflicts_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
-    let all = sweep(&small(&json!({"epsilon": 0.2, "seed": [0, 1]})));
-    let half = |range: std::ops::Range<usize>| Sweep { jobs: all.jobs[range].to_vec() };
-    finish(&half(0..3), &a);
-    finish(&half(3..4), &b);
-    stop_at(&all.jobs[0], &b, 3);
-    assert_eq!(collect(&[b.clone(), a.clone()], &out).unwrap().runs, 4);
-    for job in &all.jobs {
-        let state = RunDirectory::open(job.folder(&out)).unwrap().status().unwrap().state;
-        assert_eq!(state, RunState::Finished, "{}", job.name);
-    }
-    assert_eq!(metrics(&out, &all.jobs[0].name), metrics(&a, &all.jobs[0].name));
-    assert_eq!(finish(&all, &out), [], "nothing is left to do");
-    assert_eq!(collect(&[a.clone(), b.clone()], &out).unwrap().runs, 4, "collecting again changes nothing");
-
-    let refused = |expected: &str| {
-        let fresh = folder.path().join("fresh");
-        let error = collect(&[a.clone(), b.clone()], &fresh).unwrap_err().to_string();
-        assert!(error.contains(expected), "{error}");
-        assert!(!fresh.exists(), "something was copied");
-    };
-    let lock = RunDirectory::open(all.jobs[0].folder(&b)).unwrap().lock().unwrap();
-    refused("is being trained");
-    drop(lock);
-    let path = all.jobs[0].folder(&b).join("metrics.csv");
-    let text = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, text.replace(",false", ",true")).unwrap();
-    refused("have the same settings and different results");
-    let path = all.jobs[0].folder(&b).join("config.json");
-    let text = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, text.replace("\"episodes\": 8", "\"episodes\": 9")).unwrap();
-    refused("have the same name and different settings");
-    let error = collect(&[folder.path().join("nowhere")], &out).unwrap_err().to_string();
-    assert!(error.contains("is not the folder of a sweep"), "{error}");
-}
-
-#[test]
-fn an_unreadable_copy_is_not_taken_for_a_run_that_has_not_started() {
-    let folder = tempfile::tempdir().unwrap();
-    let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
-    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
-    let job = &sweep.jobs[0];
-    let Work::Train(config) = &job.work else { panic!("an agent") };
-    for place in [&a, &b] {
-        RunDirectory::create(job.folder(place), config).unwrap();
-    }
-    std::fs::create_dir(job.folder(&a).join("metrics.csv")).unwrap();
-    let error = collect(&[a, b], &out).unwrap_err().to_string();
-    assert!(error.contains("metrics.csv") && !out.exists(), "{error}");
-}
-
-#[test]
 fn a_setting_that_is_also_a_measure_is_one_column_of_the_results() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0, "episodes": [2, 3]})));
@@ -491,7 +412,7 @@ fn hits_are_counted_once_and_tabulated() {
     assert!(csv.starts_with("run,state,task,policy,prior,build,seed,episodes,goal,"), "{csv}");
     assert!(csv.lines().next().unwrap().ends_with(",goal,subgoal_1"), "{csv}");
     let Work::Hits(job) = &sweep.jobs[1].work else { panic!("a count") };
-    let counted: crate::HitCounts = result_in(&sweep.jobs[1].folder(folder.path())).unwrap().unwrap();
+    let counted: HitCounts = result_in(&sweep.jobs[1].folder(folder.path())).unwrap().unwrap();
     assert_eq!(counted, job.count(&Stop::default()).unwrap());
     assert_eq!((counted.episodes, job.build, job.seed), (3, 5, 1));
     assert_eq!(finish(&sweep, folder.path()), []);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-use super::file::{Axis, Combination, Grid};
+use super::file::{Axis, Choice, Grid};
 use mge_base::identity::FileId;
 use mge_base::json;
 use mge_base::paths::expanded;
@@ -85,17 +85,18 @@ pub(super) struct Agents {
 impl Agents {
     /// The configuration of a combination. Settings without effect, whatever their value, are left out of it, so that
     /// runs differing only in these are equal.
-    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<RunConfig, ValidationError> {
-        let start = RunConfig::usual_for(self.task(grid, combination)?);
-        let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
-        chosen.retain(|(axis, _)| axis.key != "task");
+    pub fn config(&mut self, combination: &[Choice<'_>]) -> Result<RunConfig, ValidationError> {
+        let start = RunConfig::usual_for(self.task(combination)?);
+        let mut chosen = combination.to_vec();
+        chosen.retain(|choice| choice.key() != "task");
         // The method comes first: it determines the defaults of other settings.
-        chosen.sort_by_key(|(axis, _)| axis.key != "method");
+        chosen.sort_by_key(|choice| choice.key() != "method");
         let mut config = self.with_settings(&start, &chosen)?;
-        for (axis, _) in chosen.clone() {
-            let (key, others) = (setting(&axis.key), chosen.iter().filter(|(other, _)| other.key != axis.key));
+        for choice in chosen.clone() {
+            let key = setting(choice.key());
             if !config.uses(key) {
-                let others: Vec<_> = others.copied().collect();
+                let mut others = chosen.clone();
+                others.retain(|other| other.key() != choice.key());
                 let without = self.with_settings(&start, &others)?;
                 if !without.uses(key) {
                     (config, chosen) = (without, others);
@@ -105,29 +106,27 @@ impl Agents {
         if !config.method.uses("epsilon") {
             config.epsilon = EpsilonSchedule::Constant(0.0);
         }
-        self.check_model(grid, combination, &config)?;
+        self.check_model(combination, &config)?;
         Ok(config)
     }
 
     /// A configuration with the chosen values of settings.
-    fn with_settings(&mut self, start: &RunConfig, chosen: &[(&Axis, usize)]) -> Result<RunConfig, ValidationError> {
+    fn with_settings(&mut self, start: &RunConfig, chosen: &[Choice<'_>]) -> Result<RunConfig, ValidationError> {
         let (mut config, mut out_of_range) = (start.clone(), None);
-        for &(axis, value) in chosen {
-            let text = json::text(&axis.values[value]);
-            config = match setting(&axis.key) {
+        for choice in chosen {
+            let text = json::text(choice.value());
+            config = match setting(choice.key()) {
                 // Read only once.
                 "prior" => RunConfig { prior: self.source(&text, &config.task), ..config },
-                key => {
-                    config.with_unchecked_setting(key, &text).map_err(|error| explain(axis, value, &config, &error))?
-                }
+                key => config.with_unchecked_setting(key, &text).map_err(|error| explain(choice, &config, &error))?,
             };
             if out_of_range.is_none() {
-                out_of_range = config.validate().err().map(|error| (axis.path(value), error));
+                out_of_range = config.validate().err().map(|error| choice.wrong(error));
             }
         }
-        if let Some((path, error)) = out_of_range {
+        if let Some(error) = out_of_range {
             // A setting may be in range only together with a later one.
-            config.validate().map_err(|_| ValidationError::new(path, error))?;
+            config.validate().map_err(|_| error)?;
         }
         Ok(config)
     }
@@ -140,45 +139,33 @@ impl Agents {
     }
 
     /// The task of a combination.
-    pub fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {
-        let place = grid.axes.iter().position(|axis| axis.key == "task");
-        let Some(place) = place else {
-            let alike = |axis: &&Axis| nearest(["task"], &axis.key).is_some();
-            if let Some(axis) = grid.axes.iter().find(alike) {
-                let message = format!("there is no setting `{}`: did you mean `task`?", axis.key);
-                return Err(ValidationError::new(&axis.key, message));
+    pub fn task(&mut self, chosen: &[Choice<'_>]) -> Result<Arc<Task>, ValidationError> {
+        let Some(choice) = chosen.iter().find(|choice| choice.key() == "task") else {
+            if let Some(key) = chosen.iter().map(Choice::key).find(|key| nearest(["task"], key).is_some()) {
+                return Err(ValidationError::new(key, format!("there is no setting `{key}`: did you mean `task`?")));
             }
             let shipped = task::shipped().iter().map(|task| task.name.clone()).collect::<Vec<_>>().join(", ");
-            return Err(ValidationError::new(
-                "task",
-                format!("is missing: name one or more of {shipped}, or task files"),
-            ));
+            let message = format!("is missing: name one or more of {shipped}, or task files");
+            return Err(ValidationError::new("task", message));
         };
-        let (axis, value) = (&grid.axes[place], combination[place]);
-        let name = json::text(&axis.values[value]);
+        let name = json::text(choice.value());
         if let Some(known) = self.tasks.get(&name) {
             return Ok(known.clone());
         }
-        let task = Arc::new(task::load(&name).map_err(|error| ValidationError::new(axis.path(value), error))?);
+        let task = Arc::new(task::load(&name).map_err(|error| choice.wrong(error))?);
         self.tasks.insert(name, task.clone());
         Ok(task)
     }
 
     /// Checks that the model exists and covers the tools, before the run would fail.
-    pub fn check_model(
-        &mut self,
-        grid: &Grid,
-        combination: &Combination,
-        config: &RunConfig,
-    ) -> Result<(), ValidationError> {
+    pub fn check_model(&mut self, chosen: &[Choice<'_>], config: &RunConfig) -> Result<(), ValidationError> {
         let RunConfig { task, method, prior, .. } = config;
         let key = format!("{:?}", (&task.name, method, prior, config.is_guided()));
         if self.models.contains(&key) {
             return Ok(());
         }
-        let mut chosen = grid.axes.iter().zip(combination);
-        let entry = |(axis, value): (&Axis, &usize)| axis.path(*value);
-        let path = chosen.find(|(axis, _)| setting(&axis.key) == "prior").map_or_else(|| "task".to_owned(), entry);
+        let model = chosen.iter().find(|choice| setting(choice.key()) == "prior");
+        let path = model.map_or_else(|| "task".to_owned(), Choice::path);
         check_model(config).map_err(|error| ValidationError::new(path, error))?;
         self.models.insert(key);
         Ok(())
@@ -186,17 +173,17 @@ impl Agents {
 }
 
 /// A setting's error at its path; also suggests names that exist only in sweeps.
-fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> ValidationError {
-    let (path, key) = (axis.path(value), axis.key.as_str());
+fn explain(choice: &Choice<'_>, config: &RunConfig, error: &SettingError) -> ValidationError {
+    let key = choice.key();
     if key == "method" {
-        let known: Result<Method, String> = json::text(&axis.values[value]).parse();
-        return ValidationError::new(path, known.err().unwrap_or_else(|| error.to_string()));
+        let known: Result<Method, String> = json::text(choice.value()).parse();
+        return choice.wrong(known.err().unwrap_or_else(|| error.to_string()));
     }
-    let SettingError::Unknown { .. } = error else { return ValidationError::new(path, error) };
+    let SettingError::Unknown { .. } = error else { return choice.wrong(error) };
     let keys = config_keys(config);
     let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
     let hint = did_you_mean(keys.iter().map(String::as_str).chain(others), key);
-    ValidationError::new(path, format!("there is no setting `{key}`{hint}"))
+    choice.wrong(format_args!("there is no setting `{key}`{hint}"))
 }
 
 #[cfg(test)]
