@@ -4,13 +4,10 @@ use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
 use super::interrupt::brief;
 use super::output::{self, Outcome};
 use super::progress::Progress;
-use super::provenance;
 use super::runs::definitions;
 use super::session::{RUNS, perform};
 use mge_base::stop::Stop;
 use mge_dynamics::{self as dynamics, EvaluationConfig};
-use mge_experiments::study::model_error_figure;
-use mge_figures::{Figure, PICTURE, Provenance};
 use mge_task as task;
 use mge_workbench::{FIRST_TASK, Session, command};
 
@@ -50,8 +47,6 @@ fn settings(arguments: &DynamicsTrain) -> Result<Vec<(String, String)>, String> 
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
-    let figure = arguments.figure.as_deref().map(|path| arguments.force.target(path));
-    figure.iter().try_for_each(|to| output::check_target(to, &PICTURE))?;
     let model = dynamics::named(&arguments.model, None)?;
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
@@ -61,10 +56,6 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
             progress.set(done as u64, total as u64, part);
         })?;
     drop(progress);
-    if let Some(to) = &figure {
-        let provenance = Provenance::new(provenance::command(), &[arguments.seed], &model.provenance().data_hash);
-        model_error_figure(&evaluation, &model).write(to, &provenance, arguments.print.dpi)?;
-    }
     output::json(&evaluation)
 }
 

@@ -1,12 +1,8 @@
 //! The command that reproduces a result, as figures, reports and models store it.
 
-use std::path::Path;
-
 /// Options that change no result, and whether they take a value.
 const WITHOUT_EFFECT: [(&str, bool); 4] =
     [("--quiet", false), ("--force", false), ("--threads", true), ("--out", true)];
-/// The option that names the file of a figure, of which only the name is stored.
-const FIGURE: &str = "--figure";
 
 /// The command line of this process, as far as it determines the results.
 pub fn command() -> String {
@@ -21,14 +17,9 @@ fn reproducing(arguments: impl IntoIterator<Item = String>) -> String {
     let mut words = arguments.into_iter().flat_map(split);
     let mut kept = vec!["mge".to_owned()];
     while let Some(word) = words.next() {
-        if let Some((_, takes_value)) = WITHOUT_EFFECT.iter().find(|(option, _)| *option == word) {
-            words.by_ref().take(usize::from(*takes_value)).for_each(drop);
-            continue;
-        }
-        let is_figure = word == FIGURE;
-        kept.push(word);
-        if let Some(path) = words.by_ref().take(usize::from(is_figure)).next() {
-            kept.push(Path::new(&path).file_name().map_or(path.clone(), |name| name.to_string_lossy().into_owned()));
+        match WITHOUT_EFFECT.iter().find(|(option, _)| *option == word) {
+            Some((_, takes_value)) => words.by_ref().take(usize::from(*takes_value)).for_each(drop),
+            None => kept.push(word),
         }
     }
     shell_words::join(kept)
@@ -41,8 +32,8 @@ mod tests {
     #[test]
     fn a_command_is_stored_without_what_changes_no_result() {
         let stored = |line: &str| reproducing(shell_words::split(line).unwrap());
-        let line = "dynamics evaluate box --quiet --figure=/home/me/m/a.png --force --seed 7";
-        assert_eq!(stored(line), "mge dynamics evaluate box --figure a.png --seed 7");
+        let line = "report runs --quiet --reference=DDPG --force --seed 7";
+        assert_eq!(stored(line), "mge report runs --reference DDPG --seed 7");
         assert_eq!(stored("report 'my runs' --threads 3 --seed 4"), "mge report 'my runs' --seed 4");
         assert_eq!(stored("report a --threads"), "mge report a");
         assert_eq!(stored("puzzles bench p --set a=1 --out ."), "mge puzzles bench p --set 'a=1'");

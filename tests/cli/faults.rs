@@ -566,8 +566,7 @@ fn results_do_not_replace_files_of_other_kinds() {
     );
     fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run/config.json"]), "exists and is not a task");
     fail(mge(&folder, ["tasks", "propose", "task1", "--out", "run"]), "a folder");
-    let figure = ["dynamics", "evaluate", "bucket-box", "--figure", "nowhere/a.png"];
-    fail(mge(&folder, figure), "the folder nowhere does not exist");
+    fail(mge(&folder, ["export", "run", "--out", "nowhere/a.safetensors"]), "the folder nowhere does not exist");
     assert_eq!(std::fs::read(folder.path().join("run/config.json")).unwrap(), config);
     for _ in 0..2 {
         succeed(mge(&folder, ["export", "run", "--out", "actor.safetensors"]));

@@ -25,21 +25,16 @@ struct Placed<'b> {
     left: f64,
 }
 
-/// Options of [`grouped_bars`].
-#[derive(Default)]
-pub struct BarLook<'t> {
-    /// Bold text above.
-    pub title: &'t str,
-    /// Label of the y axis.
-    pub label: &'t str,
-    /// Whether values are written above the bars.
-    pub counts: bool,
-    /// Whether space for member names is reserved even if there are none, so that adjacent plots align.
-    pub room_for_names: bool,
-}
-
-/// Draws clusters of bars side by side, those of each member in the order of `series`.
-pub fn grouped_bars(canvas: &Canvas, rect: Rect, look: &BarLook<'_>, clusters: &[BarCluster], series: &[Series]) {
+/// Draws clusters of bars side by side, those of each member in the order of `series`, with their values above. `title` is
+/// above the plot, and `label` at its y axis. Space for names of members is reserved even if there are none, so that
+/// adjacent plots align.
+pub fn grouped_bars(
+    canvas: &Canvas,
+    rect: Rect,
+    [title, label]: [&str; 2],
+    clusters: &[BarCluster],
+    series: &[Series],
+) {
     let mut x = CLUSTER_GAP / 2.0;
     let (mut placed, mut names) = (Vec::new(), Vec::new());
     for cluster in clusters {
@@ -55,10 +50,9 @@ pub fn grouped_bars(canvas: &Canvas, rect: Rect, look: &BarLook<'_>, clusters: &
     let end = (x - CLUSTER_GAP / 2.0).max(1.0);
     let values = placed.iter().flat_map(|member| member.bars).flat_map(Estimate::values);
     let named = placed.iter().any(|member| !member.name.is_empty());
-    let below = if named || look.room_for_names { 2.6 } else { 1.5 } * SMALL_SIZE + TICK_LENGTH;
-    let (rect, _) = rect.split_bottom(below - 1.4 * SMALL_SIZE);
-    let frame = Frame { title: look.title, grid: true, square: false };
-    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(look.label, values, 6)];
+    let (rect, _) = rect.split_bottom(2.6 * SMALL_SIZE + TICK_LENGTH - 1.4 * SMALL_SIZE);
+    let frame = Frame { title, grid: true, square: false };
+    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(label, values, 6)];
     let [horizontal, vertical] = axes;
     let plot = Plot::new(canvas, rect, &frame, horizontal, vertical);
     let mut taken = Vec::new();
@@ -66,9 +60,7 @@ pub fn grouped_bars(canvas: &Canvas, rect: Rect, look: &BarLook<'_>, clusters: &
         for ((n, bar), series) in member.bars.iter().enumerate().zip(series) {
             let x = member.left + n as f64 + 0.5;
             plot.bar(x, 0.92, *bar, series);
-            if look.counts {
-                write_count(canvas, &plot, x, *bar, &mut taken);
-            }
+            write_count(canvas, &plot, x, *bar, &mut taken);
         }
         let [x, y] =
             [plot.at(member.left + member.bars.len() as f64 / 2.0, 0.0)[0], plot.rect.bottom + 0.9 * SMALL_SIZE];

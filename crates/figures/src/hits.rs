@@ -2,7 +2,7 @@
 
 use super::Figure;
 use super::axes::number;
-use super::bars::{BarCluster, BarLook, grouped_bars};
+use super::bars::{BarCluster, grouped_bars};
 use super::canvas::Canvas;
 use super::data::{Statistics, labels};
 use super::geometry::Rect;
@@ -94,9 +94,8 @@ impl Figure for HitBars {
         let left = Rect { right: middle - GAP / 2.0, ..rect };
         let right = Rect { left: middle + GAP / 2.0, ..rect };
         let label = &format!("episodes of {episodes}");
-        let look = |title| BarLook { title, label, counts: true, room_for_names: true };
-        grouped_bars(canvas, left, &look("(a) Final goal hit"), &self.goals(), &looks);
-        grouped_bars(canvas, right, &look("(b) Subgoal hit"), &self.subgoals(), &looks);
+        grouped_bars(canvas, left, ["(a) Final goal hit", label], &self.goals(), &looks);
+        grouped_bars(canvas, right, ["(b) Subgoal hit", label], &self.subgoals(), &looks);
     }
 
     fn table(&self) -> Table {

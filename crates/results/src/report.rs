@@ -217,3 +217,42 @@ impl Comparison {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use mge_run::{EpisodeRecord, Event, RunDirectory, RunWriter};
+    use mge_task::Task;
+    use mge_trainer::{Method, RunConfig};
+
+    #[test]
+    fn figures_of_many_tasks_show_them_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let task = mge_task::load("task1").unwrap();
+        for number in 0..=MAX_PANELS as u64 {
+            let task = Task { name: format!("puzzle{number}"), ..task.clone() };
+            let config = RunConfig { episodes: 1, ..RunConfig::default_for(Arc::new(task), Method::Ddpg) };
+            let directory = RunDirectory::create(folder.path().join(number.to_string()), &config).unwrap();
+            let mut writer = RunWriter::open(&directory, 0).unwrap();
+            let goal = number > 0;
+            let rolling_success = f64::from(u8::from(goal));
+            let record = EpisodeRecord { episode: 1, goal, rolling_success, ..EpisodeRecord::default() };
+            writer.record(&Event::EpisodeFinished(record)).unwrap();
+            writer.record(&Event::Finished { episode: 1 }).unwrap();
+        }
+        let (runs, out) = ([folder.path().to_owned()], folder.path().join("report"));
+        let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
+        let report = report(&runs, &*out, &bootstrap, None, "test", 72, &mut |_, _| {}).unwrap();
+        assert_eq!(report.common_tasks.len(), MAX_PANELS + 1);
+        for (figure, score) in [("learning", "1"), ("methods", "1")] {
+            let csv = std::fs::read_to_string(out.join(format!("figures/{figure}.csv"))).unwrap();
+            let rows: Vec<Vec<&str>> = csv.lines().skip(1).map(|line| line.split(',').collect()).collect();
+            assert!(rows.iter().all(|row| row[0] == ALL_TASKS), "{csv}");
+            assert!(rows.iter().any(|row| row.contains(&score)), "the interquartile mean of all runs: {csv}");
+        }
+        let svg = std::fs::read_to_string(out.join("figures/learning.svg")).unwrap();
+        assert!(svg.contains("runs on 13 tasks, each of 1 seed"), "{svg}");
+    }
+}

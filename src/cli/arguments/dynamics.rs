@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Force, Print, count};
+use super::{Force, count};
 use mge_dynamics::ToolSet;
 use mge_trainer::PriorSource;
 
@@ -72,13 +72,6 @@ pub struct DynamicsEvaluate {
     /// Rollouts of each task for comparing predicted with real hits
     #[arg(long, default_value_t = 2000, value_parser = count(1_000_000))]
     pub rollouts: usize,
-    /// Also draw the errors to this PNG, SVG or PDF file
-    #[arg(long)]
-    pub figure: Option<PathBuf>,
-    #[command(flatten)]
-    pub force: Force,
-    #[command(flatten)]
-    pub print: Print,
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,

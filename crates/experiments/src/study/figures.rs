@@ -9,13 +9,11 @@ use crate::sweep::{Policy, Summary};
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
-use mge_dynamics::{
-    Compared, Errors, Evaluation, HitPredictions, Launch, Model, OneTool, Split, TrainConfig, Variety, collect,
-};
+use mge_dynamics::{Launch, Split, TrainConfig, Variety, collect};
 use mge_env::Environment;
 use mge_figures::{
-    ActionSamples, Against, Edge, Figure, HitBars, Instant, Launches, ModelError, PolicyHits, Predictor, Provenance,
-    RelativeFrames, Statistics, TaskActions, TaskGrid, TaskHits, ToolLaunches,
+    ActionSamples, Against, Edge, Figure, HitBars, Instant, Launches, PolicyHits, Provenance, RelativeFrames,
+    Statistics, TaskActions, TaskGrid, TaskHits, ToolLaunches,
 };
 use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
@@ -174,31 +172,5 @@ fn hit_bars(means: &Summary) -> HitBars {
             fewest_seeds: None,
         },
         tasks,
-    }
-}
-
-/// Errors of a model, and of free flight, on fresh launches.
-pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError {
-    type Of = fn(&Compared<OneTool>) -> &OneTool;
-    let predictors: [(&str, Of); 2] =
-        [("graph network", |compared| &compared.model), ("constant velocity", |compared| &compared.constant_velocity)];
-    let exact = |errors: &Errors| Estimate::exact(errors.mean);
-    let shares =
-        |hits: HitPredictions| [hits.precision, hits.recall].map(|share| Estimate::exact(share.unwrap_or(f64::NAN)));
-    let predictors = predictors.map(|(label, of)| Predictor {
-        label: label.to_owned(),
-        one_step: evaluation.launches.iter().map(|tool| exact(&of(&tool.errors).one_step)).collect(),
-        rollout: evaluation.launches.iter().map(|tool| of(&tool.errors).rollout.iter().map(exact).collect()).collect(),
-        hits: evaluation.launches.iter().map(|tool| shares(of(&tool.errors).hits)).collect(),
-    });
-    ModelError {
-        tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
-        step_seconds: f64::from(model.config().interval as f32 * PHYSICS_DT),
-        statistics: Statistics {
-            centre: format!("Mean of {} launches", evaluation.config.launches),
-            seeds: 1,
-            ..Statistics::default()
-        },
-        predictors: predictors.into(),
     }
 }

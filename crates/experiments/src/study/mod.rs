@@ -16,7 +16,6 @@ use serde_json::Value;
 
 use crate::error::ExperimentError;
 use crate::sweep::{self, Sweep};
-pub use figures::model_error_figure;
 use figures::write_figures;
 use mge_base::atomic::Target;
 use mge_base::json;

@@ -4,15 +4,14 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::Value;
-use signal_hook::consts::SIGUSR1;
 
 use super::expand::{Job, Sweep};
 use crate::error::ExperimentError;
 
 /// Maximum number of tasks of a Slurm array: with the default `MaxArraySize`, indices reach 1000.
 const MAX_TASKS: usize = 1000;
-/// Seconds before the time limit at which a task is told to save its work.
-const WARNING_SECONDS: u32 = 120;
+/// The script of a job array.
+const SCRIPT: &str = include_str!("slurm.sh");
 
 /// One command per job and line. The commands are self-contained (they need no sweep file), and running one
 /// again does only the missing work. `program` and `folder` should be absolute.
@@ -64,40 +63,11 @@ pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result
             jobs => Value::Array(jobs.iter().map(|job| job.alone.clone()).collect()).to_string(),
         })
         .collect();
-    Ok(format!(
-        "#!/usr/bin/env bash\n\
-         # {count} independent jobs; submit with: sbatch THIS_FILE\n\
-         # Before its time limit, a job saves its work and is put into the queue again, where it continues. Others that were\n\
-         # interrupted continue when the script is submitted again.\n\
-         #SBATCH --job-name=mge-{name}\n\
-         #SBATCH --array=0-{last}\n\
-         #SBATCH --ntasks=1\n\
-         #SBATCH --cpus-per-task=1\n\
-         #SBATCH --output=mge-{name}-%A_%a.log\n\
-         #SBATCH --open-mode=append\n\
-         #SBATCH --requeue\n\
-         #SBATCH --signal=B:USR1@{warning}\n\
-         set -euo pipefail\n\
-         command=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" <<'END_OF_PLAN'\n\
-         {plan}END_OF_PLAN\n\
-         )\n\
-         eval \"$command --threads 1 &\"\n\
-         program=$!\n\
-         # A signal that the shell passes on ends its wait: it waits until none does.\n\
-         pass() {{ passed=yes; kill -s \"$1\" \"$program\" || true; }}\n\
-         trap 'pass USR1' USR1\n\
-         trap 'pass TERM' TERM\n\
-         passed=yes\n\
-         while [ \"$passed\" ]; do passed='' status=0; wait \"$program\" || status=$?; done\n\
-         # Ended by SIGUSR1, with its work saved.\n\
-         [ \"$status\" != {warned} ] || scontrol requeue \"$SLURM_JOB_ID\"\n\
-         exit \"$status\"\n",
-        count = sweep.jobs.len(),
-        last = tasks.len().saturating_sub(1),
-        warning = WARNING_SECONDS,
-        warned = 128 + SIGUSR1,
-        plan = commands(tasks.into_iter(), program, folder)?,
-    ))
+    let last = tasks.len().saturating_sub(1).to_string();
+    let plan = commands(tasks.into_iter(), program, folder)?;
+    // The plan comes last: it may have any text.
+    let values = [("@COUNT@", sweep.jobs.len().to_string()), ("@NAME@", name), ("@LAST@", last), ("@PLAN@", plan)];
+    Ok(values.iter().fold(SCRIPT.to_owned(), |script, (place, value)| script.replace(place, value)))
 }
 
 /// The command that reproduces a job's model, for the provenance in the model file.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::hits::HitCounts;
 use super::models::{ModelResult, short};
@@ -119,8 +119,8 @@ pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<Experimen
             let damaged = read.unreadable.into_iter().next();
             (agents(&read.runs), damaged.map(|(_, error)| error.into()))
         }
-        Kind::Model => MODELS.results(paths),
-        Kind::Hits => HITS.results(paths),
+        Kind::Model => MODELS.of_results::<ModelResult>(paths, model_settings),
+        Kind::Hits => HITS.of_results::<HitCounts>(paths, hit_settings),
     })
 }
 
@@ -151,6 +151,139 @@ pub(super) fn common_kind(
     Err(ExperimentError::Mixed { first, first_kind: known.name(), second, second_kind: kind.name() })
 }
 
+/// The columns of one kind of work, after those of the run and its state.
+struct Layout {
+    /// `train`, `dynamics` or `hits`.
+    kind: &'static str,
+    /// The settings that come first, also where they do not differ.
+    lead: &'static [&'static str],
+    /// What distinguishes repetitions.
+    seeds: &'static [&'static str],
+    /// What was measured.
+    measures: &'static [&'static str],
+    /// The measure that is a list, and the prefix of the columns of its items.
+    list: (&'static str, &'static str),
+}
+
+const AGENTS: Layout = Layout {
+    kind: "train",
+    lead: &["task", "method", "epsilon"],
+    seeds: &["seed"],
+    measures: &[
+        "episodes",
+        "episodes_done",
+        "episodes_to_50",
+        "episodes_to_80",
+        "actions_to_80",
+        "charged_to_80",
+        "charged_area",
+        "auc",
+        "final_success",
+        "held_success",
+        "greedy_success",
+    ],
+    list: ("none", "none_"),
+};
+
+const MODELS: Layout = Layout {
+    kind: "dynamics",
+    lead: &["tools"],
+    seeds: &["seed"],
+    measures: &[
+        "epochs_done",
+        "train_loss",
+        "validation_loss",
+        "one_step_error",
+        "action_error",
+        "one_step_contact_error",
+        "action_contact_error",
+        "precision",
+        "recall",
+    ],
+    list: ("rollout_error", "rollout_error_"),
+};
+
+const HITS: Layout = Layout {
+    kind: "hits",
+    lead: &["task", "policy"],
+    seeds: &["build", "seed"],
+    measures: &["episodes", "goal"],
+    list: ("subgoals", "subgoal_"),
+};
+
+/// The values of a run, by column.
+type Values = BTreeMap<String, Value>;
+
+impl Layout {
+    /// The table of these runs, which differ in the settings `differing`.
+    fn table(&self, differing: BTreeSet<String>, runs: Vec<Values>) -> Results {
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        let items = |run: &Values| run.keys().filter(|column| column.starts_with(self.list.1)).count();
+        let longest = runs.iter().map(items).max().unwrap_or(0);
+        let measures = [owned(self.measures), (1..=longest).map(|number| self.item(number)).collect()].concat();
+        let (mut settings, seeds) = (owned(self.lead), owned(self.seeds));
+        let is_other = |path: &String| ![&settings, &seeds, &measures].iter().any(|columns| columns.contains(path));
+        let others: Vec<String> = differing.into_iter().filter(is_other).collect();
+        settings.extend(others);
+        let columns = [owned(&["run", "state"]), settings.clone(), seeds, measures.clone()].concat();
+        let row = |mut values: Values| {
+            columns.iter().map(|column| (column.clone(), values.remove(column).unwrap_or_default())).collect()
+        };
+        Results { version: 1, kind: self.kind, rows: runs.into_iter().map(row).collect(), settings, measures, columns }
+    }
+
+    /// The column of an item of the list, counted from 1.
+    fn item(&self, number: usize) -> String {
+        format!("{}{number}", self.list.1)
+    }
+
+    /// The table of work with a `result.json`, each a `T`, of which `settings` returns the settings by their names in a
+    /// sweep file, and why the first of those that cannot be read cannot.
+    fn of_results<T: DeserializeOwned>(
+        &self,
+        paths: &[PathBuf],
+        settings: fn(&Value) -> Settings,
+    ) -> (Results, Option<ExperimentError>) {
+        let (mut all, mut measured, mut damaged) = (Vec::new(), Vec::new(), None);
+        let read = |path: &PathBuf| Ok::<_, ExperimentError>((RunDirectory::open(path)?.config()?, result::<T>(path)?));
+        for path in paths {
+            match read(path) {
+                Ok((config, result)) => {
+                    all.push(settings(&config));
+                    measured.push(self.measured(path, result));
+                }
+                Err(error) => damaged = damaged.or(Some(error)),
+            }
+        }
+        let differing = complete(&mut all, |_, _| true);
+        let runs = all.into_iter().zip(measured).map(|(settings, measured)| settings.into_iter().chain(measured));
+        (self.table(differing, runs.map(Iterator::collect).collect()), damaged)
+    }
+
+    /// The values of a result by column; none if the work is not finished.
+    fn measured(&self, path: &Path, result: Option<Map<String, Value>>) -> Values {
+        let state = match result.as_ref().map(|result| result.get("diverged")) {
+            None => "not finished",
+            Some(None | Some(Value::Null)) => "finished",
+            Some(Some(_)) => "diverged",
+        };
+        let mut values: Values = result.into_iter().flatten().collect();
+        // The setting of this name is how many are asked for.
+        values.remove("epochs").map(|epochs| values.insert("epochs_done".to_owned(), epochs));
+        let items = values.remove(self.list.0).and_then(|list| list.as_array().cloned()).unwrap_or_default();
+        values.extend((1..).map(|number| self.item(number)).zip(items));
+        values.insert("run".to_owned(), path.file_name().unwrap_or_default().to_string_lossy().into());
+        values.insert("state".to_owned(), state.into());
+        values
+    }
+}
+
+/// The result in a folder, which must be a `T`, with numbers as written: 0.1 and not 0.10000000149011612.
+fn result<T: DeserializeOwned>(folder: &Path) -> Result<Option<Map<String, Value>>, ExperimentError> {
+    result_in::<T>(folder)?;
+    result_in(folder)
+}
+
 /// The results of agents.
 fn agents(runs: &[FoundRun]) -> Results {
     let values = |run: &FoundRun| {
@@ -169,184 +302,27 @@ fn agents(runs: &[FoundRun]) -> Results {
         values
     };
     let differing = runs.iter().flat_map(|run| run.trained.row.settings.keys().chain(run.trained.row.implied.keys()));
-    Columns {
-        lead: &["task", "method", "epsilon"],
-        differing: differing.cloned().collect(),
-        seeds: &["seed"],
-        measures: [
-            "episodes",
-            "episodes_done",
-            "episodes_to_50",
-            "episodes_to_80",
-            "actions_to_80",
-            "charged_to_80",
-            "charged_area",
-            "auc",
-            "final_success",
-            "held_success",
-            "greedy_success",
-        ]
-        .map(str::to_owned)
-        .into(),
-    }
-    .table("train", runs.iter().map(values))
+    AGENTS.table(differing.cloned().collect(), runs.iter().map(values).collect())
 }
-
-/// The columns of a table, after those of the run and its state.
-struct Columns {
-    /// The settings that come first, also where they do not differ.
-    lead: &'static [&'static str],
-    /// The settings that differ.
-    differing: BTreeSet<String>,
-    /// What distinguishes repetitions.
-    seeds: &'static [&'static str],
-    /// What was measured.
-    measures: Vec<String>,
-}
-
-/// The values of a run, by column.
-type Values = BTreeMap<String, Value>;
-
-impl Columns {
-    /// The table of these runs.
-    fn table(self, kind: &'static str, runs: impl Iterator<Item = Values>) -> Results {
-        let Self { lead, differing, seeds, measures } = self;
-        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
-        let is_elsewhere =
-            |path: &str| lead.contains(&path) || seeds.contains(&path) || measures.iter().any(|own| own == path);
-        let mut settings = owned(lead);
-        settings.extend(differing.into_iter().filter(|path| !is_elsewhere(path)));
-        let columns = [owned(&["run", "state"]), settings.clone(), owned(seeds), measures.clone()].concat();
-        let row = |mut values: Values| {
-            columns.iter().map(|column| (column.clone(), values.remove(column).unwrap_or_default())).collect()
-        };
-        Results { version: 1, kind, rows: runs.map(row).collect(), settings, measures, columns }
-    }
-}
-
-/// How the results of work with a `result.json` become a table.
-struct Measured {
-    /// `dynamics` or `hits`.
-    kind: &'static str,
-    /// The first settings, also where they do not differ.
-    lead: &'static [&'static str],
-    /// What distinguishes repetitions.
-    seeds: &'static [&'static str],
-    /// The measures and their names in `result.json`.
-    measures: &'static [(&'static str, &'static str)],
-    /// The measures that are lists, by their names in `result.json`, and the prefix of their columns.
-    list: (&'static str, &'static str),
-    /// The settings of a configuration, by their names in a sweep file.
-    settings: fn(&Value) -> Settings,
-    /// Checks the text of a result.
-    check: fn(&Path) -> Result<Option<Value>, ExperimentError>,
-}
-
-const MODELS: Measured = Measured {
-    kind: "dynamics",
-    lead: &["tools"],
-    seeds: &["seed"],
-    measures: &[
-        ("epochs_done", "epochs"),
-        ("train_loss", "train_loss"),
-        ("validation_loss", "validation_loss"),
-        ("one_step_error", "one_step_error"),
-        ("action_error", "action_error"),
-        ("one_step_contact_error", "one_step_contact_error"),
-        ("action_contact_error", "action_contact_error"),
-        ("precision", "precision"),
-        ("recall", "recall"),
-    ],
-    list: ("rollout_error", "rollout_error_"),
-    settings: model_settings,
-    check: checked::<ModelResult>,
-};
-
-const HITS: Measured = Measured {
-    kind: "hits",
-    lead: &["task", "policy"],
-    seeds: &["build", "seed"],
-    measures: &[("episodes", "episodes"), ("goal", "goal")],
-    list: ("subgoals", "subgoal_"),
-    settings: |config| {
-        let mut settings = leaf_settings(config);
-        settings.retain(|path, _| !path.starts_with("task.") && path != "episodes");
-        settings.insert("task".to_owned(), config["task"]["name"].clone());
-        let prior = PriorSource::from(json::text(&config["prior"]));
-        settings.insert("prior".to_owned(), prior.name().into());
-        settings
-    },
-    check: checked::<HitCounts>,
-};
 
 /// The settings of a model by their names in a sweep file.
 fn model_settings(config: &Value) -> Settings {
     let mut settings = leaf_settings(config);
-    settings.insert("tools".to_owned(), names(&config["tools"]).join(",").into());
+    let tools: Vec<&str> = config["tools"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    settings.insert("tools".to_owned(), tools.join(",").into());
     // Older files leave it out where it is false.
     settings.entry("model.properties".to_owned()).or_insert(false.into());
     settings.into_iter().map(|(path, value)| (short(&path).to_owned(), value)).collect()
 }
 
-impl Measured {
-    /// The results of the runs that can be read, and why the first of the others cannot.
-    fn results(&self, paths: &[PathBuf]) -> (Results, Option<ExperimentError>) {
-        let (mut settings, mut found, mut damaged) = (Vec::new(), Vec::new(), None);
-        for path in paths {
-            match self.read(path) {
-                Ok((own, result)) => {
-                    settings.push(own);
-                    found.push((path, result));
-                }
-                Err(error) => damaged = damaged.or(Some(error)),
-            }
-        }
-        let (list, prefix) = self.list;
-        let items = |result: &Value| result.get(list).and_then(Value::as_array).cloned().unwrap_or_default();
-        let longest = found.iter().map(|(_, result)| items(result).len()).max().unwrap_or(0);
-        let measures = self.measures.iter().map(|(column, _)| (*column).to_owned());
-        let columns = Columns {
-            lead: self.lead,
-            differing: complete(&mut settings, |_, _| true),
-            seeds: self.seeds,
-            measures: measures.chain((1..=longest).map(|n| format!("{prefix}{n}"))).collect(),
-        };
-        let values = |((path, result), settings): ((&PathBuf, Value), Settings)| {
-            let mut values: Values = settings.into_iter().collect();
-            let measures = self.measures.iter().filter_map(|(column, key)| Some((*column, result.get(key)?.clone())));
-            values.extend(measures.map(|(column, value)| (column.to_owned(), value)));
-            values
-                .extend(items(&result).into_iter().enumerate().map(|(n, value)| (format!("{prefix}{}", n + 1), value)));
-            values.insert("run".to_owned(), path.file_name().unwrap_or_default().to_string_lossy().into());
-            values.insert("state".to_owned(), state(&result).into());
-            values
-        };
-        (columns.table(self.kind, found.into_iter().zip(settings).map(values)), damaged)
-    }
-
-    /// The settings and the result of a run; null if it is not finished.
-    fn read(&self, path: &Path) -> Result<(Settings, Value), ExperimentError> {
-        let config: Value = RunDirectory::open(path)?.config()?;
-        Ok(((self.settings)(&config), (self.check)(path)?.unwrap_or_default()))
-    }
-}
-
-/// The result in a folder, which must be a `T`, with numbers as written: 0.1 and not 0.10000000149011612.
-fn checked<T: DeserializeOwned>(folder: &Path) -> Result<Option<Value>, ExperimentError> {
-    result_in::<T>(folder)?;
-    result_in(folder)
-}
-
-fn state(result: &Value) -> &'static str {
-    match (result, result.get("diverged")) {
-        (Value::Null, _) => "not finished",
-        (_, None | Some(Value::Null)) => "finished",
-        (_, Some(_)) => "diverged",
-    }
-}
-
-fn names(list: &Value) -> Vec<&str> {
-    list.as_array().into_iter().flatten().filter_map(Value::as_str).collect()
+/// The settings of a count by their names in a sweep file.
+fn hit_settings(config: &Value) -> Settings {
+    let mut settings = leaf_settings(config);
+    settings.retain(|path, _| !path.starts_with("task.") && path != "episodes");
+    settings.insert("task".to_owned(), config["task"]["name"].clone());
+    let prior = PriorSource::from(json::text(&config["prior"]));
+    settings.insert("prior".to_owned(), prior.name().into());
+    settings
 }
 
 impl Results {

@@ -207,31 +207,6 @@ pub fn profile() -> PerformanceProfile {
     }
 }
 
-pub fn model_error() -> ModelError {
-    let predictor = |label: &str, base: f64, growth: f64| Predictor {
-        label: label.to_owned(),
-        one_step: (0..5).map(|n| estimate(base * (1.0 + 0.2 * f64::from(n)), 0.15 * base)).collect(),
-        hits: vec![[estimate(1.0 - base, 0.5 * base), estimate(1.0 - growth, 0.5 * growth)]; 5],
-        rollout: (0..5)
-            .map(|n| {
-                (1..=8)
-                    .map(|k| estimate(base * (1.0 + 0.2 * f64::from(n)) + growth * f64::from(k - 1), 0.2 * base))
-                    .collect()
-            })
-            .collect(),
-    };
-    ModelError {
-        tools: ToolKind::PAPER.map(|kind| kind.name().to_owned()).to_vec(),
-        step_seconds: 4.0 / 3.0,
-        statistics: Statistics { centre: "Mean".to_owned(), seeds: 3, ..statistics() },
-        predictors: vec![
-            predictor("graph network", 0.02, 0.035),
-            predictor("free flight", 0.07, 0.09),
-            predictor("no motion", 0.21, 0.12),
-        ],
-    }
-}
-
 pub fn dashboard() -> Dashboard {
     let mut rng = stream(40);
     let success = curve("", 3000, 0.8, 1200.0, &mut rng);
@@ -289,7 +264,6 @@ pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
         ("greedy", Box::new(LearningCurves { measure: SuccessMeasure::Greedy, ..curves() })),
         ("methods", Box::new(methods())),
         ("profile", Box::new(profile())),
-        ("model_error", Box::new(model_error())),
         ("dashboard", Box::new(dashboard())),
         ("animation", Box::new(animation())),
     ]

@@ -58,8 +58,6 @@ fn empty() -> Vec<Box<dyn Figure>> {
         Box::new(MethodScores { panels: vec![ScorePanel::default()], ..MethodScores::default() }),
         Box::new(LearningCurves { panels: vec![CurvePanel::default()], ..LearningCurves::default() }),
         Box::new(PerformanceProfile::default()),
-        Box::new(ModelError::default()),
-        Box::new(ModelError { tools: vec!["box".to_owned()], ..ModelError::default() }),
         Box::new(Dashboard::default()),
         Box::new(Dashboard { episode: vec![1.0, 2.0], ..Dashboard::default() }),
         Box::new(Animation { task: task(), moments: vec![], frame_ms: 100, trail: 5 }),
