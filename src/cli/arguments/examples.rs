@@ -18,7 +18,7 @@ pub const EXAMPLES: [&str; 44] = [
     "mge env serve task1",
     "mge env serve create/Push --tools train",
     "mge dynamics train --tools box,bucket --out model.safetensors",
-    "mge dynamics evaluate model.safetensors --figure errors.png",
+    "mge dynamics evaluate model.safetensors",
     "mge clusters task1 --out clusters.json",
     "mge train task1 --until-solved",
     "mge train task4 --method ddpg --episodes 5000 --seed 3 --out runs/plain",
