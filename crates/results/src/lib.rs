@@ -6,7 +6,7 @@
 //! - [`Groups`]: rows by task and label, with the scores, intervals and probability of improvement of
 //!   each group, also for runs that are still being trained;
 //! - [`Comparison`]: every group on every task, and over the tasks they have in common;
-//! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
+//! - [`report()`]: the comparison as Markdown, HTML, JSON and figures in a folder.
 //!
 //! ```
 //! use mge_results::{Groups, LearningRow};
@@ -27,6 +27,7 @@ mod estimates;
 pub mod figures;
 mod found;
 mod groups;
+mod page;
 mod report;
 mod report_folder;
 mod row;

@@ -166,7 +166,7 @@ pub enum Command {
     Script(Script),
     /// Train many agents or dynamics models: all combinations of the values in a sweep file
     Sweep(Sweep),
-    /// Write tables and figures of runs: report.md and report.json
+    /// Write tables and figures of runs: report.md, report.html and report.json
     Report(Report),
     /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy
     /// starts

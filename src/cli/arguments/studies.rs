@@ -53,7 +53,7 @@ pub struct Report {
     /// Runs, or folders of runs such as those of sweeps and studies; or dynamics models or counts of hits of sweeps
     #[arg(required = true, value_name = "DIR")]
     pub runs: Vec<PathBuf>,
-    /// Folder for report.md, report.json and figures
+    /// Folder for report.md, report.html, report.json and figures
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
     #[command(flatten)]
