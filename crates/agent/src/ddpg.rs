@@ -236,8 +236,24 @@ impl Ddpg {
         predict(&self.critic, &join_rows(n, observations, &self.offsets(observations, actions)))
     }
 
+    /// The least and greatest actions that can be taken, relative to their origins.
+    fn bounds(&self, observations: &[f32]) -> [Vec<f32>; 2] {
+        let numbers = observations.len() / self.observation_len() * self.action_len();
+        [-1.0, 1.0].map(|bound| self.offsets(observations, &vec![bound; numbers]))
+    }
+
+    /// The target actor's actions, clipped as in acting.
+    fn target_actions(&self, observations: &[f32]) -> Vec<f32> {
+        let mut actions = predict(&self.target_actor, observations);
+        let [least, greatest] = self.bounds(observations);
+        let bounds = least.into_iter().zip(greatest);
+        actions.iter_mut().zip(bounds).for_each(|(a, (least, greatest))| *a = a.clamp(least, greatest));
+        actions
+    }
+
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d), the last M of which may be
-    /// imitated. Here all actions, including those of the networks, are relative to their origins.
+    /// imitated. Here all actions, including those of the networks, are relative to their origins, and `clip` limits
+    /// them to those that can be taken.
     ///
     /// # Errors
     /// If the batch does not match the agent, or a loss or gradient is not finite; in the latter case
@@ -249,8 +265,8 @@ impl Ddpg {
         let a = self.offsets(&batch.observations, &batch.actions);
         let mut metrics = UpdateMetrics::default();
 
-        // y = r + γ (1 - d) Q'(s', μ'(s'))
-        let next_a = predict(&self.target_actor, &batch.next_observations);
+        // y = r + γ (1 - d) Q'(s', clip(μ'(s')))
+        let next_a = self.target_actions(&batch.next_observations);
         let next_q = predict(&self.target_critic, &join_rows(n, &batch.next_observations, &next_a));
         let y = self.bellman_target(&batch.rewards, &batch.terminated, &next_q);
 
@@ -265,15 +281,18 @@ impl Ddpg {
             self.config.critic_learning_rate,
         )? as f32;
 
-        // Actor: one step down -J = -1/N Σ Q(s, μ(s)), with Q held constant
+        // Actor: one step down -J = -1/N Σ Q(s, clip(μ(s))), with Q held constant
         let observations = self.rows(n, s.clone());
         let (mu, tape) = self.actor.forward_data(observations.leaky_trace()).split_tape();
         metrics.action_saturation = saturation(&mu.as_vec());
-        let q = self.critic.forward_frozen(concat_columns(observations, mu.clone().put_tape(tape)));
+        let [least, greatest] = self.bounds(s).map(|bound| self.rows(n, bound));
+        let taken = mu.clone().put_tape(tape).maximum(least).minimum(greatest);
+        let q = self.critic.forward_frozen(concat_columns(observations, taken));
         let loss = match self.imitation_weights(batch, &q.as_vec()) {
             None => -q.mean(),
             Some(weights) => {
-                // or down -J / (1/N Σ |Q(s, μ(s))|) + w B, B = 1/M Σ (μ(s) - a)² where Q(s, a) > Q(s, μ(s))
+                // or down -J / (1/N Σ |Q(s, clip(μ(s)))|) + w B,
+                // B = 1/M Σ (μ(s) - a)² where Q(s, a) > Q(s, clip(μ(s)))
                 let scale = q.as_vec().iter().map(|q| q.abs()).sum::<f32>() / n as f32;
                 let distance = (mu.leaky_trace() - self.rows(n, a)).square();
                 -q.mean() / scale.max(MIN_SCALE) + (distance * self.rows(n, weights)).sum()

@@ -100,19 +100,30 @@ fn targets_start_equal_and_move_by_tau() {
 
 #[test]
 fn metrics_describe_the_batch() {
-    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
-    let batch = any_batch(2);
-    let q = ddpg.q_values(&batch.observations, &batch.actions);
-    // Before the first update the targets are the networks themselves.
-    let next_q = ddpg.q_values(&batch.next_observations, &ddpg.act(&batch.next_observations));
-    let loss = (0..8).map(|i| (batch.rewards[i] + small().gamma * next_q[i]).clamp(-1.0, 16.0) - q[i]);
-    let loss = loss.map(|error| error * error).sum::<f32>() / 8.0;
-    let metrics = ddpg.update(&batch).unwrap();
-    assert!((metrics.critic_loss - loss).abs() < 1e-5, "{metrics:?}, expected {loss}");
-    assert!((metrics.mean_q - q.iter().sum::<f32>() / 8.0).abs() < 1e-5, "{metrics:?}");
-    assert!((metrics.max_q - q.iter().copied().fold(f32::MIN, f32::max)).abs() < 1e-5);
-    assert!(metrics.critic_gradient_norm > 0.0 && metrics.actor_gradient_norm > 0.0);
-    assert_eq!(ddpg.updates(), 1);
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+    // With an origin and great outputs, some of the actor's actions are clipped when they are taken.
+    let clipped = DdpgConfig { action_origin: Some(1), output_init_bound: 1.0, ..small() };
+    for (config, is_clipped) in [(small(), false), (clipped, true)] {
+        let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
+        let batch = any_batch(2);
+        let q = ddpg.q_values(&batch.observations, &batch.actions);
+        // Before the first update the targets are the networks themselves.
+        let [next, now] = [&batch.next_observations, &batch.observations].map(|s| ddpg.act(s));
+        assert!([&next, &now].iter().all(|taken| taken.iter().any(|a| a.abs() == 1.0) == is_clipped));
+        let next_q = ddpg.q_values(&batch.next_observations, &next);
+        let error = |i: usize| (batch.rewards[i] + config.gamma * next_q[i]).clamp(-1.0, 16.0) - q[i];
+        let loss = mean(&(0..8).map(|i| error(i).powi(2)).collect::<Vec<_>>());
+        let metrics = ddpg.update(&batch).unwrap();
+        let is_near = |found: f32, expected: f32| (found - expected).abs() < 1e-5 * expected.abs().max(1.0);
+        assert!(is_near(metrics.critic_loss, loss), "{metrics:?}, expected {loss}");
+        assert!(is_near(metrics.mean_q, mean(&q)), "{metrics:?}");
+        assert!(is_near(metrics.max_q, q.iter().copied().fold(f32::MIN, f32::max)));
+        // The actor's loss is computed after the critic's step.
+        let value = mean(&ddpg.q_values(&batch.observations, &now));
+        assert!(is_near(metrics.actor_loss, -value), "{metrics:?}, expected {}", -value);
+        assert!(metrics.critic_gradient_norm > 0.0 && metrics.actor_gradient_norm > 0.0);
+        assert_eq!(ddpg.updates(), 1);
+    }
 }
 
 #[test]

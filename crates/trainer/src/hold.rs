@@ -4,22 +4,25 @@ use serde::{Deserialize, Serialize};
 
 use super::exploration::Attempts;
 
+/// Place of the attempts at the goal among those kept by [`Attempts`].
+const GOAL: usize = 0;
+
 /// Results of the greedy attempts of the acting policy, and the record of the proven policy, which acts
 /// again when a new one does worse.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Hold {
-    /// Latest attempts of the acting policy since it began or returned to act.
+    /// Latest attempts at the goal of the acting policy since it began or returned to act.
     latest: Attempts,
-    /// All attempts of the acting policy.
+    /// All its attempts at the goal.
     acting: Record,
     /// Whether the acting policy is the proven one.
     proven_acts: bool,
-    /// All attempts of the proven policy, until it last failed; none if no policy is proven.
+    /// Those of the proven policy, until it last failed; none if no policy is proven.
     proven: Option<Record>,
 }
 
-/// The attempts of a policy at all stages.
+/// The attempts of a policy at the goal: each ends with the goal or with the first stage that is not reached.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Record {
@@ -50,14 +53,14 @@ impl Hold {
         *self == Self::default()
     }
 
-    /// Records a greedy attempt at a stage. The policy has failed when more than the share `tolerance` of
-    /// its last `kept` attempts at the stage did not reach it. It becomes the proven one if it made at
+    /// Records a greedy attempt at the goal. The policy has failed when more than the share `tolerance` of
+    /// its last `kept` attempts did not reach it. It becomes the proven one if it made at
     /// least `kept` attempts, and a smaller share of them failed than of those of the one proven so far.
-    pub fn note(&mut self, stage: usize, reached: bool, kept: u32, tolerance: f32) -> Option<Failure> {
-        self.latest.note(stage, reached, kept);
+    pub fn note(&mut self, reached: bool, kept: u32, tolerance: f32) -> Option<Failure> {
+        self.latest.note(GOAL, reached, kept);
         self.acting.attempts += 1;
         self.acting.failures += u64::from(!reached);
-        if self.latest.failures(stage) <= tolerance {
+        if self.latest.failures(GOAL) <= tolerance {
             return None;
         }
         let is_better = self.proven.is_none_or(|proven| self.acting.failed_share() < proven.failed_share());
@@ -83,19 +86,17 @@ mod tests {
 
     /// Records `successes` successful attempts, then failed ones until the policy has failed.
     fn play(hold: &mut Hold, successes: usize) -> Failure {
-        (0..successes).for_each(|_| assert_eq!(hold.note(0, true, 4, 0.25), None));
-        std::iter::repeat_with(|| hold.note(0, false, 4, 0.25)).flatten().next().unwrap()
+        (0..successes).for_each(|_| assert_eq!(hold.note(true, 4, 0.25), None));
+        std::iter::repeat_with(|| hold.note(false, 4, 0.25)).flatten().next().unwrap()
     }
 
     #[test]
     fn a_policy_fails_when_too_many_of_its_latest_attempts_do() {
         let mut hold = Hold::default();
-        assert!(hold.note(0, false, 4, 0.25).is_some(), "the first of all");
+        assert!(hold.note(false, 4, 0.25).is_some(), "the first of all");
         for reached in [true, true, true, false, true, true, true, false] {
-            assert_eq!(hold.note(0, reached, 4, 0.25), None, "one of four may");
+            assert_eq!(hold.note(reached, 4, 0.25), None, "one of four may");
         }
-        assert_eq!(hold.note(1, true, 4, 0.25), None);
-        assert!(hold.note(1, false, 4, 0.25).is_some(), "each stage counts by itself");
     }
 
     #[test]
@@ -116,7 +117,7 @@ mod tests {
     fn the_state_round_trips_through_json() {
         let mut hold = Hold::default();
         play(&mut hold, 10);
-        hold.note(2, true, 4, 0.25);
+        hold.note(true, 4, 0.25);
         let json = serde_json::to_string(&hold).unwrap();
         assert_eq!(serde_json::from_str::<Hold>(&json).unwrap(), hold);
         assert!(!hold.is_unused() && Hold::default().is_unused());

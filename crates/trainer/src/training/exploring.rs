@@ -101,7 +101,11 @@ impl Training {
         let progress = &mut self.progress;
         progress.attempts.note(stage, reached, attempts);
         let Some(tolerance) = self.parts.hold_tolerance else { return };
-        let Some(failure) = progress.hold.note(stage, reached, attempts, tolerance) else { return };
+        // A policy is judged by the whole way to the goal: early stages are easy and would hide that a late one fails.
+        if reached && stage + 1 < self.env.task().stage_count() {
+            return;
+        }
+        let Some(failure) = progress.hold.note(reached, attempts, tolerance) else { return };
         let ddpg = self.learner.ddpg_mut();
         match failure {
             Failure::Proven => {

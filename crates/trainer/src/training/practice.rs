@@ -15,7 +15,7 @@ use mge_guidance::{self as guidance, ActionPrior, EndStates, Played};
 use mge_run::Practised;
 
 /// Number of rollouts towards a stage after which its clusters are refined.
-const ROUND: u32 = 25;
+const ROUND: u32 = 5;
 
 impl Training {
     /// Practises, if configured and not yet done. The clusters are [built](guidance::build_with) stage by stage, where

@@ -111,6 +111,19 @@ fn a_held_policy_acts_until_it_fails() {
 }
 
 #[test]
+fn a_held_policy_is_judged_by_its_attempts_at_the_goal() {
+    let mut config = config(Method::DdpgAdaptive);
+    (config.hold_tolerance, config.epsilon) = (Some(0.1), "need:0:0.5:4".parse().unwrap());
+    let mut training = Training::new(config, None).unwrap();
+    assert_eq!(training.env.task().stage_count(), 2);
+    training.hold_or_release();
+    training.note_attempt(0, true);
+    assert!(training.progress.hold.is_unused(), "the way to the goal has not ended");
+    training.note_attempt(1, true);
+    assert!(!training.progress.hold.is_unused());
+}
+
+#[test]
 fn the_less_a_task_needs_exploration_the_fewer_updates_follow() {
     let learned = |interval, updates_per_step, schedule: &str| {
         let mut config = RunConfig { method: Method::DdpgAdaptive, mastered_update_interval: interval, ..easy() };
