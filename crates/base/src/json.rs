@@ -36,13 +36,13 @@ pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, Syntax
         |message| SyntaxError { origin: origin.to_owned(), line: 1, column: 1, path: ".".to_owned(), message };
     let mut deserializer = serde_json::Deserializer::from_slice(without_mark(text).map_err(refused)?);
     let value = serde_path_to_error::deserialize(&mut deserializer)
-        .map_err(|error| syntax_error(known(error.path()), error.inner(), origin))?;
+        .map_err(|error| syntax_error(known_path(error.path()), error.inner(), origin))?;
     deserializer.end().map_err(|error| syntax_error(".".to_owned(), &error, origin))?;
     Ok(value)
 }
 
 /// A path without a last key that is unknown, as where the text ends before a key.
-fn known(path: &Path) -> String {
+pub fn known_path(path: &Path) -> String {
     let text = path.to_string();
     match path.iter().next_back() {
         Some(Segment::Unknown) => text.strip_suffix(".?").unwrap_or(".").to_owned(),

@@ -28,7 +28,10 @@ pub struct LearningCurves {
     pub legend: Vec<(String, String)>,
     /// Label of the reference curve, which is grey and uses up none of the other curves' colours.
     pub reference: Option<String>,
-    /// Width, font size and x axis.
+    /// Labels among which each curve has its colour: those of all runs where only some are shown. If empty, those of
+    /// the curves.
+    pub known: Vec<String>,
+    /// Size, font size, axes and bands.
     pub style: PlotStyle,
 }
 
@@ -108,9 +111,12 @@ const USUAL_NOTE: f64 = 2.0 * NOTE;
 /// More overlapping bands than this hide each other and the lines.
 const MAX_BANDS: usize = 5;
 
+/// How a caption describes intervals that are not drawn.
+const IN_TABLE: &str = "in the CSV only";
+
 /// How a caption describes where the intervals are shown, for this many labels.
 fn band_mark(labels: usize) -> &'static str {
-    if labels <= MAX_BANDS { "band" } else { "in the CSV only" }
+    if labels <= MAX_BANDS { "band" } else { IN_TABLE }
 }
 
 /// The legend of a figure: label, text and style of each curve.
@@ -127,18 +133,30 @@ impl<'f> Legend<'f> {
     fn of(curves: impl IntoIterator<Item = &'f Curve>) -> Self {
         let curves: Vec<&Curve> = curves.into_iter().collect();
         let order = labels(curves.iter().map(|curve| curve.label.as_str()));
-        Self { numbered: false, ..Self::new(&curves, order.into_iter().map(|label| (label, label)), None) }
+        Self { numbered: false, ..Self::new(&curves, order.into_iter().map(|label| (label, label)), None, &[]) }
     }
 
-    /// A legend in this order, of labels and texts.
-    fn new(curves: &[&'f Curve], order: impl IntoIterator<Item = (&'f str, &'f str)>, reference: Option<&str>) -> Self {
+    /// A legend in this order, of labels and texts, with the colours that the labels have among the `known` ones.
+    fn new(
+        curves: &[&'f Curve],
+        order: impl IntoIterator<Item = (&'f str, &'f str)>,
+        reference: Option<&str>,
+        known: &[String],
+    ) -> Self {
         let order: Vec<(&str, &str)> = order.into_iter().collect();
         let is_reference = |label: &str| Some(label) == reference;
         let others: Vec<&str> = order.iter().map(|(label, _)| *label).filter(|label| !is_reference(label)).collect();
-        let mut colours = series(&others).into_iter();
+        let mut looks = series(&others);
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        let colours = series(&known);
+        for (look, label) in looks.iter_mut().zip(&others) {
+            let place = known.iter().position(|known| known == label);
+            look.color = place.map_or(look.color, |place| colours[place].color);
+        }
+        let mut looks = looks.into_iter();
         let grey = || Series { color: GREY, dash: REFERENCE, place: 0 };
         let look = |(place, (label, text)): (usize, (&'f str, &'f str))| {
-            let look = Some(()).filter(|()| !is_reference(label)).and_then(|()| colours.next());
+            let look = Some(()).filter(|()| !is_reference(label)).and_then(|()| looks.next());
             (label, text, Series { place, ..look.unwrap_or_else(grey) })
         };
         let entries: Vec<_> = order.into_iter().enumerate().map(look).collect();
@@ -180,8 +198,8 @@ impl<'f> Legend<'f> {
         }
         if self.numbered {
             let end = |(curve, look): (&Curve, Series)| {
-                let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
-                Some((plot.at(*x, 100.0 * y), look))
+                let mut points = curve.x.iter().zip(&curve.y).map(|(x, y)| plot.at(*x, 100.0 * y));
+                Some((points.rfind(|point| plot.rect.contains(*point))?, look))
             };
             plot.end_numbers(shown().filter_map(end));
         }
@@ -207,7 +225,8 @@ impl LearningCurves {
         let others =
             there.into_iter().filter(is_shown).filter(|label| self.legend.iter().all(|(known, _)| known != label));
         order.extend(others.map(|label| (label, label)).collect::<Vec<_>>());
-        Legend::new(&curves, order, self.reference.as_deref())
+        let legend = Legend::new(&curves, order, self.reference.as_deref(), &self.known);
+        Legend { banded: legend.banded && !self.style.without_bands, ..legend }
     }
 
     /// Width of the page before magnification, in points.
@@ -233,17 +252,22 @@ impl LearningCurves {
         let what = what + self.against.words()[2];
         let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
         let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
-        format!("{what}{faint} {}.", self.statistics.caption(band_mark(legend.entries.len())))
+        let mark = if self.style.without_bands { IN_TABLE } else { band_mark(legend.entries.len()) };
+        format!("{what}{faint} {}.", self.statistics.caption(mark))
     }
 
     fn x_axis(&self, curves: &[Curve]) -> Axis {
         let label = self.against.words()[0];
         let values = || curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite());
         let last = values().fold(1.0, f64::max);
-        match self.style.logarithmic {
-            false => Axis::linear(label, 0.0, last, 5),
-            true => Axis::decades(label, values().filter(|x| *x > 0.0).fold(last, f64::min), last),
-        }
+        let first = if self.style.logarithmic { values().filter(|x| *x > 0.0).fold(last, f64::min) } else { 0.0 };
+        let [first, last] = self.style.x.unwrap_or([first, last]);
+        if self.style.logarithmic { Axis::decades(label, first, last) } else { Axis::linear(label, first, last, 5) }
+    }
+
+    fn y_axis(&self) -> Axis {
+        let label = "success rate (%)";
+        self.style.y.map_or_else(|| rate_axis(label), |[low, high]| Axis::linear(label, low, high, 6))
     }
 }
 
@@ -256,7 +280,7 @@ impl Figure for LearningCurves {
         let note = (note_height(width, &self.caption(&legend)) - USUAL_NOTE).max(0.0);
         let further = legend.further(width - 2.0 * MARGIN - LAST_TICK)
             + if self.style == PlotStyle::default() { 0.0 } else { note };
-        [width, rows as f64 * 138.0 + 36.0 + further].map(|side| side * self.style.scale())
+        [width, rows as f64 * self.style.height() + 36.0 + further].map(|side| side * self.style.scale())
     }
 
     fn scale(&self) -> f64 {
@@ -270,7 +294,7 @@ impl Figure for LearningCurves {
         let Some(rect) = around_panels(canvas, page, empty, &self.caption(&curves), &curves.marks()) else { return };
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), self.columns())) {
             let x = self.x_axis(&panel.curves).labelled(place.x_label);
-            let y = rate_axis("success rate (%)").labelled(place.y_label);
+            let y = self.y_axis().labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
             curves.draw_curves(canvas, &plot, &panel.curves);
@@ -321,5 +345,26 @@ impl Figure for PerformanceProfile {
 fn push_curve(table: &mut Table, name: &str, label: &str, curve: &Curve) {
     for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
         table.push(&[&name, &label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Color;
+
+    #[test]
+    fn a_curve_has_its_colour_among_all_known_ones() {
+        let known = ["ours", "theirs", "DDPG", "DDPG, gamma 0.5"].map(str::to_owned);
+        let among: Vec<Color> = series(&known.each_ref().map(|label| &**label)).iter().map(|look| look.color).collect();
+        for (label, color) in known.iter().zip(among) {
+            let curve = Curve { label: label.clone(), x: vec![1.0], y: vec![0.5], ..Curve::default() };
+            let figure = LearningCurves {
+                panels: vec![CurvePanel { task: "task1".into(), curves: vec![curve] }],
+                known: known.to_vec(),
+                ..LearningCurves::default()
+            };
+            assert_eq!(figure.legend().entries[0].2.color, color, "{label}");
+        }
     }
 }

@@ -2,26 +2,46 @@
 
 use super::style::{DOUBLE_COLUMN, LABEL_SIZE, SINGLE_COLUMN};
 
-/// Width, font size and x axis of a figure of curves.
+/// Size, font size, axes and bands of a figure of curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlotStyle {
     /// Whether it spans one column of a page instead of two.
     pub single: bool,
     /// Whether the x axis is logarithmic.
     pub logarithmic: bool,
+    /// The ends of the x axis, if they do not follow from the curves.
+    pub x: Option<[f64; 2]>,
+    /// The ends of the y axis in percent, if they are not 0 and 100.
+    pub y: Option<[f64; 2]>,
+    /// Whether the bands around curves are left out.
+    pub without_bands: bool,
+    /// Height of a panel with its labels, before magnification.
+    height: f64,
     /// Font size of axis and legend labels.
     font: f64,
 }
 
 impl Default for PlotStyle {
     fn default() -> Self {
-        Self { single: false, logarithmic: false, font: Self::FONT }
+        Self {
+            single: false,
+            logarithmic: false,
+            x: None,
+            y: None,
+            without_bands: false,
+            height: Self::HEIGHT,
+            font: Self::FONT,
+        }
     }
 }
 
 impl PlotStyle {
     /// Default size of axis and legend labels, in points.
     pub const FONT: f64 = LABEL_SIZE;
+    /// Default height of a panel, in points.
+    pub const HEIGHT: f64 = 138.0;
+    /// The smallest and largest height of a panel.
+    pub const HEIGHTS: [f64; 2] = [80.0, 600.0];
     /// The smallest and largest font size.
     pub const FONTS: [f64; 2] = [4.0, 16.0];
 
@@ -39,6 +59,23 @@ impl PlotStyle {
         match (least..=greatest).contains(&font) {
             true => Ok(Self { font, ..self }),
             false => Err(format!("a font has {least} to {greatest} points, not {font}")),
+        }
+    }
+
+    /// Height of a panel with its labels, in points.
+    pub fn height(&self) -> f64 {
+        self.height
+    }
+
+    /// Sets the height of a panel.
+    ///
+    /// # Errors
+    /// When the height is outside [`Self::HEIGHTS`].
+    pub fn with_height(self, height: f64) -> Result<Self, String> {
+        let [least, greatest] = Self::HEIGHTS;
+        match (least..=greatest).contains(&height) {
+            true => Ok(Self { height, ..self }),
+            false => Err(format!("a panel is {least} to {greatest} points high, not {height}")),
         }
     }
 

@@ -2,21 +2,23 @@
 //! They are the options of the command `figure` and of `mge figures --set`.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
 use super::error::ResultsError;
 use super::estimates::CurveEstimates;
 use super::figures::{Success, action_curves, learning_curves};
-use super::found::{FoundRun, RunReader, find_runs};
+use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
 use super::groups::Groups;
-use super::row::TrainedRun;
-use mge_base::paths::expanded;
+use super::row::{LearningRow, TrainedRun};
+use super::settings::distinguish;
+use mge_base::paths::{entries, expanded};
 use mge_base::spelling::did_you_mean;
 use mge_base::sync::lock;
 use mge_figures::{Against, LearningCurves, PlotStyle};
-use mge_run::{RunState, config_hash};
+use mge_run::{RunDirectory, RunState, config_hash};
+use mge_trainer::RunConfig;
 
 /// The content and style of a figure of learning curves. By default all curves, as in reports.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,8 +33,10 @@ pub struct Composition {
     pub success: Success,
     /// The quantity on the x axis.
     pub against: Against,
-    /// Width, font size and x axis.
+    /// Size, font size, axes and bands.
     pub style: PlotStyle,
+    /// Number of points in the moving average of the curves; 0 and 1 for none.
+    pub smooth: usize,
 }
 
 /// A composed figure with its provenance.
@@ -47,7 +51,7 @@ pub struct Composed {
 }
 
 /// The names of the options and their values.
-pub const OPTIONS: [(&str, &str); 9] = [
+pub const OPTIONS: [(&str, &str); 14] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
     ("curve", "the label of a curve to show, in the order of the legend; may be given again"),
     ("name", "another name for the preceding curve"),
@@ -57,6 +61,11 @@ pub const OPTIONS: [(&str, &str); 9] = [
     ("width", "single or double: the columns of the page"),
     ("font", "size of the labels in points, from 4 to 16"),
     ("axis", "linear or log"),
+    ("x", "the ends of the x axis, such as 0:500"),
+    ("y", "the ends of the y axis in percent, such as 0:60"),
+    ("bands", "on or off: the intervals around the curves"),
+    ("height", "of a panel in points, from 80 to 600"),
+    ("smooth", "number of points in a moving average, from 1 to 1000"),
 ];
 
 /// Options with two values, the default first.
@@ -69,6 +78,7 @@ const AGAINST: [(&str, Against); 4] = [
     ("steps", Against::Charged),
 ];
 const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
+const BANDS: [(&str, bool); 2] = [("on", false), ("off", true)];
 const AXIS: [(&str, bool); 2] = [("linear", false), ("log", true)];
 
 fn read<T: Copy>(values: &[(&'static str, T)], key: &str, word: &str) -> Result<T, String> {
@@ -81,6 +91,27 @@ fn read<T: Copy>(values: &[(&'static str, T)], key: &str, word: &str) -> Result<
 fn unless_default<T: PartialEq>(values: &[(&'static str, T)], value: &T) -> Option<String> {
     let place = values.iter().position(|(_, known)| known == value);
     place.filter(|place| *place > 0).map(|place| values[place].0.to_owned())
+}
+
+/// The ends of an axis: two numbers with a colon between them.
+fn ends(text: &str) -> Result<[f64; 2], String> {
+    let read = || {
+        let (from, to) = text.split_once(':')?;
+        Some([from.trim().parse::<f64>().ok()?, to.trim().parse().ok()?])
+    };
+    let found = read().filter(|[from, to]| from < to && from.is_finite() && to.is_finite());
+    found.ok_or_else(|| format!("`{text}` is not like 0:500: two numbers, the smaller first"))
+}
+
+/// Replaces each value by the mean of the finite ones among it and those before it, `points` in all.
+fn smooth(values: &mut [f64], points: usize) {
+    for last in (0..values.len()).rev().filter(|_| points > 1) {
+        let window = values[(last + 1).saturating_sub(points)..=last].iter().filter(|value| value.is_finite());
+        let (sum, count) = window.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        if values[last].is_finite() {
+            values[last] = sum / count;
+        }
+    }
 }
 
 impl Composition {
@@ -118,6 +149,16 @@ impl Composition {
                 self.style = self.style.with_font(value.parse().map_err(|_| format!("`{value}` is not a size"))?)?
             }
             "axis" => self.style.logarithmic = read(&AXIS, key, value)?,
+            "x" => self.style.x = Some(ends(value)?),
+            "y" => self.style.y = Some(ends(value)?),
+            "bands" => self.style.without_bands = read(&BANDS, key, value)?,
+            "height" => {
+                self.style = self.style.with_height(value.parse().map_err(|_| format!("`{value}` is not a height"))?)?
+            }
+            "smooth" => {
+                let points = value.parse().ok().filter(|points| (1..=1000).contains(points));
+                self.smooth = points.ok_or_else(|| format!("`{value}` is not a number from 1 to 1000"))?;
+            }
             _ => {
                 let names = OPTIONS.map(|(name, _)| name);
                 return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
@@ -142,6 +183,11 @@ impl Composition {
             ("width", unless_default(&WIDTH, &self.style.single)),
             ("font", Some(self.style.font()).filter(|size| *size != PlotStyle::FONT).map(|size| size.to_string())),
             ("axis", unless_default(&AXIS, &self.style.logarithmic)),
+            ("x", self.style.x.map(|[from, to]| format!("{from}:{to}"))),
+            ("y", self.style.y.map(|[from, to]| format!("{from}:{to}"))),
+            ("bands", unless_default(&BANDS, &self.style.without_bands)),
+            ("height", Some(self.style.height()).filter(|is| *is != PlotStyle::HEIGHT).map(|is| is.to_string())),
+            ("smooth", Some(self.smooth).filter(|points| *points > 1).map(|points| points.to_string())),
         ];
         let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
         runs.chain(curves).chain(others).collect()
@@ -162,8 +208,9 @@ impl Composition {
         let paths = find_runs(&self.runs)?;
         // The lock is held while runs are read, but not while the figure is composed.
         let mut kept = lock(reader);
-        let found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
+        let mut found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
         drop(kept);
+        let known = label_among_all(&mut found, &self.runs);
         let runs = self.chosen(without_duplicates(shown(found)).0)?;
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);
@@ -171,13 +218,18 @@ impl Composition {
         let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
         seeds.dedup();
         let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
-        let curves = match self.against {
+        let mut curves = match self.against {
             Against::Episodes => learning_curves(&runs, estimates, self.success)?,
             against => action_curves(&runs, estimates, against)?,
         };
+        for curve in curves.panels.iter_mut().flat_map(|panel| &mut panel.curves) {
+            for values in [&mut curve.y, &mut curve.low, &mut curve.high] {
+                smooth(values, self.smooth);
+            }
+        }
         let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
         let (legend, reference, style) = (legend.collect(), self.reference.clone(), self.style);
-        Ok(Composed { figure: LearningCurves { legend, reference, style, ..curves }, seeds, config_hash })
+        Ok(Composed { figure: LearningCurves { legend, reference, style, known, ..curves }, seeds, config_hash })
     }
 
     /// The runs of the chosen curves.
@@ -190,6 +242,24 @@ impl Composition {
         }
         if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
     }
+}
+
+/// Labels runs as among all runs in their folders where only some of these were `asked` for, so that a run has the same
+/// name and colour whichever are shown. Returns all labels.
+fn label_among_all(found: &mut [FoundRun], asked: &[PathBuf]) -> Vec<String> {
+    let folders: BTreeSet<&Path> =
+        found.iter().filter(|run| asked.contains(&run.path)).filter_map(|run| run.path.parent()).collect();
+    let is_other = |path: &PathBuf| is_listed_run(path) && found.iter().all(|run| run.path != *path);
+    let others = folders.into_iter().flat_map(|folder| entries(folder).unwrap_or_default());
+    // What cannot be read has no label.
+    let others = others.filter(is_other).filter_map(|path| RunConfig::of(&RunDirectory::open(path).ok()?).ok());
+    let others: Vec<RunConfig> = others.collect();
+    let mut rows: Vec<LearningRow> = others.iter().map(|config| LearningRow::so_far(config, 0, None)).collect();
+    let shown = found.iter_mut().map(|run| (&run.config, &mut run.trained.row));
+    distinguish(shown.chain(others.iter().zip(&mut rows)).collect());
+    let labels: BTreeSet<String> =
+        found.iter().map(|run| &run.trained.row).chain(&rows).map(LearningRow::label).collect();
+    labels.into_iter().collect()
 }
 
 /// The finished runs of every group or, if it has none, its runs with at least one point.

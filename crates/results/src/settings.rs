@@ -16,6 +16,8 @@ use mge_trainer::{Method, ModelFile, PriorSource, RunConfig};
 /// The key in a row's settings for its whole epsilon schedule, present if the short form is ambiguous.
 const WHOLE_SCHEDULE: &str = "epsilon";
 
+/// The key in a row's settings for the run and the episode that it was forked from.
+const FORK: &str = "fork";
 /// The effective value of a setting that has none: `null` and an empty table cell would stand for a setting that the
 /// method does not use.
 const NONE: &str = "none";
@@ -88,7 +90,10 @@ impl LearningRow {
             Ok(method) => method.label().to_owned(),
             Err(_) => self.method.clone(),
         };
-        for (key, value) in self.settings.iter().filter(|(key, _)| *key != WHOLE_SCHEDULE) {
+        // A run that is no fork needs no word for it.
+        let is_named =
+            |(key, value): &(&String, &Value)| *key != WHOLE_SCHEDULE && (*key != FORK || value.as_str() != Some(NONE));
+        for (key, value) in self.settings.iter().filter(is_named) {
             let _ = write!(label, ", {} {}", if key == "prior" { "model" } else { key }, json::text(value));
         }
         label
@@ -161,14 +166,14 @@ pub fn leaf_settings(config: &Value) -> Settings {
 /// Settings by path, without those that every label includes or that do not affect learning.
 fn compared_settings(config: &RunConfig) -> Settings {
     let is_compared = |path: &str| {
-        let elsewhere = ["method", "seed", "epsilon"].contains(&path)
+        let elsewhere = ["method", "seed", "epsilon", "stop.minutes"].contains(&path)
             || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
         !elsewhere && config.uses(path)
     };
     let mut settings = effective_settings(config);
     settings.retain(|path, _| is_compared(path));
     let fork = config.fork.as_ref().map_or(NONE.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
-    settings.insert("fork".to_owned(), fork.into());
+    settings.insert(FORK.to_owned(), fork.into());
     if let (Some(id), Some(prior)) = (model_of(config), settings.get_mut("prior")) {
         let is_learned = shipped_for(&config.task.tool_set()).is_some_and(|model| model.id() == *id);
         *prior = if is_learned { String::from(PriorSource::Learned) } else { id.sha256.clone() }.into();

@@ -255,6 +255,12 @@ mod tests {
         let known = session.estimates.count();
         text(&mut session, &format!("font=8 width=single axis=log curve=DDPG name=plain curve='{label}'"));
         assert_eq!((known, session.estimates.count()), (2, 2), "the style does not change the statistics");
+        let shaped = text(&mut session, "x=0:2 y=0:50 bands=off height=200 smooth=2");
+        assert!(shaped.contains("in the CSV only") && !shaped.contains("100</text>"), "{shaped}");
+        // The colour of a run does not depend on which others are shown.
+        let plain = options(&[&format!("runs={}", first.runs()[0].directory().path().display())]);
+        let Composed { figure, .. } = plain.figure(&session.reader, &*session.estimates, &mut |_, _| ()).unwrap();
+        assert_eq!((figure.panels[0].curves.len(), &*figure.known), (1, &["DDPG".to_owned(), label.to_owned()][..]));
         let alone = text(&mut session, "curve=DDPG");
         assert!(!alone.contains("uniform"), "{alone}");
         let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();
@@ -310,6 +316,8 @@ mod tests {
     fn options_of_a_composition_survive_a_round_trip() {
         let words =
             ["runs=a b", "runs=c", "curve=x=1", "name=y", "curve=z", "reference=z", "against=charged", "font=9.5"];
+        let shape = ["x=0:500", "y=10:60.5", "bands=off", "height=200", "smooth=5"];
+        let words = [&words[..], &shape].concat();
         let composition = options(&words);
         let written: Vec<String> =
             composition.options().into_iter().map(|(key, value)| format!("{key}={value}")).collect();
@@ -323,6 +331,11 @@ mod tests {
             ("axis", "square", "`linear` or `log`"),
             ("success", "greedy", "against episodes"),
             ("curve", "z", "named twice"),
+            ("x", "5", "not like 0:500"),
+            ("y", "60:0", "the smaller first"),
+            ("bands", "none", "`on` or `off`"),
+            ("height", "3", "80 to 600"),
+            ("smooth", "0", "1 to 1000"),
         ] {
             let error = composition.clone().with_options([(key, value)]).unwrap_err();
             assert!(error.contains(reason), "{key}={value}: {error}");
