@@ -89,7 +89,8 @@ impl<'de> Deserialize<'de> for RunConfig {
         }
         let mut track = serde_path_to_error::Track::new();
         let config = Self::deserialize(serde_path_to_error::Deserializer::new(saved, &mut track));
-        let mut config = config.map_err(|error| D::Error::custom(format_args!("{}: {error}", track.path())))?;
+        let place = || json::known_path(&track.path());
+        let mut config = config.map_err(|error| D::Error::custom(format_args!("{}: {error}", place())))?;
         config.removed.extend(removed);
         config.validate().map_err(D::Error::custom)?;
         Ok(config)
@@ -103,13 +104,18 @@ impl Serialize for RunConfig {
 }
 
 /// The numeric settings of the run itself.
-const SETTINGS: [Setting; 18] = [
+const SETTINGS: [Setting; 19] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting {
         path: "stop.success",
         range: Range::NumberOrNull(0.0, 1.0),
         about: "success rate of the last 100 episodes at which the run is finished; null to play all",
+    },
+    Setting {
+        path: "stop.minutes",
+        range: Range::NumberOrNull(0.0, 1e6),
+        about: "minutes after which a process stops the run, which can be continued; null for no limit",
     },
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
     Setting::number(
@@ -213,7 +219,7 @@ impl RunConfig {
     #[must_use]
     pub fn extended(self, episodes: u32) -> Self {
         let noise_decay = self.noise_decay.extended(self.episodes, episodes);
-        Self { noise_decay, episodes, stop: StopRule::default(), ..self }
+        Self { noise_decay, episodes, stop: StopRule { success: None, ..self.stop }, ..self }
     }
 
     /// Whether [`extended`](Self::extended) lets a run with this configuration play on.

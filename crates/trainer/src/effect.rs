@@ -111,7 +111,7 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
             "no batch may follow the first",
         ),
         (&["guidance.longest_horizon"], guidance.longest_horizon <= guidance.horizon, "`guidance.horizon` is as long"),
-        (&["stop"], (*episodes as usize) < WINDOW.get(), "the run is shorter than 100 episodes"),
+        (&["stop.success"], (*episodes as usize) < WINDOW.get(), "the run is shorter than 100 episodes"),
         (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
         (&["refinement.every"], refinement.every > *episodes, "it is longer than the run"),

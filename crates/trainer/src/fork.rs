@@ -131,7 +131,8 @@ fn repeat(
 ) -> Result<(), ForkError> {
     let first = training.episode();
     let mut history = RunHistory::default();
-    branch.events().for_each(|event| history.add(event));
+    // Times are of no use here.
+    branch.events().for_each(|event| history.add(0.0, event));
     for event in &history.interventions {
         // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
         if let Event::ClustersChanged { episode, given, .. } = *event

@@ -78,6 +78,8 @@ impl Default for Evaluation {
 pub struct StopRule {
     /// Success rate of the last 100 episodes at which the run is finished; none to play all episodes.
     pub success: Option<f64>,
+    /// Minutes after which a process that trains the run stops it, as a user would; none for no limit.
+    pub minutes: Option<f64>,
 }
 
 /// Refinement of clusters from the agent's own rewarding actions during training (the

@@ -6,6 +6,7 @@ mod controls;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
+use std::time::Instant;
 
 use crossbeam_channel::Receiver;
 
@@ -255,7 +256,13 @@ impl RunLoop<'_> {
         }
         self.watch.set_phase(Phase::Training);
         training.share_phase(self.watch.shared_phase());
+        let begun = Instant::now();
         while !training.is_finished() {
+            let limit = training.config().stop.minutes;
+            if let Some(minutes) = limit.filter(|minutes| begun.elapsed().as_secs_f64() >= 60.0 * minutes) {
+                let reason = format!("after {minutes} minutes, as `stop.minutes` says");
+                self.received.push_back(Control::Stop { reason });
+            }
             if let Next::Stop(reason) = self.handle_controls(&mut training)? {
                 self.save_now(&training)?;
                 self.writer.record(&Event::Stopped { episode: training.episode(), reason })?;

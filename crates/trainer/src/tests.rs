@@ -97,6 +97,17 @@ fn check_resumed(config: &RunConfig, episode: u32) -> BTreeMap<String, Vec<u8>> 
     whole
 }
 
+#[test]
+fn a_run_is_stopped_after_the_minutes_of_its_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut limited = config(Method::Ddpg, 5);
+    limited.stop.minutes = Some(0.0);
+    let run = new_run(folder.path(), "run", &limited);
+    assert_eq!(finish(&run), Ending::Stopped);
+    let reason = "after 0 minutes, as `stop.minutes` says".to_owned();
+    assert_eq!(run.status().unwrap().state, RunState::Stopped(reason));
+}
+
 fn wait_for_pause(trainer: &Trainer) {
     while trainer.watch().phase() != Phase::Paused {
         assert!(trainer.is_active(), "the training ended before it paused");
