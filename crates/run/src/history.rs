@@ -35,6 +35,8 @@ impl Numbered for EvaluationRecord {
 pub struct RunHistory {
     /// The finished episodes, in order.
     pub records: Series<EpisodeRecord>,
+    /// The time of training at the end of each of them.
+    pub times: Series<TrainingTime>,
     /// The greedy evaluations, in order.
     pub evaluations: Series<EvaluationRecord>,
     /// The need for exploration of each stage, the goal last; empty if epsilon does not depend on need.
@@ -45,13 +47,31 @@ pub struct RunHistory {
     pub interventions: Vec<Event>,
     /// The latest event from which the state of the run follows, such as its pause.
     pub last: Option<Event>,
+    /// The seconds of training so far, and the time of the latest event.
+    clock: (f64, f64),
+}
+
+/// The time of training at the end of an episode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainingTime {
+    /// The number of the episode.
+    pub episode: u64,
+    /// Seconds since the run began, without its pauses and the time in which no process trained it.
+    pub seconds: f64,
+}
+
+impl Numbered for TrainingTime {
+    fn episode(&self) -> u64 {
+        self.episode
+    }
 }
 
 impl RunHistory {
     /// A history with bounded memory, for following runs of any length: at most `most` episodes and as
     /// many evaluations, see [`Series::bounded`].
     pub fn bounded(most: NonZeroUsize) -> Self {
-        Self { records: Series::bounded(most), evaluations: Series::bounded(most), ..Self::default() }
+        let (records, times, evaluations) = (Series::bounded(most), Series::bounded(most), Series::bounded(most));
+        Self { records, times, evaluations, ..Self::default() }
     }
 
     /// The whole history of a run on disk.
@@ -60,21 +80,31 @@ impl RunHistory {
     /// As [`read_events`](super::read_events) and [`RunDirectory::check_logs`].
     pub fn read(directory: &RunDirectory) -> Result<Self> {
         let mut history = Self::default();
-        for_each_event(&directory.events_path(), |logged| history.add(&logged.event))?;
+        for_each_event(&directory.events_path(), |logged| history.add(logged.time, &logged.event))?;
         directory.check_logs(&history.records)?;
         Ok(history)
     }
 
-    /// Adds the next event.
-    pub fn add(&mut self, event: &Event) {
+    /// Adds the next event, written at a time in seconds.
+    pub fn add(&mut self, time: f64, event: &Event) {
+        let (mut seconds, before) = self.clock;
+        // What precedes the other events is training.
+        if !matches!(event, Event::Started { .. } | Event::Resumed { .. }) {
+            seconds += (time - before).max(0.0);
+        }
         match event {
             // A run that is resumed after an interruption repeats the episodes after its checkpoint.
             Event::Started { episode, .. } => {
                 self.records.truncate(*episode);
+                self.times.truncate(*episode);
+                seconds = self.times.last().map_or(0.0, |last| last.seconds);
                 self.evaluations.truncate(*episode);
                 self.interventions.retain(|earlier| earlier.episode() <= *episode);
             }
-            Event::EpisodeFinished(record) => self.records.push(record.clone()),
+            Event::EpisodeFinished(record) => {
+                self.records.push(record.clone());
+                self.times.push(TrainingTime { episode: record.episode, seconds });
+            }
             Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
                 episode: *episode,
                 success: *success,
@@ -84,6 +114,7 @@ impl RunHistory {
             Event::NeedsChanged { needs, .. } => self.needs.clone_from(needs),
             _ => {}
         }
+        self.clock = (seconds, time);
         if event.is_intervention() {
             self.interventions.push(event.clone());
         }
@@ -101,14 +132,33 @@ mod tests {
     fn results_of_practice_are_kept() {
         let practised = Practised { rollouts: vec![50, 25], reached: vec![43, 25], actions: 700 };
         let mut history = RunHistory::default();
-        history.add(&Event::Practised(practised.clone()));
-        history.add(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..Default::default() }));
+        history.add(0.0, &Event::Practised(practised.clone()));
+        history.add(0.0, &Event::EpisodeFinished(EpisodeRecord { episode: 1, ..Default::default() }));
         assert_eq!(history.practised, Some(practised));
     }
 
     #[test]
-    fn a_resumed_run_repeats_no_episode() {
-        let started = |episode| Event::Started {
+    fn the_time_of_training_has_no_pauses_and_no_repeated_episodes() {
+        let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() });
+        let mut history = RunHistory::default();
+        for (time, event) in [
+            (100.0, started(0)),
+            (103.0, finished(1)),
+            (104.0, Event::Paused { episode: 1 }),
+            (150.0, Event::Resumed { episode: 1 }),
+            (151.0, finished(2)),
+            (160.0, finished(3)),
+            (500.0, started(2)),
+            (502.0, finished(3)),
+        ] {
+            history.add(time, &event);
+        }
+        let times: Vec<_> = history.times.iter().map(|time| (time.episode, time.seconds)).collect();
+        assert_eq!(times, [(1, 3.0), (2, 5.0), (3, 7.0)]);
+    }
+
+    fn started(episode: u64) -> Event {
+        Event::Started {
             origin: Default::default(),
             task: "task1".into(),
             method: "ddpg".into(),
@@ -117,29 +167,33 @@ mod tests {
             episode,
             problems: Vec::new(),
             changes: Vec::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn a_resumed_run_repeats_no_episode() {
         let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() });
         let mut history = RunHistory::default();
         for event in [started(0), finished(1), finished(2), finished(3), started(2), finished(3), finished(4)] {
-            history.add(&event);
+            history.add(0.0, &event);
         }
         let episodes: Vec<u64> = history.records.iter().map(|record| record.episode).collect();
         assert_eq!(episodes, [1, 2, 3, 4]);
         assert_eq!(history.last, Some(finished(4)));
         let evaluated = |episode| Event::Evaluated { episode, episodes: 2, success: 0.5, mean_return: episode as f64 };
         for event in [evaluated(4), finished(5), evaluated(5), started(4)] {
-            history.add(&event);
+            history.add(0.0, &event);
         }
         let kept = EvaluationRecord { episode: 4, success: 0.5, mean_return: 4.0 };
         assert_eq!(*history.evaluations, [kept], "the evaluation of a repeated episode is discarded");
         assert_eq!(history.records.len(), 4);
         let changed = |episode| Event::ScheduleChanged { episode, schedule: "0.1".into() };
         for event in [changed(4), finished(5), changed(5), Event::Resumed { episode: 5 }, started(4)] {
-            history.add(&event);
+            history.add(0.0, &event);
         }
         assert_eq!(history.interventions, [started(2), started(4), changed(4), started(4)]);
-        history.add(&Event::Paused { episode: 4 });
-        history.add(&changed(4));
+        history.add(0.0, &Event::Paused { episode: 4 });
+        history.add(0.0, &changed(4));
         assert_eq!(history.last, Some(Event::Paused { episode: 4 }), "a change does not end a pause");
     }
 }

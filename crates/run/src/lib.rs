@@ -98,7 +98,7 @@ pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};
 pub use error::RunError;
 pub use event::{EpisodeRecord, Event, LoggedEvent, Practised};
 pub use file::read_optional;
-pub use history::{EvaluationRecord, RunHistory};
+pub use history::{EvaluationRecord, RunHistory, TrainingTime};
 pub use lock::RunLock;
 pub use metric::{Direction, Metric, MetricInfo};
 pub use notes::Notes;

@@ -100,7 +100,7 @@ impl RunLog {
         if news.restarted {
             self.history = RunHistory::bounded(MAX_KEPT);
         }
-        news.events.iter().for_each(|logged| self.history.add(&logged.event));
+        news.events.iter().for_each(|logged| self.history.add(logged.time, &logged.event));
     }
 }
 

@@ -55,7 +55,16 @@ const GUTTER: u16 = 6;
 
 impl Axes {
     /// Draws axes and labels into `area`. None if it is too small for a plot.
-    pub fn draw(area: Rect, x: Window, y: [f32; 2], scale: Scale, theme: &Theme, buffer: &mut Buffer) -> Option<Self> {
+    ///
+    /// The labels of the x axis count units of a size.
+    pub fn draw(
+        area: Rect,
+        (x, unit): (Window, f32),
+        y: [f32; 2],
+        scale: Scale,
+        theme: &Theme,
+        buffer: &mut Buffer,
+    ) -> Option<Self> {
         if area.width < GUTTER + 4 || area.height < 3 {
             return None;
         }
@@ -63,7 +72,7 @@ impl Axes {
         let y = if y[1] > y[0] { y } else { [y[0] - 0.5, y[0] + 0.5] };
         let axes = Self { plot, x, y, scale };
         axes.draw_y(theme, buffer);
-        axes.draw_x(theme, buffer);
+        axes.draw_x(unit, theme, buffer);
         Some(axes)
     }
 
@@ -91,11 +100,11 @@ impl Axes {
         }
     }
 
-    fn draw_x(&self, theme: &Theme, buffer: &mut Buffer) {
+    fn draw_x(&self, unit: f32, theme: &Theme, buffer: &mut Buffer) {
         let mut free = self.plot.x;
         let most = usize::from(self.plot.width / 10).clamp(2, 8);
-        for (value, text) in ticks([self.x.from, self.x.to], most) {
-            let (Some(column), width) = (self.column(value), text.len() as u16) else { continue };
+        for (value, text) in ticks([self.x.from / unit, self.x.to / unit], most) {
+            let (Some(column), width) = (self.column(value * unit), text.len() as u16) else { continue };
             let last = self.plot.right().saturating_sub(width);
             let start = column.saturating_sub(width / 2).min(last).max(self.plot.x);
             // A label wider than the plot is left out.
@@ -253,7 +262,7 @@ mod tests {
             let area = Rect { x: 0, y: 0, width, height };
             let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
             let x = Window { from: 0.0, to: 10.0 };
-            Axes::draw(area, x, y, Scale::Linear, &theme, &mut Buffer::empty(area))
+            Axes::draw(area, (x, 1.0), y, Scale::Linear, &theme, &mut Buffer::empty(area))
         };
         assert!(draw(GUTTER + 3, 3, [0.0, 1.0]).is_none() && draw(GUTTER + 4, 2, [0.0, 1.0]).is_none());
         let axes = draw(GUTTER + 4, 3, [0.0, 1.0]).unwrap();
@@ -269,7 +278,7 @@ mod tests {
             let mut buffer = Buffer::empty(area);
             let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
             let x = Window { from: 1.0, to };
-            assert!(Axes::draw(area, x, [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
+            assert!(Axes::draw(area, (x, 1.0), [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
             (GUTTER..area.right()).map(|column| buffer[(column, 4)].symbol()).collect()
         };
         assert!(!labels(4, 10_000.0).contains('1'));

@@ -27,16 +27,17 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     Text::from(legend).render(above, buffer);
     // Braille has two columns of dots in each cell.
     let columns = (2 * Axes::width_of_plot(area)).max(2);
-    let look = Look { x: plot.x, scale: plot.scale, smoothing: plot.smoothing, columns };
-    let lines: Vec<Vec<Point>> = plot.curves.iter().map(|curve| look.decimate(curve.episodes, curve.values)).collect();
+    let look = |curve: &Curve| Look { x: plot.x, scale: plot.scale, smoothing: curve.smoothing, columns };
+    let lines: Vec<Vec<Point>> =
+        plot.curves.iter().map(|curve| look(curve).decimate(curve.episodes, curve.values)).collect();
     let found = range(&lines, plot);
-    let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
+    let axes = Axes::draw(area, (plot.x, plot.unit), found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
         nothing(plot, &axes, theme, buffer);
         return Some(axes);
     }
     canvas::draw(axes.plot, theme.marker, axes.bounds(), buffer, |context| {
-        plot.curves.iter().for_each(|curve| shade(curve, &look, &axes, context));
+        plot.curves.iter().for_each(|curve| shade(curve, &look(curve), &axes, context));
         plot.curves.iter().zip(&lines).for_each(|(curve, line)| trace(curve, line, context));
     });
     points(plot, &axes, theme, buffer);
@@ -152,7 +153,7 @@ mod tests {
 
     fn curve<'a>(name: &str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
         let (name, episodes) = (Cow::Owned(name.to_owned()), &EPISODES[..values.len()]);
-        Curve { name, colour: Color::Red, episodes, values, band: None, partial: 0, points }
+        Curve { name, colour: Color::Red, episodes, values, band: None, smoothing: 1, partial: 0, points }
     }
 
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
@@ -162,7 +163,7 @@ mod tests {
             x: Window { from: 1.0, to: values.len().max(10) as f32 },
             y: None,
             scale: Scale::Linear,
-            smoothing: 1,
+            unit: 1.0,
             crosshair: None,
             marks: Vec::new(),
             empty: "press t",
@@ -181,7 +182,7 @@ mod tests {
     fn a_ramp_rises_from_left_to_right() {
         let values: Vec<f32> = (0..20).map(|i| i as f32).collect();
         let lines = lines(&plot(&values, &[]), Marker::Ascii);
-        assert_eq!(lines[0], "loss  a 19");
+        assert_eq!(lines[0], "loss  a: 19");
         assert!(lines[1].ends_with('*') && lines[4].contains("|***"), "{lines:#?}");
         assert_eq!(lines[5].trim_start(), "10        20");
     }
@@ -236,7 +237,7 @@ mod tests {
         let mut plot = plot(&values, &[]);
         let names = ["one", "two", "three", "four", "five", "six", "seven", "eight"];
         plot.curves = names.map(|name| curve(name, &values, &[])).into();
-        assert_eq!(lines(&plot, Marker::Ascii)[..2], ["loss  one 1  two 1", "  three 1  +5 more"]);
+        assert_eq!(lines(&plot, Marker::Ascii)[..2], ["loss  one: 1  two: 1", "  three: 1  +5 more"]);
     }
 
     #[test]
@@ -295,6 +296,6 @@ mod tests {
         plot.crosshair = Some(11.0);
         let lines = lines(&plot, Marker::Braille);
         assert!(lines.concat().contains('◇') && lines.concat().contains('┊'));
-        assert!(lines[0].contains("a 0.50") && lines[0].contains("episode 11"), "{}", lines[0]);
+        assert!(lines[0].contains("a: 0.50") && lines[0].contains("episode 11"), "{}", lines[0]);
     }
 }

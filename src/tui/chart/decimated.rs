@@ -13,7 +13,7 @@ pub struct Look {
     pub x: Window,
     /// How values map to heights.
     pub scale: Scale,
-    /// Number of episodes in the moving average of each value.
+    /// Number of values in the moving average of each.
     pub smoothing: usize,
     /// Columns of dots, at least 2.
     pub columns: u16,
@@ -26,7 +26,7 @@ impl Look {
         let shown = self.shown(episodes);
         let last = f32::from(self.columns - 1);
         let width = (self.x.to - self.x.from).max(f32::EPSILON);
-        let smooth = smoothed(&values[..shown.end], self.window(episodes)).skip(shown.start);
+        let smooth = smoothed(&values[..shown.end], self.smoothing).skip(shown.start);
         let visible: Vec<Point> = episodes[shown]
             .iter()
             .zip(smooth)
@@ -44,12 +44,6 @@ impl Look {
         let first = place(episodes, self.x.from.ceil().max(1.0) as u64);
         let end = place(episodes, self.x.to.floor().max(0.0) as u64 + 1);
         first.min(end)..end
-    }
-
-    /// The smoothing window in values, which for thinned episodes is less than `smoothing`.
-    fn window(&self, episodes: &[u64]) -> usize {
-        let last = episodes.last().map_or(0, |last| *last as usize);
-        (self.smoothing * episodes.len()).checked_div(last).unwrap_or(self.smoothing).max(1)
     }
 }
 
@@ -131,7 +125,7 @@ mod tests {
         let values: Vec<f32> = (1..=20).map(|number| number as f32).collect();
         let part = look(401.0, 700.0, 300);
         assert_eq!(part.decimate(&episodes, &values), [[500.0, 5.0], [600.0, 6.0], [700.0, 7.0]]);
-        let smooth = Look { smoothing: 200, ..part }.decimate(&episodes, &values);
-        assert_eq!(smooth, [[500.0, 4.5], [600.0, 5.5], [700.0, 6.5]], "200 episodes are two values");
+        let smooth = Look { smoothing: 2, ..part }.decimate(&episodes, &values);
+        assert_eq!(smooth, [[500.0, 4.5], [600.0, 5.5], [700.0, 6.5]]);
     }
 }

@@ -5,7 +5,6 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::axes::number;
-use super::decimated::place;
 use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
@@ -26,11 +25,9 @@ pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     let named: Vec<&Curve> = plot.curves.iter().filter(|curve| !curve.values.is_empty()).collect();
     for (index, curve) in named.iter().enumerate() {
         let left = named.len() - index;
-        let text = format!(
-            "  {} {}",
-            columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true),
-            value(curve, plot.crosshair)
-        );
+        let name = columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true);
+        let colon = if name.is_empty() { "" } else { ": " };
+        let text = format!("  {name}{colon}{}", number(curve.value(plot.crosshair)));
         let fits = |line: &Line, lines: usize| {
             let count = if lines == most && left > 1 { COUNT } else { 0 };
             line.width() + columns::width(&text) + count <= usize::from(area.width)
@@ -47,13 +44,4 @@ pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         line.push_span(Span::styled(text, Style::new().fg(curve.colour)));
     }
     lines
-}
-
-/// The value of a curve at the crosshair, or its latest one.
-fn value(curve: &Curve, crosshair: Option<f32>) -> String {
-    let found = match crosshair {
-        None => curve.values.iter().rev().copied().find(|value| value.is_finite()),
-        Some(at) => curve.values.get(place(curve.episodes, at.round() as u64)).copied(),
-    };
-    found.map_or_else(|| "-".to_owned(), number)
 }

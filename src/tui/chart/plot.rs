@@ -1,10 +1,11 @@
-//! What a chart shows: curves over episodes, and how.
+//! What a chart shows: curves over episodes, or over what has happened by then, and how.
 
 use std::borrow::Cow;
 
 use ratatui::style::Color;
 
 use super::axes::Scale;
+use super::decimated::place;
 use super::range::Window;
 
 /// A curve.
@@ -19,10 +20,23 @@ pub struct Curve<'a> {
     pub values: &'a [f32],
     /// Lower and upper bounds of the band around it, one per value.
     pub band: Option<[&'a [f32]; 2]>,
+    /// Number of values in the moving average of each.
+    pub smoothing: usize,
     /// Values up to this episode are means over an unfilled window and drawn dotted.
     pub partial: u64,
     /// Separate points: episode and value, such as evaluations.
     pub points: &'a [(u64, f32)],
+}
+
+impl Curve<'_> {
+    /// Its value at the crosshair, or its latest one; NaN if there is none.
+    pub fn value(&self, crosshair: Option<f32>) -> f32 {
+        let found = match crosshair {
+            None => self.values.iter().rev().copied().find(|value| value.is_finite()),
+            Some(at) => self.values.get(place(self.episodes, at.round() as u64)).copied(),
+        };
+        found.unwrap_or(f32::NAN)
+    }
 }
 
 /// Curves over one pair of axes.
@@ -33,12 +47,12 @@ pub struct Plot<'a> {
     pub curves: Vec<Curve<'a>>,
     /// Episodes to show.
     pub x: Window,
+    /// The size of the unit in which the x axis is labelled: 1000 for seconds where x is in milliseconds.
+    pub unit: f32,
     /// The least range of a linear y axis.
     pub y: Option<[f32; 2]>,
     /// How values map to heights.
     pub scale: Scale,
-    /// Number of episodes in the moving average of each value.
-    pub smoothing: usize,
     /// The episode whose values the legend shows.
     pub crosshair: Option<f32>,
     /// Interventions: episode, colour and description.

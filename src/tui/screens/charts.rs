@@ -9,11 +9,10 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart, number};
-use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
+use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart, number, union};
+use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel, XAxis};
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::counted;
-use mge_figures::Against;
 use mge_run::{Metric, RunState};
 use mge_stats::rolling::WINDOW;
 
@@ -101,20 +100,30 @@ impl<'a> Charts<'a> {
     /// none.
     pub fn constants(&self) -> Vec<(Metric, String)> {
         let constant = |metric: &Metric| {
-            let values = self.shown.iter().flat_map(|shown| shown.curves().get(*metric));
-            let mut values = values.copied().filter(|value| value.is_finite());
-            let first = values.next();
-            let is_varying = values.any(|value| Some(value) != first);
-            (!is_varying).then(|| (*metric, first.map_or_else(|| "-".to_owned(), number)))
+            let range = self.shown.iter().filter_map(|shown| shown.curves().range(*metric)).reduce(union);
+            let [low, high] = range.unwrap_or([f32::NAN; 2]);
+            let is_varying = low < high;
+            (!is_varying).then(|| (*metric, number(low)))
         };
         let is_begun = episodes(&self.shown) > 0;
         Metric::CURVES.iter().filter(|_| is_begun).filter_map(constant).collect()
     }
 
+    /// The episode at the crosshair, or under the mouse; none if the curves are not drawn against episodes.
+    pub fn crosshair(&self) -> Option<f32> {
+        self.state.hovered.or(self.state.crosshair).filter(|_| self.state.axis == XAxis::Episodes)
+    }
+
+    /// The value of a metric of everything shown at an episode, in the order of the legend.
+    pub fn values_at(&self, metric: Metric, episode: f32) -> String {
+        let value = |shown: &Shown| shown.curves().at(metric, episode.round() as u64).unwrap_or(f32::NAN);
+        self.shown.iter().map(|shown| number(value(shown))).collect::<Vec<_>>().join(" / ")
+    }
+
     /// Draws the chart of a metric.
     pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let (many, against) = (self.shown.len() > 1, self.state.against);
-        let axes: Vec<XAxis<'_>> = self.shown.iter().map(|shown| XAxis::of(shown.curves(), against)).collect();
+        let (many, axis) = (self.shown.len() > 1, self.state.axis);
+        let axes: Vec<Positions<'_>> = self.shown.iter().map(|shown| Positions::of(shown.curves(), axis)).collect();
         let greedy = self.shown.iter().zip(&axes).map(|(shown, axis)| match metric {
             Metric::Success => shown.evaluations().iter().map(|(episode, value)| (axis.at(*episode), *value)).collect(),
             _ => Vec::new(),
@@ -127,6 +136,7 @@ impl<'a> Charts<'a> {
             episodes: &axes[index].positions,
             values: shown.curves().get(metric),
             band: shown.band(metric),
+            smoothing: smoothed_values(shown.curves(), self.state.smoothing(metric)),
             // The first values of the success rate are means of fewer episodes.
             partial: if metric == Metric::Success { axes[index].at(WINDOW.get() as u64 - 1) } else { 0 },
             points: &greedy[index],
@@ -138,7 +148,18 @@ impl<'a> Charts<'a> {
         let smoothing = self.state.smoothing(metric);
         let mean = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
         let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
-        let by = if against == Against::Episodes { String::new() } else { format!(", by {}s", against.label()) };
+        let x = match axis {
+            XAxis::Episodes => self.state.range.window(episodes(&self.shown)),
+            _ => Range::Whole.window(axes.iter().filter_map(Positions::last).max().unwrap_or(0) as usize),
+        };
+        let (unit, by) = match axis {
+            XAxis::Episodes => (1.0, String::new()),
+            XAxis::Time => {
+                let (unit, name) = time_unit(x.to);
+                (unit, format!(", by {name} of training"))
+            }
+            _ => (1.0, format!(", by {}", axis.name())),
+        };
         let is_evaluated = metric == Metric::Success && self.shown.iter().any(|shown| !shown.evaluations().is_empty());
         let greedy = if is_evaluated { self.ui.theme.symbol(", ◇ greedy", ", o greedy") } else { "" };
         let title = format!("{}{mean}{log}{by}{greedy}", metric.title());
@@ -152,33 +173,44 @@ impl<'a> Charts<'a> {
             marks: marks.collect(),
             title: &title,
             curves: curves.collect(),
-            x: match against {
-                Against::Episodes => self.state.range.window(episodes(&self.shown)),
-                _ => Range::Whole.window(axes.iter().filter_map(XAxis::last).max().unwrap_or(0) as usize),
-            },
+            x,
+            unit,
             y: metric.info().range,
             scale: self.state.scale(metric),
-            smoothing,
-            crosshair: self.state.hovered.or(self.state.crosshair).filter(|_| against == Against::Episodes),
+            crosshair: self.crosshair(),
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer)
-            && against == Against::Episodes
+            && axis == XAxis::Episodes
         {
             regions.add(axes.plot, HitRegion::Chart(axes, metric));
         }
     }
 }
 
+/// A unit for times up to some milliseconds: its milliseconds and its name.
+fn time_unit(last: f32) -> (f32, &'static str) {
+    match last / 60e3 {
+        ..10.0 => (1e3, "seconds"),
+        ..600.0 => (60e3, "minutes"),
+        _ => (3.6e6, "hours"),
+    }
+}
+
+/// The number of values that a moving average over episodes covers: fewer if the episodes are thinned.
+fn smoothed_values(curves: &Curves, episodes: usize) -> usize {
+    (episodes * curves.episodes().len()).checked_div(curves.last_episode()).unwrap_or(episodes).max(1)
+}
+
 /// Where the episodes of a curve are on the x axis.
-struct XAxis<'a> {
+struct Positions<'a> {
     episodes: &'a [u64],
     positions: Cow<'a, [u64]>,
 }
 
-impl<'a> XAxis<'a> {
-    fn of(curves: &'a Curves, against: Against) -> Self {
-        Self { episodes: curves.episodes(), positions: curves.positions(against) }
+impl<'a> Positions<'a> {
+    fn of(curves: &'a Curves, axis: XAxis) -> Self {
+        Self { episodes: curves.episodes(), positions: curves.positions(axis) }
     }
 
     /// The position of an episode: that of the last one kept up to it.

@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use crate::tui::chart::{Range, Scale};
-use mge_figures::Against;
+use crate::tui::effect::Effect;
+use crate::tui::view::XAxis;
 use mge_run::Metric;
 
 /// State of the curves.
@@ -18,7 +19,7 @@ pub struct CurvesState {
     /// The selected curve.
     pub(super) selected: usize,
     /// What the curves are drawn against. Windows, the crosshair and the scene are of episodes only.
-    pub against: Against,
+    pub axis: XAxis,
     /// Whether only the selected curve is shown.
     pub alone: bool,
     /// Whether several runs are shown, not only the watched one.
@@ -40,7 +41,7 @@ impl Default for CurvesState {
             crosshair: None,
             hovered: None,
             selected: 0,
-            against: Against::default(),
+            axis: XAxis::default(),
             alone: false,
             comparing: false,
             folded: true,
@@ -102,9 +103,11 @@ impl CurvesState {
     }
 
     /// Draws the curves against the next quantity.
-    pub fn next_axis(&mut self) {
+    pub fn next_axis(&mut self) -> Vec<Effect> {
         self.forget_window();
-        self.against = [Against::Actions, Against::Charged, Against::Episodes][self.against as usize];
+        self.axis = XAxis::ALL[(self.axis as usize + 1) % XAxis::ALL.len()];
+        let without = if self.axis == XAxis::Time { ", without its pauses and interruptions" } else { "" };
+        vec![Effect::info(format!("curves against {}{without}", self.axis.name()))]
     }
 
     /// Makes the axis of the selected curve logarithmic, or linear.

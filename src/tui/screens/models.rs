@@ -97,11 +97,14 @@ fn after_action(model: &ModelSummary) -> (String, bool) {
     let Some(evaluation) = &model.evaluation else { return (String::new(), false) };
     let mean = |of: fn(&Compared<OneTool>) -> &OneTool| {
         let errors = evaluation.launches.iter().filter_map(|launches| of(&launches.errors).rollout.last());
-        let all: Vec<f64> = errors.map(|errors| errors.mean).collect();
-        all.iter().sum::<f64>() / all.len() as f64
+        let all: Vec<f64> = errors.map(|errors| errors.mean).filter(|mean| mean.is_finite()).collect();
+        (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
     };
-    let [own, velocity] = [mean(|errors| &errors.model), mean(|errors| &errors.constant_velocity)];
-    (format!("{own:.4} ({velocity:.4})"), own >= velocity)
+    match (mean(|errors| &errors.model), mean(|errors| &errors.constant_velocity)) {
+        (Some(own), Some(velocity)) => (format!("{own:.4} ({velocity:.4})"), own >= velocity),
+        // None of its launches could be compared.
+        _ => (String::new(), false),
+    }
 }
 
 /// Greatest height of the curve of losses.
@@ -120,6 +123,7 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         episodes: &epochs,
         values: losses,
         band: None,
+        smoothing: 1,
         partial: 0,
         points: &[],
     };
@@ -129,7 +133,7 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         x: Range::Whole.window(losses.len()),
         y: None,
         scale: Scale::Log,
-        smoothing: 1,
+        unit: 1.0,
         crosshair: None,
         marks: Vec::new(),
         empty: "",

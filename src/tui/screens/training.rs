@@ -4,14 +4,14 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
 use super::curves::CurvesState;
-use super::pane::{hint, pane, queue_line};
+use super::pane::{self, hint, pane, queue_line};
 use super::runs::Runs;
 use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
@@ -149,12 +149,24 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         return charts.draw(curves.metric(), inside, buffer, regions);
     }
     let constants = charts.constants();
-    let [inside, line] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(u16::from(!constants.is_empty()))]).areas(inside);
-    let parts: Vec<String> = constants.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect();
-    buffer.set_string(line.x + 1, line.y, fitting(&parts, usize::from(line.width) - 1), ui.theme.faint());
     let is_varying = |metric: &Metric| constants.iter().all(|(constant, _)| constant != metric);
-    for (metric, place) in places(inside, curves.metric(), is_varying) {
+    let rows = match charts.crosshair() {
+        Some(_) => BELOW.min(inside.height / 6),
+        None => u16::from(!constants.is_empty()),
+    };
+    let [inside, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(inside);
+    let drawn = places(inside, curves.metric(), is_varying);
+    // Curves for which there is no room have their values at the crosshair, too.
+    let values: Vec<String> = match charts.crosshair() {
+        Some(at) => {
+            let left = Metric::CURVES.into_iter().filter(|metric| drawn.iter().all(|(drawn, _)| drawn != metric));
+            left.map(|metric| format!("{} {}", metric.title(), charts.values_at(metric, at))).collect()
+        }
+        None => constants.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect(),
+    };
+    let lines = pane::lines(&values.join(" · "), below.width.saturating_sub(2), ui.theme.faint());
+    Text::from_iter(lines).render(below.inner(Margin::new(1, 0)), buffer);
+    for (metric, place) in drawn {
         charts.draw(metric, Rect { x: place.x + 1, width: place.width - 1, ..place }, buffer, regions);
         if metric == curves.metric() {
             buffer.set_string(place.x, place.y, "›", ui.theme.strong());
@@ -162,6 +174,8 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
 }
 
+/// Most rows below the charts.
+const BELOW: u16 = 3;
 /// The curves that are shown large.
 const LARGE: [Metric; 2] = [Metric::Success, Metric::Return];
 /// Least rows and columns of a small chart.

@@ -2,15 +2,42 @@
 
 use std::borrow::Cow;
 
-use mge_figures::Against;
-use mge_run::{EpisodeRecord, Metric};
+use mge_run::{EpisodeRecord, Metric, TrainingTime};
+
+/// What curves are drawn against.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum XAxis {
+    /// Episodes.
+    #[default]
+    Episodes,
+    /// Actions of episodes and practice.
+    Actions,
+    /// All actions that the run is charged for.
+    Charged,
+    /// The time of training: see [`TrainingTime`].
+    Time,
+}
+
+impl XAxis {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Episodes, Self::Actions, Self::Charged, Self::Time];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        ["episodes", "actions", "charged actions", "time of training"][self as usize]
+    }
+}
 
 /// One value per episode for every metric that is drawn, or drawn against; NaN where there is none. The episodes of a long run
 /// may be thinned.
 #[derive(Debug, Clone, Default)]
 pub struct Curves {
     episodes: Vec<u64>,
+    /// Seconds of training at the end of each episode.
+    seconds: Vec<f32>,
     values: [Vec<f32>; Metric::KEPT.len()],
+    /// The least and the greatest finite value of each metric.
+    ranges: [Option<[f32; 2]>; Metric::KEPT.len()],
 }
 
 impl Curves {
@@ -18,6 +45,11 @@ impl Curves {
     pub fn get(&self, metric: Metric) -> &[f32] {
         let index = Metric::KEPT.iter().position(|drawn| *drawn == metric);
         index.map_or(&[], |index| &self.values[index])
+    }
+
+    /// The least and the greatest finite value of a metric; None if there is none.
+    pub fn range(&self, metric: Metric) -> Option<[f32; 2]> {
+        self.ranges[Metric::KEPT.iter().position(|drawn| *drawn == metric)?]
     }
 
     /// The value of a metric at an episode, or at the next one that is kept.
@@ -30,14 +62,14 @@ impl Curves {
         &self.episodes
     }
 
-    /// The numbers of actions after each of [`Curves::episodes`]; of episodes for [`Against::Episodes`].
-    pub fn positions(&self, against: Against) -> Cow<'_, [u64]> {
-        let metric = match against {
-            Against::Episodes => return Cow::Borrowed(&self.episodes),
-            Against::Actions => Metric::EnvironmentSteps,
-            Against::Charged => Metric::ChargedActions,
-        };
-        self.get(metric).iter().map(|actions| *actions as u64).collect()
+    /// Where each of [`Curves::episodes`] is on an axis: numbers of episodes or actions, or milliseconds.
+    pub fn positions(&self, axis: XAxis) -> Cow<'_, [u64]> {
+        match axis {
+            XAxis::Episodes => Cow::Borrowed(&self.episodes),
+            XAxis::Actions => self.get(Metric::EnvironmentSteps).iter().map(|actions| *actions as u64).collect(),
+            XAxis::Charged => self.get(Metric::ChargedActions).iter().map(|actions| *actions as u64).collect(),
+            XAxis::Time => self.seconds.iter().map(|seconds| (1000.0 * seconds) as u64).collect(),
+        }
     }
 
     /// The number of the last episode; 0 if there is none.
@@ -45,11 +77,19 @@ impl Curves {
         self.episodes.last().map_or(0, |episode| *episode as usize)
     }
 
-    /// Adds an episode: a value for each metric, in the order of [`Metric::KEPT`].
-    pub fn push(&mut self, episode: u64, values: [f32; Metric::KEPT.len()]) {
+    /// The seconds of training at the end of the episode in a place.
+    pub(super) fn seconds_at(&self, place: usize) -> f32 {
+        self.seconds[place]
+    }
+
+    /// Adds an episode: the seconds of training at its end, and a value for each metric, in the order of
+    /// [`Metric::KEPT`].
+    pub fn push(&mut self, episode: u64, seconds: f32, values: [f32; Metric::KEPT.len()]) {
         self.episodes.push(episode);
-        for (curve, value) in self.values.iter_mut().zip(values) {
+        self.seconds.push(seconds);
+        for ((curve, range), value) in self.values.iter_mut().zip(&mut self.ranges).zip(values) {
             curve.push(value);
+            widen(range, value);
         }
     }
 
@@ -60,7 +100,7 @@ impl Curves {
     }
 
     /// Appends the episodes that were added to a run; rebuilds the curves if earlier ones were removed.
-    pub fn follow(&mut self, records: &[EpisodeRecord]) {
+    pub fn follow(&mut self, records: &[EpisodeRecord], times: &[TrainingTime]) {
         // The last episode of a thinned series may have been replaced by a later one.
         let kept = self.episodes.len().min(records.len());
         let kept = (kept.saturating_sub(1)..=kept).rev().find(|&count| {
@@ -68,16 +108,31 @@ impl Curves {
             last.is_none_or(|last| self.episodes[last] == records[last].episode)
         });
         self.truncate(kept.unwrap_or(0));
-        for record in &records[self.episodes.len()..] {
-            self.push(record.episode, Metric::KEPT.map(|metric| metric.of(record) as f32));
+        for place in self.episodes.len()..records.len() {
+            let (record, time) = (&records[place], times.get(place));
+            let seconds = time.map_or(0.0, |time| time.seconds as f32);
+            self.push(record.episode, seconds, Metric::KEPT.map(|metric| metric.of(record) as f32));
         }
     }
 
     fn truncate(&mut self, count: usize) {
         if count < self.episodes.len() {
             self.episodes.truncate(count);
-            self.values.iter_mut().for_each(|curve| curve.truncate(count));
+            self.seconds.truncate(count);
+            for (curve, range) in self.values.iter_mut().zip(&mut self.ranges) {
+                curve.truncate(count);
+                *range = None;
+                curve.iter().for_each(|value| widen(range, *value));
+            }
         }
+    }
+}
+
+/// Widens a range so that it includes a value, if that is finite.
+fn widen(range: &mut Option<[f32; 2]>, value: f32) {
+    if value.is_finite() {
+        let [low, high] = range.unwrap_or([value; 2]);
+        *range = Some([low.min(value), high.max(value)]);
     }
 }
 
@@ -89,7 +144,7 @@ mod tests {
     use mge_run::Series;
 
     #[test]
-    fn curves_can_be_drawn_against_actions() {
+    fn curves_can_be_drawn_against_actions_and_time() {
         let record = |episode| EpisodeRecord {
             episode,
             environment_steps: 10 * episode,
@@ -97,10 +152,9 @@ mod tests {
             ..EpisodeRecord::default()
         };
         let mut curves = Curves::default();
-        curves.follow(&[record(1), record(2)]);
-        let positions =
-            [Against::Episodes, Against::Actions, Against::Charged].map(|against| curves.positions(against));
-        assert_eq!(positions.each_ref().map(|x| &**x), [[1, 2], [10, 20], [510, 520]]);
+        curves.follow(&[record(1), record(2)], &[1.5, 2.0].map(|seconds| TrainingTime { episode: 0, seconds }));
+        let positions = XAxis::ALL.map(|axis| curves.positions(axis));
+        assert_eq!(positions.each_ref().map(|x| &**x), [[1, 2], [10, 20], [510, 520], [1500, 2000]]);
     }
 
     #[test]
@@ -108,7 +162,7 @@ mod tests {
         let mut records = Series::bounded(NonZeroUsize::new(8).unwrap());
         let mut curves = Curves::default();
         let mut follow = |records: &[EpisodeRecord]| {
-            curves.follow(records);
+            curves.follow(records, &[]);
             let episodes: Vec<u64> = records.iter().map(|record| record.episode).collect();
             let returns: Vec<f32> = records.iter().map(|record| record.return_).collect();
             assert_eq!((curves.episodes(), curves.get(Metric::Return)), (&episodes[..], &returns[..]));

@@ -112,9 +112,10 @@ impl GroupCurves {
                     }
                 }
             });
-            group.middle.push(*episode, found.map(|[middle, ..]| middle));
-            group.low.push(*episode, found.map(|[_, low, _]| low));
-            group.high.push(*episode, found.map(|[.., high]| high));
+            let seconds = places.iter().map(|(run, place)| run.seconds_at(*place)).sum::<f32>() / places.len() as f32;
+            group.middle.push(*episode, seconds, found.map(|[middle, ..]| middle));
+            group.low.push(*episode, seconds, found.map(|[_, low, _]| low));
+            group.high.push(*episode, seconds, found.map(|[.., high]| high));
         }
         group
     }
@@ -340,7 +341,7 @@ mod tests {
             config = config.with_setting(key, value).unwrap();
         }
         let mut curves = Curves::default();
-        (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, Metric::KEPT.map(|_| *success)));
+        (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, 0.0, Metric::KEPT.map(|_| *success)));
         let done = successes.len() as u64;
         let success = successes.last().copied();
         let of_config = RunSummary::new(&path, Arc::new(config), RunState::Finished);
@@ -453,7 +454,7 @@ mod tests {
     fn thinned_runs_are_aggregated_at_their_common_episodes() {
         let of = |episodes: &[u64]| {
             let mut curves = Curves::default();
-            episodes.iter().for_each(|episode| curves.push(*episode, Metric::KEPT.map(|_| 1.0)));
+            episodes.iter().for_each(|episode| curves.push(*episode, 0.0, Metric::KEPT.map(|_| 1.0)));
             curves
         };
         let [fine, coarse] = [of(&[1, 2, 3]), of(&[1, 3])];

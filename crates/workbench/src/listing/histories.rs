@@ -129,14 +129,14 @@ impl Logs {
             if news.restarted || !news.events.is_empty() {
                 is_new = true;
                 let log = Arc::make_mut(log);
-                news.events.iter().for_each(|logged| log.add(&logged.event));
+                news.events.iter().for_each(|logged| log.add(logged.time, &logged.event));
             }
             if !news.more {
                 break;
             }
         }
         if is_new {
-            Arc::make_mut(curves).follow(&log.records);
+            Arc::make_mut(curves).follow(&log.records, &log.times);
         }
         Some(is_new)
     }

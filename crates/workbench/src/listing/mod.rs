@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-pub use curves::Curves;
+pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use marks::{Mark, marks};
@@ -195,7 +195,7 @@ impl Listing {
         }
         let records = run.records();
         if !curves.is_of(records) {
-            Arc::make_mut(&mut curves).follow(records);
+            Arc::make_mut(&mut curves).follow(records, &run.history().times);
         }
         let state = run.last_state().or(on_disk.map(|known| known.state.clone())).unwrap_or(RunState::Interrupted);
         let summary = RunSummary {
