@@ -297,7 +297,7 @@ fn typed(key: &str) -> &str {
 fn the_first_day_shows_what_its_document_says() {
     let document = include_str!("../../docs/first-day.md");
     let points: Vec<&str> = document.lines().filter(|line| line.starts_with("| ") && line.contains(". ")).collect();
-    assert_eq!(points.len(), 40);
+    assert_eq!(points.len(), 45);
     for (columns, rows) in [(120, 40), (80, 24), (200, 60)] {
         let folder = tempfile::tempdir().unwrap();
         let mut terminal = open(folder.path(), &[]);

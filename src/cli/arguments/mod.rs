@@ -103,7 +103,7 @@ pub struct Workbench {
     /// Do not capture the mouse
     #[arg(long)]
     pub no_mouse: bool,
-    /// How to announce that all trainings are done: the terminal's bell, a notification (OSC 9, or OSC 777 for
+    /// How to announce that a training is solved, is finished or has failed: the terminal's bell, a notification (OSC 9, or OSC 777 for
     /// terminals that support only that), or not at all
     #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
     pub notify: Notify,

@@ -1,10 +1,12 @@
 //! The table of actions with keys.
 
-use super::Context::{self, Curves, Everywhere, Figures, Hand, List, Models, Move, Playback, Runs, Scene, Schedule};
+use super::Context::{
+    self, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
+};
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
 use crate::tui::app::App;
-use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};
+use crate::tui::screens::{edit, figures, log, models, runs, scene_actions as scene, schedule, tools, training};
 
 /// An action: its name, default keys, word in the footer, verb in a script, description (empty if it is the help text
 /// of the verb), and what it does.
@@ -44,6 +46,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("previous-screen", "[", "", "", "show the previous screen", Do(|app| app.show_neighbour(-1))),
         ("mouse", "f4", "", "", "switch mouse capture, to select text with the mouse", Do(App::switch_mouse)),
         ("theme", "", "", "", "use other colours: for dark and light backgrounds, and for every colour vision", Do(App::change_theme)),
+        ("bell", "", "", "", "announce the ends of trainings with the terminal's bell, or no longer", Do(App::switch_bell)),
         ("tour", "f5", "", "", "show the short tour again", Do(App::show_tour)),
         ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(App::suspend)),
         ("back", "esc", "", "", "close the top layer, or clear the selection", Do(App::back)),
@@ -118,7 +121,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("whole-range", "0", "", "", "show all episodes", Effects(training::show_all_episodes)),
         ("recent-range", "9", "", "", "show the latest episodes", Change(|s, _| s.curves.show_recent())),
         ("smoothing", "s", "smooth", "", "average over 1, 10, 50 or 200 episodes", Change(|s, _| s.curves.next_smoothing())),
-        ("next-axis", "X", "", "", "draw against episodes, actions, or charged actions", Change(|s, _| s.curves.next_axis())),
+        ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Effects(|s, _| s.curves.next_axis())),
         ("log-axis", "g", "", "", "a logarithmic axis for the selected curve, or a linear one", Change(|s, _| s.curves.switch_scale())),
         ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Effects(|s, _| training::fold(&mut s.curves))),
     ]),
@@ -126,10 +129,10 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("watch-run", "enter", "watch", "open", "watch the selected run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::watch))),
         ("mark-run", "space", "mark", "", "mark the run or group; the next action applies to all marked ones", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::mark))),
         ("fold-group", "tab", "fold", "", "show the seeds of the group, or hide them", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::fold))),
-        ("filter-runs", "/", "filter", "", "show only runs with words or like task:4 epsilon<0.2 tag:paper", Effects(|s, _| runs::ask_for_filter(&s.runs))),
+        ("filter-runs", "/", "filter", "", "show only runs with words or like task:4 epsilon<0.2 tag:paper", Effects(|s, ui| runs::ask_for_filter(&s.runs, ui))),
         ("sort-runs", "s", "sort", "", "sort by age, name, state, episodes or success", Effects(|s, _| s.runs.sort_by_next())),
         ("reverse-runs", "S", "", "", "reverse the order", Change(|s, _| s.runs.reversed ^= true)),
-        ("choose-columns", "|", "", "", "choose the columns of the list, including settings in which runs differ", Effects(|s, _| runs::ask_for_columns(&s.runs))),
+        ("choose-columns", "|", "", "", "choose the columns of the list, including settings in which runs differ", Effects(|s, ui| runs::ask_for_columns(&s.runs, ui))),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
         ("pin-baseline", "B", "", "", "compare groups with the selected one", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::pin_baseline))),
         ("export-runs", "f", "figures", "figure", "export the dashboards of the runs as PNG", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::export))),
@@ -152,6 +155,10 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
         ("export-pdf", "D", "as PDF", "figure", "export the selected figure as PDF", Do(|app| app.export_selected("pdf"))),
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
+    ]),
+    (Log, &[
+        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, ui| log::next_level(&mut s.lists, ui))),
+        ("filter-log", "/", "filter", "", "show only lines with words, such as the name of a run", Effects(|s, ui| log::ask_for_words(&s.lists, ui))),
     ]),
     (List, &[
         ("above", "up k", "", "", "select the line above", Do(|app| app.select_line(|now, _| now.saturating_sub(1)))),

@@ -15,6 +15,7 @@ mod unsaved;
 pub use remembered::Remembered;
 pub use unsaved::{Guarded, report_recovered_edits};
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -57,8 +58,12 @@ pub struct App {
     /// Whether the palette follows the terminal's background, as long as the user has chosen none.
     follows_background: bool,
     leaving: QuitState,
-    /// Whether anything was being trained at the last poll.
-    was_busy: bool,
+    /// The runs that were being trained at the last poll, and whether they were solved.
+    training: HashMap<PathBuf, bool>,
+    /// Whether a model was being trained or evaluated at the last poll.
+    had_model_work: bool,
+    /// Whether ends of trainings are not announced.
+    pub(super) silent: bool,
     /// Runs to continue in the background after the workbench is left.
     background: Vec<PathBuf>,
     /// The greedy episode that was shown last.
@@ -140,7 +145,9 @@ impl App {
             mouse: true,
             follows_background: false,
             leaving: QuitState::No,
-            was_busy: false,
+            training: HashMap::new(),
+            had_model_work: false,
+            silent: false,
             background: Vec::new(),
             greedy: None,
             awaited: None,
@@ -257,7 +264,7 @@ impl App {
             Tab::Runs => vec![Context::Runs, Context::List],
             Tab::Models => vec![Context::Models, Context::List],
             Tab::Figures => vec![Context::Figures, Context::List],
-            Tab::Log => vec![Context::List],
+            Tab::Log => vec![Context::Log, Context::List],
         };
         inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
     }

@@ -329,6 +329,7 @@ impl App {
             Tab::Training if self.screens.curves.leave() => None,
             Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
+            Tab::Log if self.screens.lists.log.leave() => None,
             _ => return self.show(Tab::Scene),
         };
         if let Some(choice) = choice {

@@ -16,7 +16,7 @@ use mge_workbench::{Command, command};
 /// The name of the file in the folder of runs.
 const FILE: &str = ".workbench.json";
 /// The settings of the next run that are remembered besides the method.
-const SETTINGS: [&str; 3] = ["episodes", "epsilon", "prior"];
+const SETTINGS: [&str; 5] = ["episodes", "epsilon", "prior", "stop.success", "stop.minutes"];
 /// The format of the file.
 const FORMAT: Format<'static> =
     Format { name: "the choices of a session", suffix: "json", is: &|found| json::keys(found).contains("screen") };
@@ -34,6 +34,8 @@ pub struct Remembered {
     columns: String,
     /// Number of seeds of the training started last.
     seeds: u32,
+    /// Whether ends of trainings are not announced.
+    silent: bool,
     /// The method of the next run, and settings that are not its defaults.
     settings: Vec<(String, String)>,
 }
@@ -64,14 +66,15 @@ impl App {
         kept.retain(|(key, _)| SETTINGS.contains(&&**key));
         kept.insert(0, ("method".to_owned(), settings.method.to_string()));
         let (sort, reversed, columns) = (runs.sort, runs.reversed, runs.columns());
-        Remembered { screen: self.tab, sort, reversed, columns, seeds: self.seeds, settings: kept }
+        let (screen, seeds, silent) = (self.tab, self.seeds, self.silent);
+        Remembered { screen, sort, reversed, columns, seeds, silent, settings: kept }
     }
 
     /// Makes remembered choices again. Those that are no longer possible are logged.
     pub fn restore(&mut self, remembered: Remembered) {
-        let Remembered { screen, sort, reversed, columns, seeds, settings } = remembered;
+        let Remembered { screen, sort, reversed, columns, seeds, silent, settings } = remembered;
         let runs = &mut self.screens.runs;
-        (runs.sort, runs.reversed, self.seeds) = (sort, reversed, seeds.max(1));
+        (runs.sort, runs.reversed, self.seeds, self.silent) = (sort, reversed, seeds.max(1), silent);
         let mut outcomes = vec![runs.show_columns(&columns)];
         for (key, value) in settings {
             let command: Command = match key.as_str() {

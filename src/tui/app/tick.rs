@@ -1,13 +1,19 @@
 //! What happens as time passes: polls of the session, playback, and requests for what is visible.
 
+use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
 use crate::tui::screens::{runs, training};
-use crate::tui::view::{Choice, Level, Subject};
+use crate::tui::view::{Choice, Level, RunSummary, Subject};
+use mge_run::RunState;
+use mge_stats::rolling::WINDOW;
 
+/// Success rate of a solved task.
+const SOLVED: f32 = 0.8;
 /// How long a message other than an error is shown.
 const MESSAGE: Duration = Duration::from_secs(6);
 /// Interval between requests for curves while nothing else happens; other processes may be training the runs.
@@ -17,13 +23,18 @@ const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(240);
 /// Maximum that one tick adds to the time for which a message has been shown.
 const MAX_SHOWN_PER_TICK: Duration = Duration::from_millis(100);
 
+/// Whether a run has solved its task: most of its latest episodes, of which there are enough, reached the goal.
+fn is_solved(run: &RunSummary) -> bool {
+    run.done >= WINDOW.get() as u64 && run.success.is_some_and(|success| success >= SOLVED)
+}
+
 impl App {
     /// Advances time and polls the session.
     pub fn tick(&mut self, elapsed: Duration) {
         let lines = self.workspace.view().log_total;
         let is_changed = self.workspace.poll();
         if is_changed {
-            self.note_busy();
+            self.announce_ends();
         }
         self.show_news(is_changed, elapsed);
         let view = self.workspace.view();
@@ -65,13 +76,42 @@ impl App {
         }
     }
 
-    /// Requests a notification when the last training of a run or a model has ended.
-    fn note_busy(&mut self) {
+    /// Announces runs of this session that were solved, finished or have failed, and the end of work on a model.
+    fn announce_ends(&mut self) {
         let view = self.workspace.view();
-        let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
-        if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
-            self.request = Some(TerminalRequest::Notify("all trainings have ended".to_owned()));
+        let has_model_work = view.model_work.is_some();
+        let (mut news, mut solved) = (Vec::new(), Vec::new());
+        if std::mem::replace(&mut self.had_model_work, has_model_work) && !has_model_work {
+            news.push("the work on the model has ended".to_owned());
         }
+        let now: HashMap<PathBuf, bool> = view.active_runs().map(|run| (run.path.clone(), is_solved(run))).collect();
+        let before = std::mem::replace(&mut self.training, now);
+        for (path, was_solved) in before {
+            let Some(run) = view.run(&path) else { continue };
+            match &run.state {
+                RunState::Finished if !run.active => news.push(format!("{} is finished", run.name)),
+                RunState::Failed(reason) if !run.active => news.push(format!("{} has failed: {reason}", run.name)),
+                _ if is_solved(run) && !was_solved => {
+                    let share = run.success_text();
+                    solved.push(format!("{} is solved: {share} of its latest episodes reached the goal", run.name));
+                }
+                _ => {}
+            }
+        }
+        for text in &solved {
+            self.workspace.log(Level::Good, text.clone());
+        }
+        news.append(&mut solved);
+        if !news.is_empty() && !self.silent {
+            self.request = Some(TerminalRequest::Notify(news.join(", ")));
+        }
+    }
+
+    /// Announces ends of trainings, or no longer.
+    pub fn switch_bell(&mut self) {
+        self.silent ^= true;
+        let text = if self.silent { "ends of trainings are not announced" } else { "ends of trainings are announced" };
+        self.show_message(Level::Info, text);
     }
 
     /// Whether to request the visible curves again. This is not done at every tick: finding out which they are

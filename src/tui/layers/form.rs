@@ -1,12 +1,13 @@
-//! A form: fields of one line each, checked on enter. A prompt is a form with one field.
+//! A form: fields of one line each, checked on enter. A prompt is a form with one field, whose words may be completed.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Position, Rect};
+use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::Widget;
+use ratatui::widgets::{Row, Widget};
 
+use super::palette::{Value, matching};
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::input::Keymap;
 use crate::tui::widgets::popup::{frame, wrap};
@@ -19,6 +20,9 @@ type Reader = dyn Fn(&[&str]) -> Result<Effect, String>;
 /// What stands in a field while it is empty, and its explanation, given its place and the texts of all fields.
 type Explainer = dyn Fn(usize, &[&str]) -> [String; 2];
 
+/// Most completions that are shown at once.
+const LISTED: usize = 12;
+
 /// A form.
 pub struct Form {
     title: String,
@@ -26,6 +30,9 @@ pub struct Form {
     selected: usize,
     explain: Box<Explainer>,
     read: Box<Reader>,
+    /// What the words of a prompt may be, and the place of the one that was chosen among those that fit.
+    completions: Vec<Value>,
+    picked: Option<usize>,
     /// Why the latest answer was refused.
     error: Option<String>,
     /// Where each field was last drawn.
@@ -52,7 +59,17 @@ impl Form {
         read: impl Fn(&[&str]) -> Result<Effect, String> + 'static,
     ) -> Self {
         let (explain, read) = (Box::new(explain), Box::new(read));
-        Self { title: title.into(), fields, selected: 0, explain, read, error: None, rows: Vec::new() }
+        Self {
+            title: title.into(),
+            fields,
+            selected: 0,
+            explain,
+            read,
+            completions: Vec::new(),
+            picked: None,
+            error: None,
+            rows: Vec::new(),
+        }
     }
 
     /// A question with a line for the answer, which begins as `text`.
@@ -66,13 +83,56 @@ impl Form {
         Self::new(title, vec![field], move |_, _| [String::new(), hint.clone()], move |texts| read(texts[0]))
     }
 
+    /// The prompt with completions of its words.
+    #[must_use]
+    pub fn completing(mut self, completions: Vec<Value>) -> Self {
+        // Another word may follow those that are typed in.
+        if !self.fields[0].input.text().is_empty() {
+            self.fields[0].input.insert(" ");
+        }
+        Self { completions, ..self }
+    }
+
+    /// Where the word before the cursor begins.
+    fn word(&self) -> usize {
+        self.fields[0].input.before_cursor().rfind(' ').map_or(0, |space| space + 1)
+    }
+
+    /// The completions of the word before the cursor.
+    fn fitting(&self) -> Vec<Value> {
+        let typed = &self.fields[0].input.before_cursor()[self.word()..];
+        matching(self.completions.iter().cloned(), typed)
+    }
+
+    /// Chooses the completion that is `by` after the chosen one.
+    fn pick(&mut self, by: isize) {
+        let last = self.fitting().len().saturating_sub(1);
+        self.picked = Some(self.picked.map_or(0, |now| now.saturating_add_signed(by).min(last)));
+    }
+
+    /// Completes the word before the cursor with the chosen completion, or the first one.
+    fn complete(&mut self) {
+        let fitting = self.fitting();
+        if let Some(Value { text, .. }) = fitting.get(self.picked.unwrap_or(0)) {
+            let end = if text.ends_with([':', '=', '<', '>']) { "" } else { " " };
+            let word = self.word();
+            self.fields[0].input.replace_from(word, &format!("{text}{end}"));
+            (self.error, self.picked) = (None, None);
+        }
+    }
+
     fn texts(&self) -> Vec<&str> {
         self.fields.iter().map(|field| field.input.text().trim()).collect()
     }
 
     /// Selects the field that is `by` after the selected one.
     fn go(&mut self, by: usize) {
-        self.selected = (self.selected + by) % self.fields.len();
+        self.select((self.selected + by) % self.fields.len());
+    }
+
+    /// Selects a field. What was wrong with the latest answer gives way to its explanation.
+    fn select(&mut self, place: usize) {
+        (self.selected, self.error) = (place, None);
     }
 
     /// Chooses the text that is `by` after the present one.
@@ -82,6 +142,7 @@ impl Form {
         let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
         let now = choices.iter().position(is_now).unwrap_or(0);
         *input = TextInput::new(choices[(now + by) % choices.len()].clone());
+        self.error = None;
     }
 }
 
@@ -94,24 +155,35 @@ impl Layer for Form {
                 Ok(effect) => return Response::Try(effect),
                 Err(error) => self.error = Some(error),
             },
+            KeyCode::Up if !self.completions.is_empty() => self.pick(-1),
+            KeyCode::Down if !self.completions.is_empty() => self.pick(1),
+            KeyCode::Tab if !self.completions.is_empty() => self.complete(),
             KeyCode::Up | KeyCode::BackTab => self.go(self.fields.len() - 1),
             KeyCode::Down | KeyCode::Tab => self.go(1),
             KeyCode::Left if choices > 0 => self.choose(choices - 1),
             KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
-            _ if choices == 0 && self.fields[self.selected].input.key(key) => self.error = None,
+            _ if choices == 0 && self.fields[self.selected].input.key(key) => (self.error, self.picked) = (None, None),
             _ => {}
         }
         Response::Stay
     }
 
     fn click(&mut self, at: Position) -> Response {
-        self.selected = list::hit(&self.rows, at).unwrap_or(self.selected);
+        match list::hit(&self.rows, at) {
+            Some(place) if self.completions.is_empty() => self.select(place),
+            Some(place) if place > 0 => {
+                self.picked = Some(place - 1);
+                self.complete();
+            }
+            _ => {}
+        }
         Response::Stay
     }
 
     fn paste(&mut self, text: &str) {
         if self.fields[self.selected].choices.is_empty() {
             self.fields[self.selected].input.insert(text);
+            (self.error, self.picked) = (None, None);
         }
     }
 
@@ -122,14 +194,18 @@ impl Layer for Form {
     fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let (texts, count) = (self.texts(), self.fields.len());
         let explained: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts)).collect();
-        let width = area.width.saturating_sub(8).min(if count > 1 { 72 } else { 64 });
+        let is_large = count > 1 || !self.completions.is_empty();
+        let width = area.width.saturating_sub(8).min(if is_large { 72 } else { 64 });
         let (about, style) = match &self.error {
             Some(error) => (error, Style::new().fg(theme.bad)),
             None => (&explained[self.selected][1], theme.faint()),
         };
         let about = wrap(about, usize::from(width));
-        let title = format!("{} · enter: done   esc: close", self.title);
-        let inside = frame(&title, (width, (count + 1 + about.len()) as u16), area, theme, buffer);
+        let tab = if self.completions.is_empty() { "" } else { "   tab: complete" };
+        let title = format!("{} · enter: done{tab}   esc: close", self.title);
+        // The popup keeps its height while one types.
+        let listed = self.completions.len().min(LISTED);
+        let inside = frame(&title, (width, (count + 1 + about.len() + listed) as u16), area, theme, buffer);
         let names = self.fields.iter().map(|field| field.name.len() as u16 + 1).max().filter(|width| *width > 1);
         let mut cursor = None;
         self.rows = inside.rows().take(count).zip(0..).collect();
@@ -146,7 +222,16 @@ impl Layer for Form {
             cursor = if is_selected { Some(end) } else { cursor };
         }
         let below = Rect { y: inside.y + count as u16 + 1, ..inside }.intersection(inside);
+        let rows = about.len() as u16;
         Text::from_iter(about).style(style).render(below, buffer);
+        let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);
+        let fitting = self.fitting();
+        let row = |index: usize| {
+            let Value { text, about } = &fitting[index];
+            Row::new([columns::shortened(&format!("{text:<20} {about}"), usize::from(list.width) - 2, false)])
+        };
+        let drawn = list::draw(fitting.len(), self.picked, row, &[Constraint::Fill(1)], list, theme, buffer);
+        self.rows.extend(drawn.into_iter().map(|(area, place)| (area, place + 1)));
         cursor
     }
 }

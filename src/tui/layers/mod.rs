@@ -7,7 +7,7 @@ mod tools;
 mod tour;
 
 pub use form::{Field, Form};
-pub use palette::{Arguments, CommandPalette};
+pub use palette::{Arguments, CommandPalette, Value};
 pub use question::Question;
 pub use tools::{ToolItem, ToolPalette, tool_text};
 pub use tour::Tour;

@@ -154,19 +154,15 @@ fn shade(heat: &Heat, view: View, theme: &Theme, buffer: &mut Buffer) {
     let share = |value: f32| (value - low) / (high - low).max(f32::EPSILON);
     for row in 0..view.area.height {
         for column in 0..view.area.width {
-            let index = |at: u16, length: u16| usize::from(at) * heat.side / usize::from(length);
-            let at = index(row, view.area.height) * heat.side + index(column, view.area.width);
-            let (Some(value), Some(cell)) =
-                (heat.values.get(at), buffer.cell_mut((view.area.x + column, view.area.y + row)))
-            else {
-                continue;
-            };
+            let place = |at: u16, length: u16| (f32::from(at) + 0.5) / f32::from(length);
+            let value = heat.at([place(column, view.area.width), place(row, view.area.height)]);
+            let Some(cell) = buffer.cell_mut((view.area.x + column, view.area.y + row)) else { continue };
             if theme.depth == Depth::None || theme.marker == Marker::Ascii {
                 if cell.symbol() == " " {
-                    cell.set_char([' ', '.', ':', '+', '#'][(share(*value) * 4.0).clamp(0.0, 4.0) as usize]);
+                    cell.set_char([' ', '.', ':', '+', '#'][(share(value) * 4.0).clamp(0.0, 4.0) as usize]);
                 }
             } else {
-                cell.set_bg(theme.heat(share(*value)));
+                cell.set_bg(theme.dithered_heat(share(value), [column, row]));
             }
         }
     }

@@ -52,7 +52,7 @@ pub fn legend(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
 pub fn scale(content: &Content, theme: &Theme) -> Option<Line<'static>> {
     let [low, high] = content.heat.filter(|_| content.overlays.critic)?.range()?;
     let mut spans = vec![Span::raw(format!("critic {} ", number(low)))];
-    spans.extend((0..=4).map(|step| Span::styled("  ", Style::new().bg(theme.heat(step as f32 / 4.0)))));
+    spans.extend((0..=8).map(|step| Span::styled(" ", Style::new().bg(theme.heat(step as f32 / 8.0)))));
     spans.push(Span::raw(format!(" {}", number(high))));
     Some(Line::from(spans))
 }

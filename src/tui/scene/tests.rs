@@ -128,10 +128,26 @@ fn the_heat_map_colours_the_background_from_low_to_high() {
             content.overlays.critic = true;
         });
         let background = |position| buffer[view.cell(position).unwrap()].bg;
-        assert_eq!(background([-0.5, 0.5]), theme().heat(0.0));
-        assert_eq!(background([0.5, 0.5]), theme().heat(0.5));
-        assert_eq!(background([-0.5, -0.5]), theme().heat(1.0));
+        assert_eq!(background([-0.8, 0.8]), theme().heat(0.0));
+        assert_eq!(background([0.8, 0.8]), theme().heat(0.5));
+        assert_eq!(background([-0.8, -0.8]), theme().heat(1.0));
+        let between = heat.at([0.5, 0.25]);
+        assert_eq!(between, low + 0.5, "between two cells");
     }
+}
+
+#[test]
+fn the_heat_map_has_no_bands_with_256_colours() {
+    let heat = Heat { side: 2, values: vec![0.0, 1.0, 0.0, 1.0] };
+    let theme = Theme::new(Palette::Dark, Depth::Ansi256, Marker::Braille);
+    let (buffer, view) = drawn_in(WHOLE, &theme, |content| {
+        content.heat = Some(&heat);
+        content.overlays.critic = true;
+    });
+    let row = view.area.y + 1;
+    let colours: Vec<Color> = (view.area.x..view.area.right()).map(|x| buffer[(x, row)].bg).collect();
+    let changes = colours.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert!(changes > 12, "{colours:?}");
 }
 
 #[test]
@@ -145,7 +161,7 @@ fn without_colours_or_unicode_the_heat_map_is_characters_between_the_objects() {
             content.overlays.critic = true;
         });
         let at = |position| buffer[view.cell(position).unwrap()].symbol();
-        assert_eq!([at([-0.5, 0.5]), at([0.5, 0.5]), at([-0.5, -0.5])], [" ", ":", "#"], "{marker:?}");
+        assert_eq!([at([-0.8, 0.8]), at([0.8, 0.8]), at([-0.8, -0.8])], [" ", ":", "#"], "{marker:?}");
         let mut objects = before.content.iter().zip(&buffer.content).filter(|(before, _)| before.symbol() != " ");
         assert!(objects.all(|(before, now)| before.symbol() == now.symbol()), "{marker:?}");
     }
@@ -162,7 +178,7 @@ fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
     });
     let scale = all_text(&buffer);
     assert!(!scale.contains("goal") && scale.contains("critic -0.50"));
-    // Two columns of each colour after the smallest value.
+    // A column of each of nine colours after the smallest value.
     let colours = [13, 15, 17, 19, 21].map(|x| buffer[(x, 39)].bg);
     assert_eq!(colours, [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| theme().heat(share)));
 }

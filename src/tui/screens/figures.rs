@@ -1,5 +1,6 @@
 //! The Figures screen: figures to look at, to compose and to export.
 
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
@@ -13,8 +14,9 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui};
+use crate::tui::app::App;
 use crate::tui::effect::Effect;
-use crate::tui::layers::Form;
+use crate::tui::layers::{Form, Value};
 use crate::tui::view::ViewModel;
 use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
@@ -68,7 +70,11 @@ pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &U
         FigureKind::Learning => common_task(&composition, ui),
         _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| run.folder_name())),
     };
-    command::Figure { composition, ..command::Figure::with_defaults(kind, &path_of(kind, about, format)) }.into()
+    let path = match kind {
+        FigureKind::Learning if !lists.file.is_empty() => Path::new("figures").join(format!("{}.{format}", lists.file)),
+        _ => path_of(kind, about, format),
+    };
+    command::Figure { composition, ..command::Figure::with_defaults(kind, &path) }.into()
 }
 
 /// The path of a figure of a task or run, or of all runs.
@@ -169,19 +175,39 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     hasher.finish()
 }
 
-/// Selects the learning figure and asks for its options. The hint explains each.
+/// Selects the learning figure and asks for its options, and for the name of its file.
 pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     let lists = &mut screens.lists;
     lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
-    let options = lists.composition.options().into_iter().map(|(key, value)| format!("{key}={value}"));
-    let about = OPTIONS.iter().filter(|(name, _)| *name != "runs").map(|(name, about)| format!("{name}= {about}"));
-    let runs = ui.text("the runs are those marked on the Runs screen ({screen-runs}), or all");
-    let hint = about.chain([runs]).collect::<Vec<_>>().join("\n");
-    vec![Effect::open(Form::prompt("compose the learning figure", hint, shell_words::join(options), |text| {
+    let file = Some(("file", lists.file.clone())).filter(|(_, name)| !name.is_empty());
+    let options = lists.composition.options().into_iter().chain(file).map(|(key, value)| format!("{key}={value}"));
+    let runs = ui.text("The runs are those marked on the Runs screen ({screen-runs}), or all.");
+    let exports = ui.text("{export-figure} exports it as PNG, {export-pdf} as PDF");
+    let prompt = Form::prompt("compose the learning figure", runs, shell_words::join(options), move |text| {
         let words = shell_words::split(text).map_err(|error| error.to_string())?;
         let pair = |word| str::split_once(word, '=').ok_or_else(|| format!("`{word}`: write KEY=VALUE"));
         let options = words.iter().map(|word| pair(word)).collect::<Result<Vec<_>, _>>()?;
+        let (files, options): (Vec<_>, Vec<_>) = options.into_iter().partition(|(key, _)| *key == "file");
         let composition = Composition::default().with_options(options)?;
-        Ok(Effect::call(|app| app.screens.lists.composition = composition))
-    }))]
+        let file = files.last().map_or_else(String::new, |(_, name)| (*name).to_owned());
+        if file.contains(['/', '\\']) {
+            return Err(format!("`{file}` is not a name: the figure is in the folder figures"));
+        }
+        let report = Effect::info(format!("composed: {text}; {exports}"));
+        let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
+        Ok(Effect::all(vec![Effect::call(change), report]))
+    });
+    vec![Effect::open(prompt.completing(completions(ui)))]
+}
+
+/// The options of the learning figure, and their values where there are few.
+fn completions(ui: &Ui) -> Vec<Value> {
+    let keys = OPTIONS.iter().filter(|(name, _)| *name != "runs");
+    let keys = keys.map(|(name, about)| Value::new(format!("{name}="), *about));
+    let file = Value::new("file=", "name of the figure in the folder figures, without its suffix");
+    let values = ["success=greedy", "against=actions", "against=charged", "width=single", "axis=log", "bands=off"];
+    let labels: BTreeSet<&str> =
+        ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
+    let curves = labels.into_iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));
+    keys.chain([file]).chain(values.map(|value| Value::new(value, ""))).chain(curves).collect()
 }

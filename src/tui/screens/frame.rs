@@ -57,7 +57,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Edit => workbench::draw_edit(ui, &screens.scene, body, buffer, &mut regions),
         Tab::Schedule => schedule::draw(&screens.schedule, ui, body, buffer, &mut regions),
         Tab::Training => training::draw(ui, screens, body, buffer, &mut regions),
-        Tab::Runs => runs::draw(&screens.runs, &screens.curves, ui, body, buffer, &mut regions),
+        Tab::Runs => runs::draw(&screens.runs, ui, body, buffer, &mut regions),
         Tab::Models => models::draw(&screens.lists, ui, body, buffer, &mut regions),
         Tab::Figures => figures::draw(screens, ui, chrome.covered, body, buffer, &mut regions),
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),

@@ -12,7 +12,7 @@ use mge_trainer::{Method, RunConfig};
 use mge_workbench::{Command, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
-const FIELDS: [(&str, &str, &str); 7] = [
+const FIELDS: [(&str, &str, &str); 9] = [
     ("method", "method", "Left and right choose how it explores and learns."),
     ("episodes", "set episodes", "Episodes of each run."),
     ("seeds", "", "Number of runs, which differ in the seed only and are shown as one group."),
@@ -24,12 +24,20 @@ const FIELDS: [(&str, &str, &str); 7] = [
          step:0.8:0.5:500, points:0=0.8,1000=0.3, need:0.5:0.25:20.",
     ),
     ("model", "model", "Left and right choose what predicts the rollouts behind the action clusters."),
+    (
+        "success",
+        "set stop.success",
+        "Success rate of the last 100 episodes at which a run is finished, such as 0.8; none plays all episodes.",
+    ),
+    ("minutes", "set stop.minutes", "Minutes after which a run stops; it can be continued. None sets no limit."),
     ("name", "", "The folder of the run."),
 ];
+/// The text of a rule that there is not.
+const NONE: &str = "none";
 /// Places of some of them.
 const SEEDS: usize = 2;
 const MODEL: usize = 5;
-const NAME: usize = 6;
+const NAME: usize = 8;
 
 /// What an earlier run on the task has cost: its method, episodes, actions and seconds.
 type Cost = (Method, f64, f64, f64);
@@ -40,7 +48,6 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     let mut fields: Vec<Field> = FIELDS.map(|(name, ..)| Field { name, ..Field::default() }).into();
     fields[0].input = TextInput::new(view.settings.method.to_string());
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
-    fields[SEEDS].input = TextInput::new(seeds.to_string());
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
     let of_task = view.runs.iter().rev().filter(|run| run.config.task.name == view.task.name && run.done > 0);
     let costs: Vec<Cost> = of_task
@@ -55,28 +62,33 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
             ("epsilon", ..) if !settings.method.uses("epsilon") => format!("Not used by {}.", settings.method.label()),
             (.., about) => about.to_owned(),
         };
-        let cost = cost(&settings, &costs, texts);
-        [value(&settings, place), format!("{about}\nThe agent places: {tool}.\n{cost}")]
+        let cost = cost(&settings, &costs, texts, seeds);
+        let value = if place == SEEDS { seeds.to_string() } else { value(&settings, place) };
+        [value, format!("{about}\nThe agent places: {tool}.\n{cost}")]
     };
     let title = format!("train on {}", view.task.name);
-    Form::new(title, fields, explain, move |texts| read(texts, now, &folder))
+    Form::new(title, fields, explain, move |texts| read(texts, (now, seeds), &folder))
 }
 
-/// Sets what the fields say and starts the runs in a folder; `now` is the method of the session.
-fn read(texts: &[&str], now: Method, folder: &Path) -> Result<Effect, String> {
+/// Sets what the fields say and starts the runs in a folder, given the method of the session and the usual seeds.
+fn read(texts: &[&str], (now, seeds): (Method, u32), folder: &Path) -> Result<Effect, String> {
     if texts[NAME].contains(['/', '\\']) || texts[NAME].starts_with('.') {
         return Err(format!("`{}` is not a name: it has no / and does not begin with a dot", texts[NAME]));
     }
     let set = FIELDS.iter().zip(texts).filter(|((_, verb, _), text)| !verb.is_empty() && !text.is_empty());
-    let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", shell_words::quote(text)));
+    // A rule that is left out is null in the settings.
+    let value = |text: &'_ str| if text == NONE { "null".into() } else { shell_words::quote(text).into_owned() };
+    let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", value(text)));
     let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {now}")).collect();
     let place = folder.join(texts[NAME]).display().to_string();
     let place = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(&place) };
-    let seeds = if texts[SEEDS] == "1" { String::new() } else { format!("seeds {}", texts[SEEDS]) };
-    lines.push(format!("train {place} {seeds}"));
+    let usual = seeds.to_string();
+    let count = if texts[SEEDS].is_empty() { &usual } else { texts[SEEDS] };
+    let with_seeds = if count == "1" { String::new() } else { format!("seeds {count}") };
+    lines.push(format!("train {place} {with_seeds}"));
     let parsed = lines.iter().map(|line| Command::parse(line).map_err(|error| error.to_string()));
     let commands: Vec<Option<Command>> = parsed.collect::<Result<_, String>>()?;
-    let seeds = texts[SEEDS].parse().unwrap_or(1);
+    let seeds = count.parse().unwrap_or(1);
     let remember = Effect::call(move |app| app.seeds = seeds);
     Ok(Effect::all(commands.into_iter().flatten().map(Effect::apply).chain([remember]).collect()))
 }
@@ -89,15 +101,16 @@ fn value(settings: &RunConfig, place: usize) -> String {
         "first seed" => settings.seed.to_string(),
         "epsilon" => settings.epsilon.to_string(),
         "model" => settings.prior.place(),
-        "name" => usual_name(settings),
-        _ => "1".to_owned(),
+        "success" => settings.stop.success.map_or_else(|| NONE.to_owned(), |success| success.to_string()),
+        "minutes" => settings.stop.minutes.map_or_else(|| NONE.to_owned(), |minutes| minutes.to_string()),
+        _ => usual_name(settings),
     }
 }
 
 /// What the runs will cost, from the latest runs of the method on the task.
-fn cost(settings: &RunConfig, costs: &[Cost], texts: &[&str]) -> String {
+fn cost(settings: &RunConfig, costs: &[Cost], texts: &[&str], seeds: u32) -> String {
     let episodes: f64 = texts[1].parse().unwrap_or(settings.episodes).into();
-    let seeds: u32 = texts[SEEDS].parse().unwrap_or(1);
+    let seeds: u32 = texts[SEEDS].parse().unwrap_or(seeds);
     let of_method = costs.iter().filter(|(method, ..)| *method == settings.method).take(5);
     // A run that was interrupted for long does not count much in the median.
     let median = |of: fn(&Cost) -> f64| {

@@ -20,7 +20,9 @@ use mge_guidance::ActionPrior;
 use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, Trace};
-pub use mge_workbench::listing::{Curves, GroupCurves, Grouping, Mark, ModelSummary, RunGroup, RunSummary, span};
+pub use mge_workbench::listing::{
+    Curves, GroupCurves, Grouping, Mark, ModelSummary, RunGroup, RunSummary, XAxis, span,
+};
 use mge_workbench::{PriorState, SavedAgent};
 
 use playback::Episode;
@@ -139,9 +141,10 @@ pub struct LogLine {
 }
 
 /// The severity of a line of the log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Information.
+    #[default]
     Info,
     /// Success.
     Good,

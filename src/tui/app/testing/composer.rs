@@ -50,10 +50,16 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
 fn the_prompt_explains_every_option_and_names_the_curves() {
     let (mut app, _) = app(grouped());
     press(&mut app, "7 tab");
-    let screen = text(&shot(&mut app, 120, 40));
-    for shown in ["width= single or double", "axis= linear or log", "name= another name"] {
+    for (typed, shown) in
+        [("wid", "single or double"), ("ban", "on or off"), ("curve=D", "a curve"), ("fi", "name of the figure")]
+    {
+        app.event(Event::Paste(typed.to_owned()));
+        let screen = text(&shot(&mut app, 120, 40));
         assert!(screen.contains(shown), "{shown}\n{screen}");
+        press(&mut app, "ctrl-u");
     }
+    let completed = exported("7 tab w i d tab s i n tab f i tab m i n e enter enter");
+    assert_eq!(completed, "figure learning figures/mine.png width=single");
 }
 
 #[test]

@@ -348,6 +348,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
         let wave = (episode as f32 / 40.0).sin();
         curves.push(
             episode + 1,
+            episode as f32 / 12.5,
             Metric::KEPT.map(|metric| match metric {
                 Metric::Success => share,
                 Metric::CriticLoss if (200..300).contains(&episode) => f32::NAN,

@@ -9,6 +9,7 @@ fn choices_are_made_again_in_the_next_session() {
     let (mut first, _) = app(grouped());
     press(&mut first, "5 s S | ctrl-u s e e d enter");
     first.seeds = 3;
+    press(&mut first, ": b e l l enter");
     first.remembered().save(folder.path()).unwrap();
     let (mut second, asked) = app(grouped());
     second.restore(Remembered::load(folder.path()).unwrap());

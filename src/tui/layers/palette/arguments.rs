@@ -19,8 +19,11 @@ pub struct Value {
     pub about: String,
 }
 
-fn value(text: impl Into<String>, about: impl Into<String>) -> Value {
-    Value { text: text.into(), about: about.into() }
+impl Value {
+    /// A completion.
+    pub fn new(text: impl Into<String>, about: impl Into<String>) -> Self {
+        Self { text: text.into(), about: about.into() }
+    }
 }
 
 /// Everything that can be completed.
@@ -45,14 +48,14 @@ impl Arguments {
         // A run of the folder is found by its name.
         let run = |run: &crate::tui::view::RunSummary| {
             let path = run.path.strip_prefix(&view.folder).unwrap_or(&run.path);
-            value(path.display().to_string(), format!("{}, {}", run.name, run.label))
+            Value::new(path.display().to_string(), format!("{}, {}", run.name, run.label))
         };
-        let shipped = task::shipped().into_iter().map(|task| value(task.name, task.description));
-        let levels = task::level_names().map(|name| value(format!("create/{name}"), "a level of CREATE"));
+        let shipped = task::shipped().into_iter().map(|task| Value::new(task.name, task.description));
+        let levels = task::level_names().map(|name| Value::new(format!("create/{name}"), "a level of CREATE"));
         Self {
             tasks: shipped.chain(levels).collect(),
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
-            models: view.models.iter().map(|model| value(model.name.clone(), model.about.clone())).collect(),
+            models: view.models.iter().map(|model| Value::new(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
         }
     }
@@ -64,7 +67,9 @@ impl Arguments {
         let all = self.tasks.iter().map(|task| ("task", task)).chain(self.runs.iter().map(|run| ("open", run)));
         let all = all.chain(settings.map(|setting| ("set", setting))).filter(|_| !text.is_empty());
         let found = all.filter(|(_, known)| known.text.to_lowercase().contains(&lower)).take(LINES);
-        found.map(|(verb, known)| value(format!("{verb} {}", shell_words::quote(&known.text)), &*known.about)).collect()
+        found
+            .map(|(verb, known)| Value::new(format!("{verb} {}", shell_words::quote(&known.text)), &*known.about))
+            .collect()
     }
 
     /// Completions of the last of the words after a verb; those that begin with it come first.
@@ -79,43 +84,44 @@ impl Arguments {
         let candidates: Vec<Value> = match (verb.name, before) {
             ("task", []) => self.tasks.iter().cloned().chain(files(typed, "json")).collect(),
             ("open" | "continue" | "delete" | "note" | "tag" | "rename", []) => self.runs.clone(),
-            ("method", []) => Method::ALL.map(|method| value(method.name(), method.label())).into(),
+            ("method", []) => Method::ALL.map(|method| Value::new(method.name(), method.label())).into(),
             ("model" | "model evaluate", []) => self.models.clone(),
             ("set", []) => self.settings.iter().map(|(setting, _)| setting.clone()).collect(),
             ("set", [key]) => {
                 let known = self.settings.iter().find(|(setting, _)| setting.text == *key);
-                known.map(|(setting, now)| value(now.clone(), setting.about.clone())).into_iter().collect()
+                known.map(|(setting, now)| Value::new(now.clone(), setting.about.clone())).into_iter().collect()
             }
             ("fork", [_, ..]) => {
-                let edited = value("task=edited", "the task as it is edited");
-                let key = |(known, _): &(Value, String)| value(format!("{}=", known.text), known.about.clone());
+                let edited = Value::new("task=edited", "the task as it is edited");
+                let key = |(known, _): &(Value, String)| Value::new(format!("{}=", known.text), known.about.clone());
                 let own = |(known, _): &&(Value, String)| !["method", "seed"].contains(&&*known.text);
                 std::iter::once(edited).chain(self.settings.iter().filter(own).map(key)).collect()
             }
-            ("figure", []) => FigureKind::ALL.map(|kind| value(kind.name(), "")).into(),
-            ("figure", ["learning", _, ..]) => OPTIONS.map(|(name, about)| value(format!("{name}="), about)).into(),
+            ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
+            ("figure", ["learning", _, ..]) => {
+                OPTIONS.map(|(name, about)| Value::new(format!("{name}="), about)).into()
+            }
             ("epsilon", []) => schedules(),
-            ("tool add" | "placeable", []) => ToolKind::ALL.map(|kind| value(kind.name(), "")).into(),
+            ("tool add" | "placeable", []) => ToolKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("tool set" | "placeable", [_, ..]) | ("tool add", [_, _, _, ..]) => {
-                Property::ALL.map(|property| value(format!("{property}="), property.unit())).into()
+                Property::ALL.map(|property| Value::new(format!("{property}="), property.unit())).into()
             }
             _ => Vec::new(),
         };
-        let lower = typed.to_lowercase();
-        let (mut first, mut others) = (Vec::new(), Vec::new());
-        for candidate in candidates {
-            let text = candidate.text.to_lowercase();
-            match text.find(&lower) {
-                // Complete already.
-                _ if candidate.text == typed => {}
-                Some(0) => first.push(candidate),
-                Some(_) => others.push(candidate),
-                None => {}
-            }
-        }
-        first.append(&mut others);
-        first
+        matching(candidates, typed)
     }
+}
+
+/// The completions that contain a text, without one that is the text; those that begin with it come first.
+pub fn matching(candidates: impl IntoIterator<Item = Value>, typed: &str) -> Vec<Value> {
+    let lower = typed.to_lowercase();
+    let mut found: Vec<(usize, Value)> = candidates
+        .into_iter()
+        .filter(|candidate| candidate.text != typed)
+        .filter_map(|candidate| Some((candidate.text.to_lowercase().find(&lower)?.min(1), candidate)))
+        .collect();
+    found.sort_by_key(|(place, _)| *place);
+    found.into_iter().map(|(_, candidate)| candidate).collect()
 }
 
 fn schedules() -> Vec<Value> {
@@ -127,7 +133,7 @@ fn schedules() -> Vec<Value> {
         ("points:0=0.8,1000=0.3", "lines between points"),
         ("need:0.5:0.25:20", "by the share of the last 20 greedy attempts that failed"),
     ]
-    .map(|(text, about)| value(text, about))
+    .map(|(text, about)| Value::new(text, about))
     .into()
 }
 
@@ -142,7 +148,7 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
             Some((_, setting)) => format!("now {now}; {}: {}", setting.about, setting.range),
             None => format!("now {now}"),
         };
-        (value(path, about), now)
+        (Value::new(path, about), now)
     };
     config_keys(config).into_iter().map(described).collect()
 }
@@ -156,8 +162,8 @@ fn files(typed: &str, extension: &str) -> Vec<Value> {
         let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
         let path = format!("{prefix}{name}");
         match entry.file_type().ok()?.is_dir() {
-            true => Some(value(format!("{path}/"), "folder")),
-            false => (suffix(name.as_ref()) == extension).then(|| value(path, "file")),
+            true => Some(Value::new(format!("{path}/"), "folder")),
+            false => (suffix(name.as_ref()) == extension).then(|| Value::new(path, "file")),
         }
     });
     let mut found: Vec<Value> = named.collect();

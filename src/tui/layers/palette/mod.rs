@@ -22,8 +22,7 @@ use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
-pub use arguments::Arguments;
-use arguments::Value;
+pub use arguments::{Arguments, Value, matching};
 use mge_workbench::{Command, Verb, verbs};
 
 /// Other words for actions, by the names of these.

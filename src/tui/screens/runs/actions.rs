@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use super::super::Ui;
 use super::line::{Line, LineKey};
-use super::{Runs, columns, list};
+use super::{Runs, columns, filter, list};
 use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
-use crate::tui::layers::Form;
+use crate::tui::layers::{Form, Value};
 use crate::tui::view::{Level, RunSummary};
 use mge_workbench::{Command, command};
 
@@ -158,26 +158,27 @@ pub fn edit_tags(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
 }
 
 /// Asks which runs are listed.
-pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
+pub fn ask_for_filter(state: &Runs, ui: &Ui) -> Vec<Effect> {
     let read = |text: &str| {
         let text = text.to_owned();
         Ok(Effect::new(move |app| app.screens.runs.filter(&text)))
     };
     let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
-    vec![Effect::open(Form::prompt("show runs with", hint, state.filter.text(), read))]
+    let prompt = Form::prompt("show runs with", hint, state.filter.text(), read);
+    vec![Effect::open(prompt.completing(filter::completions(ui)))]
 }
 
 /// Asks for the columns of the list.
-pub fn ask_for_columns(state: &Runs) -> Vec<Effect> {
+pub fn ask_for_columns(state: &Runs, ui: &Ui) -> Vec<Effect> {
     let read = |text: &str| {
         let text = text.to_owned();
         Ok(Effect::new(move |app| app.screens.runs.show_columns(&text)))
     };
     let defaults = || columns::defaults(u16::MAX).iter().map(columns::Column::heading).collect::<Vec<_>>().join(" ");
     let now = if state.columns.is_empty() { defaults() } else { state.columns() };
-    let hint = format!(
-        "{}, or settings in which runs differ, such as ddpg.gamma; none for the default ones",
-        columns::names().join(" ")
-    );
-    vec![Effect::open(Form::prompt("columns", hint, now, read))]
+    let hint = "columns with spaces between them, none for the default ones";
+    let common = columns::names().map(|name| Value::new(name, "")).into_iter();
+    let settings = filter::differing(ui).into_iter().map(|path| Value::new(path, "a setting in which runs differ"));
+    let prompt = Form::prompt("columns", hint, now, read);
+    vec![Effect::open(prompt.completing(settings.chain(common).collect()))]
 }

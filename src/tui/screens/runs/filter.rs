@@ -1,9 +1,12 @@
 //! The filter of the list of runs: words, and conditions such as `task:4` and `epsilon<0.2`.
 
-use serde_json::Value;
+use std::collections::BTreeSet;
+
+use serde_json::Value as Json;
 
 use super::super::Ui;
 use super::is_setting;
+use crate::tui::layers::Value;
 use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
@@ -111,6 +114,27 @@ fn term(word: &str) -> Result<Term, String> {
     Ok(Term::Compared(column.to_owned(), comparison, value))
 }
 
+/// The settings in which runs differ, by their paths.
+pub fn differing(ui: &Ui) -> BTreeSet<String> {
+    let settings = ui.view.runs.iter().filter_map(|run| ui.view.groups.settings(&run.path));
+    settings.flat_map(|settings| settings.keys().cloned()).collect()
+}
+
+/// What the words of a filter may be: conditions on the columns and settings of the runs.
+pub fn completions(ui: &Ui) -> Vec<Value> {
+    let parts = ["task", "method", "state", "tag"].map(|column| {
+        let values = ui.view.runs.iter().filter_map(move |run| Some(json::text(&value(run, column, ui)?)));
+        let words = values.flat_map(|text| text.split(' ').map(str::to_owned).collect::<Vec<_>>());
+        words.filter(|word| !word.is_empty()).map(move |word| format!("{column}:{word}"))
+    });
+    let parts: BTreeSet<String> = parts.into_iter().flatten().collect();
+    let numbers = ["success>=", "epsilon<", "seed=", "done>", "episodes="].map(|text| Value::new(text, "a number"));
+    let texts = ["name:", "label:", "note:"].map(|text| Value::new(text, "a part of it"));
+    let settings = differing(ui).into_iter().map(|path| Value::new(path + "=", "a setting in which runs differ"));
+    let parts = parts.into_iter().map(|part| Value::new(part, ""));
+    parts.chain(numbers).chain(texts).chain(settings).collect()
+}
+
 /// The text in which words are searched.
 fn line(run: &RunSummary) -> String {
     let tags = run.tags.join(" ");
@@ -119,20 +143,20 @@ fn line(run: &RunSummary) -> String {
 }
 
 /// The value of a column or setting of a run.
-fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Value> {
+fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
     Some(match column {
-        "task" => Value::from(&*run.config.task.name),
-        "method" => Value::from(run.config.method.name()),
-        "state" => Value::from(run.state_word()),
-        "name" => Value::from(&*run.name),
-        "label" => Value::from(&**ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label)),
-        "tag" => Value::from(run.tags.join(" ")),
-        "note" => Value::from(&*run.note),
-        "seed" => Value::from(run.config.seed),
-        "episodes" => Value::from(run.episodes()),
-        "done" => Value::from(run.done),
-        "success" => Value::from(run.success?),
-        "epsilon" => Value::from(run.config.epsilon.threshold(0)),
+        "task" => Json::from(&*run.config.task.name),
+        "method" => Json::from(run.config.method.name()),
+        "state" => Json::from(run.state_word()),
+        "name" => Json::from(&*run.name),
+        "label" => Json::from(&**ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label)),
+        "tag" => Json::from(run.tags.join(" ")),
+        "note" => Json::from(&*run.note),
+        "seed" => Json::from(run.config.seed),
+        "episodes" => Json::from(run.episodes()),
+        "done" => Json::from(run.done),
+        "success" => Json::from(run.success?),
+        "epsilon" => Json::from(run.config.epsilon.threshold(0)),
         path => return ui.view.groups.setting(run, path).cloned(),
     })
 }

@@ -19,7 +19,6 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::curves::CurvesState;
 use super::pane::{self, hint, pane, queue_line};
 use super::{HitRegions, Ui};
 use crate::tui::effect::Effect;
@@ -166,7 +165,7 @@ pub fn wanted(state: &Runs, ui: &Ui) -> Vec<PathBuf> {
 }
 
 /// Draws the screen.
-pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     let mut area = area;
@@ -175,7 +174,7 @@ pub fn draw(state: &Runs, curves: &CurvesState, ui: &Ui, area: Rect, buffer: &mu
     if let Some(line) = lines.get(selected).filter(|_| area.width >= BESIDE) {
         let share = Constraint::Percentage(58);
         let [left, right] = Layout::horizontal([share, Constraint::Fill(1)]).areas(area);
-        preview::draw(ui, curves, line, &details, right, buffer);
+        preview::draw(ui, line, &details, right, buffer);
         details.clear();
         area = left;
     }
@@ -228,8 +227,8 @@ fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
 }
 
 /// What the marks and columns of the list mean.
-pub const EXPLANATION: &str = "> watched, * marked; success: of the latest episodes, of a group the interquartile mean; \
-                               beats: how probably a run of it is above one of the pinned baseline";
+pub const EXPLANATION: &str = "> watched, * marked; success: latest episodes (groups: interquartile mean); beats: \
+                               chance to exceed the pinned baseline";
 
 /// A summary of a line.
 fn about(line: &Line) -> String {

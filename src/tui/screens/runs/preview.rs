@@ -19,7 +19,7 @@ use mge_run::Metric;
 /// Least height of a chart.
 const CHART: u16 = 6;
 /// Draws the preview.
-pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
+pub fn draw(ui: &Ui, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
     let name = match line {
         Line::Run(run, _) => run.name.clone(),
         Line::Group(group, _) => group.title(),
@@ -30,9 +30,10 @@ pub fn draw(ui: &Ui, curves: &CurvesState, line: &Line, about: &str, area: Rect,
     let heights = [Constraint::Length(about.height() as u16), chart, chart, Constraint::Fill(1)];
     let [head, first, second, rest] = Layout::vertical(heights).areas(inside);
     about.render(head, buffer);
-    // Window and crosshair are those of the Training screen; these charts do not react to the mouse.
+    // Window, axis and crosshair of the Training screen stay there; these charts do not react to the mouse.
+    let curves = CurvesState::default();
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
-        Charts::new(curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::default());
+        Charts::new(&curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::default());
     }
     let text = match line {
         Line::Run(run, _) => of_run(ui, run, rest.width),

@@ -57,6 +57,8 @@ pub trait Workspace {
 const RECOMPUTE_DELAY: Duration = Duration::from_millis(700);
 /// Minimum time between two refreshes for frequent events such as episodes.
 const REFRESH: Duration = Duration::from_millis(200);
+/// Number of the latest log lines among which the line of an evaluation is looked for.
+const RECENT: usize = 50;
 /// Number of log lines kept.
 const LOG: usize = 2000;
 
@@ -179,9 +181,25 @@ impl SessionWorkspace {
                     _ => Level::Info,
                 };
                 let name = self.session.run_numbered(*run).map_or_else(String::new, RunView::name);
-                self.log(level, format!("{name}: {event}"));
+                if !self.is_of_evaluation(&name, event) {
+                    self.log(level, format!("{name}: {event}"));
+                }
             }
         }
+    }
+
+    /// Adds the checkpoint after an evaluation to the line of that; false if there is no such line.
+    fn is_of_evaluation(&mut self, run: &str, event: &Event) -> bool {
+        let Event::Checkpointed { episode, names } = event else { return false };
+        let evaluation = format!("{run}: episode {episode}: greedy policy");
+        let Some(line) = self.view.log.iter_mut().rev().take(RECENT).find(|line| line.text.starts_with(&evaluation))
+        else {
+            return false;
+        };
+        if names.iter().any(|name| name == "best") {
+            line.text += ", the best so far";
+        }
+        true
     }
 
     /// Logs the outcome of a background command and updates the view for it.

@@ -62,6 +62,11 @@ fn notices_are_logged_with_their_severity() {
         workspace.take_notice(&Notice::Run { run: 0, event });
         assert!(latest(&workspace).level == level && latest(&workspace).text.ends_with(&text), "{text}");
     }
+    let evaluated = Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 };
+    let saved = Event::Checkpointed { episode: 3, names: vec!["last".into(), "best".into()] };
+    let lines = workspace.view.log.len();
+    [evaluated, saved].into_iter().for_each(|event| workspace.take_notice(&Notice::Run { run: 0, event }));
+    assert!(workspace.view.log.len() == lines + 1 && latest(&workspace).text.ends_with("2.00, the best so far"));
     workspace.take_notice(&Notice::Warning("epsilon 0.1 cripples it".to_owned()));
     assert_eq!((latest(&workspace).level, &*latest(&workspace).text), (Level::Warning, "epsilon 0.1 cripples it"));
     assert!(is_frequent(&Notice::Changed));

@@ -210,6 +210,22 @@ fn the_crosshair_moves_by_a_hundredth_of_the_window() {
 }
 
 #[test]
+fn curves_are_drawn_against_actions_and_the_time_of_training() {
+    check(typical(), "4 X", &[], "return, mean of 10, by actions");
+    check(typical(), "4 X X X", &[], "by seconds of training");
+    check(typical(), "4 X X X", &[], "without its pauses");
+    check(typical(), "4 X X X X", &[], "curves against episodes");
+}
+
+#[test]
+fn curves_without_room_have_their_values_at_the_crosshair() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 left");
+    let screen = text(&shot(&mut app, 80, 24));
+    assert!(screen.contains("mean Q 0.05") && screen.contains("critic loss 0.20"), "{screen}");
+}
+
+#[test]
 fn compared_groups_are_unfolded_into_single_runs() {
     check(grouped(), "5 space down space V tab", &[], "training · 6 runs");
 }

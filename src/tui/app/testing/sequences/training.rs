@@ -68,12 +68,16 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down ctrl-u 5 0 enter", &["set episodes 50", "train"], "");
     check(empty(), "t down down ctrl-u 3 enter", &["train seeds 3"], "");
     check(empty(), "t down down down ctrl-u 7 enter", &["seed 7", "train"], "");
-    check(empty(), "t up up up ctrl-u 0 . 3 enter", &["set epsilon 0.3", "train"], "");
-    check(empty(), "t up up right enter", &["model true", "train"], "");
+    check(empty(), "t up up up up up ctrl-u 0 . 3 enter", &["set epsilon 0.3", "train"], "");
+    check(empty(), "t up up up up right enter", &["model true", "train"], "");
+    check(empty(), "t down down 3 enter", &["train seeds 3"], "");
+    check(empty(), "t up up up 0 . 8 down 3 0 enter", &["set stop.success 0.8", "set stop.minutes 30", "train"], "");
+    check(empty(), "t up up up n o n e enter", &["set stop.success null", "train"], "");
     check(empty(), "t up m i n e enter", &["train runs/mine"], "");
     check(empty(), "t up a / b enter", &[], "`a/b` is not a name");
-    check(empty(), "t down down backspace 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
-    check(empty(), "t left up up up", &[], "Not used by DDPG.");
+    check(empty(), "t down down 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
+    check(empty(), "t down down 0 enter down", &[], "It determines everything random.");
+    check(empty(), "t left up up up up up", &[], "Not used by DDPG.");
     check(empty(), "t esc", &[], "status");
 }
 
@@ -162,7 +166,7 @@ fn a_run_without_episodes_says_what_it_waits_for() {
 }
 
 #[test]
-fn the_end_of_the_last_training_is_announced() {
+fn ends_of_trainings_are_announced_unless_that_is_switched_off() {
     let (mut app, _) = app(typical());
     let mut view = typical();
     bring(&mut app, view.clone());
@@ -170,8 +174,18 @@ fn the_end_of_the_last_training_is_announced() {
     change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
     bring(&mut app, view.clone());
     assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
-    bring(&mut app, view);
+    bring(&mut app, view.clone());
     assert_eq!(app.take_request(), None, "only once");
+    change_run(&mut view, 1, |run| (run.state, run.active, run.success) = (RunState::Running, true, Some(0.5)));
+    bring(&mut app, view.clone());
+    change_run(&mut view, 1, |run| run.success = Some(0.85));
+    bring(&mut app, view.clone());
+    let solved = "task1-ddpg-mge-seed0 is solved: 85 % of its latest episodes reached the goal".to_owned();
+    assert_eq!(app.take_request(), Some(TerminalRequest::Notify(solved)));
+    press(&mut app, ": b e l l enter");
+    change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Failed("no space".into()), false));
+    bring(&mut app, view);
+    assert_eq!(app.take_request(), None, "it is off");
 }
 
 #[test]
