@@ -157,7 +157,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
     ]),
     (Log, &[
-        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, ui| log::next_level(&mut s.lists, ui))),
+        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, _| log::next_level(&mut s.lists))),
         ("filter-log", "/", "filter", "", "show only lines with words, such as the name of a run", Effects(|s, ui| log::ask_for_words(&s.lists, ui))),
     ]),
     (List, &[

@@ -151,6 +151,7 @@ impl Layer for Form {
         let choices = self.fields[self.selected].choices.len();
         match key.code {
             KeyCode::Esc => return Response::Leave,
+            KeyCode::Enter if self.picked.is_some() => self.complete(),
             KeyCode::Enter => match (self.read)(&self.texts()) {
                 Ok(effect) => return Response::Try(effect),
                 Err(error) => self.error = Some(error),

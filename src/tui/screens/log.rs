@@ -58,7 +58,7 @@ impl LogState {
 }
 
 /// Shows the lines from the next level on, or all of them after the last.
-pub fn next_level(lists: &mut Lists, _: &Ui) {
+pub fn next_level(lists: &mut Lists) {
     lists.log.selected = 0;
     lists.log.least = match lists.log.least {
         Level::Info => Level::Good,

@@ -43,6 +43,7 @@ fn the_log_shows_what_matters_or_lines_with_words() {
 fn filters_and_columns_are_completed() {
     check(grouped(), "5 / m e t tab", &[], "method:ddpg");
     check(grouped(), "5 / m e t down down tab enter", &[], "with `method:ddpg-mge`");
+    check(grouped(), "5 / m e t down down enter enter", &[], "with `method:ddpg-mge`");
     check(grouped(), "5 | ctrl-u s e e tab enter", &[], "seed");
 }
 
