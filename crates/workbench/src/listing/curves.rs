@@ -108,9 +108,8 @@ impl Curves {
             last.is_none_or(|last| self.episodes[last] == records[last].episode)
         });
         self.truncate(kept.unwrap_or(0));
-        for place in self.episodes.len()..records.len() {
-            let (record, time) = (&records[place], times.get(place));
-            let seconds = time.map_or(0.0, |time| time.seconds as f32);
+        for (place, record) in records.iter().enumerate().skip(self.episodes.len()) {
+            let seconds = times.get(place).map_or(0.0, |time| time.seconds as f32);
             self.push(record.episode, seconds, Metric::KEPT.map(|metric| metric.of(record) as f32));
         }
     }
