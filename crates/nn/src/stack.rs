@@ -79,8 +79,6 @@ pub(super) struct Workspace {
 struct Span {
     start: usize,
     rows: usize,
-    /// The share of work that it belongs to.
-    share: usize,
     /// Outputs of every layer, rows padded.
     outputs: Vec<Buffer>,
     /// Normalisation factors of the rows of every layer; empty for layers without normalisation.
@@ -100,16 +98,15 @@ const MIN_SPAN_ROWS: usize = 8;
 
 /// Runs all layers of the passes and stores what [`backward`] needs.
 pub(super) fn forward(passes: &mut [Pass]) {
-    let mut shares = shares(cut(passes));
+    let threads = cut(passes);
+    let mut work = Vec::new();
     for Pass { layers, parameters, workspace, .. } in passes {
         let Workspace { rows, input, active, spans, cuts, .. } = workspace;
         active.find(input, *rows, parameters.weight(&layers[0]), padded(layers[0].outputs));
         let (input, active) = (&**input, &*active);
-        for span in &mut spans[..*cuts] {
-            shares[span.share].push((&**layers, &**parameters, input, active, span));
-        }
+        work.extend(spans[..*cuts].iter_mut().map(|span| (&**layers, &**parameters, input, active, span)));
     }
-    for_each_share(shares, |(layers, parameters, input, active, span)| {
+    for_each(work, threads, |(layers, parameters, input, active, span)| {
         span.forward(layers, parameters, input, active);
     });
 }
@@ -117,22 +114,21 @@ pub(super) fn forward(passes: &mut [Pass]) {
 /// Propagates the gradients of the outputs back through the layers of the passes; through the first
 /// layer only if `inputs`, when the gradients of the inputs are wanted.
 pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
-    let last_share = passes.iter().flat_map(|pass| pass.workspace.spans()).map(|span| span.share).max();
-    let mut shares = shares(last_share.map_or(0, |share| share + 1));
+    let threads = threads_for(passes.iter().map(Pass::multiplications).sum());
+    let mut work = Vec::new();
     for Pass { layers, parameters, workspace, .. } in passes {
-        for span in &mut workspace.spans[..workspace.cuts] {
-            shares[span.share].push((&**layers, &**parameters, span));
-        }
+        let spans = &mut workspace.spans[..workspace.cuts];
+        work.extend(spans.iter_mut().map(|span| (&**layers, &**parameters, span)));
     }
     let first = usize::from(!inputs);
-    for_each_share(shares, |(layers, parameters, span)| {
+    for_each(work, threads, |(layers, parameters, span)| {
         span.start_backward(layers);
         (first..layers.len()).rev().for_each(|i| span.backward(i, layers, parameters));
     });
 }
 
 /// Cuts the batches of all passes into spans, such that every worthwhile thread gets the same share
-/// of multiplications. Returns the number of shares.
+/// of multiplications. Returns the number of threads.
 fn cut(passes: &mut [Pass]) -> usize {
     let total = passes.iter().map(Pass::multiplications).sum();
     let threads = threads_for(total);
@@ -155,7 +151,7 @@ fn cut(passes: &mut [Pass]) -> usize {
                     spans.push(Span::default());
                 }
                 let span = &mut spans[cuts];
-                (span.start, span.rows, span.share) = (start, end - start, share);
+                (span.start, span.rows) = (start, end - start);
                 (start, cuts) = (end, cuts + 1);
             }
         }
@@ -175,15 +171,11 @@ pub(super) fn threads_for(multiplications: usize) -> usize {
     rayon::current_num_threads().min(multiplications / MULTIPLICATIONS_PER_THREAD).max(1)
 }
 
-fn shares<T>(count: usize) -> Vec<Vec<T>> {
-    (0..count).map(|_| Vec::new()).collect()
-}
-
-/// Does the work of every share, in parallel if there are several.
-fn for_each_share<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
-    match <[_; 1]>::try_from(shares) {
-        Ok([alone]) => alone.into_iter().for_each(work),
-        Err(shares) => shares.into_par_iter().for_each(|share| share.into_iter().for_each(&work)),
+/// Does the work for every item, on several threads if these are worthwhile.
+fn for_each<T: Send>(items: Vec<T>, threads: usize, work: impl Fn(T) + Send + Sync) {
+    match threads {
+        1 => items.into_iter().for_each(work),
+        _ => items.into_par_iter().for_each(work),
     }
 }
 
@@ -256,10 +248,7 @@ impl Pass {
             let active = active_sums.take().map(|space| (&*active, space));
             sums.push(ParameterSum { i, layers, input, active, spans, space, sum });
         }
-        match threads {
-            1 => sums.into_iter().for_each(ParameterSum::run),
-            _ => sums.into_par_iter().for_each(ParameterSum::run),
-        }
+        for_each(sums, threads, ParameterSum::run);
     }
 }
 

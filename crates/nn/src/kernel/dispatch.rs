@@ -42,7 +42,7 @@ pub(crate) trait Kernel: Sized {
                 // SAFETY: as above.
                 unsafe { run_avx2(self) }
             }
-            Level::Portable => {
+            _ => {
                 // SAFETY: plain Rust needs no instruction set.
                 unsafe { self.run::<Portable>() }
             }
@@ -68,52 +68,40 @@ unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Level {
     Portable,
-    #[cfg(target_arch = "x86_64")]
     Avx2,
-    #[cfg(target_arch = "x86_64")]
     Avx512,
 }
 
 impl Level {
     /// All levels, the best last.
-    pub(crate) const ALL: &[Level] = &[
-        Level::Portable,
-        #[cfg(target_arch = "x86_64")]
-        Level::Avx2,
-        #[cfg(target_arch = "x86_64")]
-        Level::Avx512,
-    ];
+    pub(crate) const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
 
     /// The best level of this processor.
     #[inline]
     pub(crate) fn best() -> Level {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| {
-            let available = Level::ALL.iter().rev().find(|l| l.is_available());
-            *available.unwrap_or(&Level::Portable)
+            let available = Level::ALL.into_iter().rfind(|level| level.is_available());
+            available.unwrap_or(Level::Portable)
         })
     }
 
     /// Its name, as recorded with results.
     pub(crate) fn name(self) -> &'static str {
-        match self {
-            Level::Portable => "portable",
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => "avx2",
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => "avx512",
-        }
+        ["portable", "avx2", "avx512"][self as usize]
     }
 
     /// Whether this processor supports it.
     #[inline]
     pub(crate) fn is_available(self) -> bool {
-        match self {
+        #[cfg(target_arch = "x86_64")]
+        let has = |level| match level {
             Level::Portable => true,
-            #[cfg(target_arch = "x86_64")]
             Level::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => is_x86_feature_detected!("avx512f") && Level::Avx2.is_available(),
-        }
+            Level::Avx512 => is_x86_feature_detected!("avx512f"),
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        let has = |level| level == Level::Portable;
+        has(self) && (self != Level::Avx512 || has(Level::Avx2))
     }
 }

@@ -1,7 +1,7 @@
 //! Normalisation of a layer's outputs, row by row.
 
 use super::dispatch::{Kernel, LINE};
-use super::simd::Simd;
+use super::simd::{Simd, mul_add};
 
 /// Added to the mean square, so that a row of zeros stays a row of zeros.
 const MIN_MEAN_SQUARE: f32 = 1e-6;
@@ -22,15 +22,9 @@ impl Kernel for Normalise<'_> {
     unsafe fn run<S: Simd>(self) {
         let row = row_length(self.y.len(), self.factors.len());
         for (y, factor) in self.y.chunks_exact_mut(row).zip(self.factors) {
-            // SAFETY: rows are whole lines, a line whole vectors.
-            unsafe {
-                let mean = dot::<S>(y, y) / self.columns as f32;
-                *factor = 1.0 / (mean + MIN_MEAN_SQUARE).sqrt();
-                for i in (0..row).step_by(S::LANES) {
-                    let y = y.as_mut_ptr().add(i);
-                    S::store(y, S::mul(S::load(y), S::splat(*factor)));
-                }
-            }
+            let mean = dot::<S>(y, y) / self.columns as f32;
+            *factor = 1.0 / (mean + MIN_MEAN_SQUARE).sqrt();
+            y.iter_mut().for_each(|y| *y *= *factor);
         }
     }
 }
@@ -52,15 +46,9 @@ impl Kernel for NormaliseGradient<'_> {
         assert_eq!(self.y.len(), self.gradient.len());
         let row = row_length(self.y.len(), self.factors.len());
         let rows = self.gradient.chunks_exact_mut(row).zip(self.y.chunks_exact(row));
-        for ((g, y), &factor) in rows.zip(self.factors) {
-            // SAFETY: rows are whole lines, a line whole vectors.
-            unsafe {
-                let mean = S::splat(dot::<S>(g, y) / self.columns as f32);
-                for i in (0..row).step_by(S::LANES) {
-                    let (g, y) = (g.as_mut_ptr().add(i), S::load(y.as_ptr().add(i)));
-                    S::store(g, S::mul(S::neg_mul_add(y, mean, S::load(g)), S::splat(factor)));
-                }
-            }
+        for ((g, y), factor) in rows.zip(self.factors) {
+            let mean = dot::<S>(g, y) / self.columns as f32;
+            g.iter_mut().zip(y).for_each(|(g, y)| *g = mul_add::<S>(-*y, mean, *g) * factor);
         }
     }
 }
@@ -71,22 +59,14 @@ fn row_length(floats: usize, rows: usize) -> usize {
     row.max(LINE)
 }
 
-/// Σ a b over a row of whole lines.
-///
-/// # Safety
-/// As for [`Simd`]; both slices have the same length, a multiple of [`LINE`].
+/// Σ a b over rows of the same length, a multiple of [`LINE`], of which every [`LINE`]th product is in one sum.
 #[inline(always)]
-pub(super) unsafe fn dot<S: Simd>(a: &[f32], b: &[f32]) -> f32 {
-    let mut lanes = [0.0f32; LINE];
-    // SAFETY: by this function's contract.
-    unsafe {
-        for offset in (0..LINE).step_by(S::LANES) {
-            let mut sum = S::splat(0.0);
-            for i in (offset..a.len()).step_by(LINE) {
-                sum = S::mul_add(S::load(a.as_ptr().add(i)), S::load(b.as_ptr().add(i)), sum);
-            }
-            S::store(lanes.as_mut_ptr().add(offset), sum);
+pub(super) fn dot<S: Simd>(a: &[f32], b: &[f32]) -> f32 {
+    let mut sums = [0.0f32; LINE];
+    for (a, b) in a.as_chunks::<LINE>().0.iter().zip(b.as_chunks::<LINE>().0) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum = mul_add::<S>(*a, *b, *sum);
         }
     }
-    lanes.iter().sum()
+    sums.iter().sum()
 }

@@ -178,28 +178,19 @@ impl Product<'_> {
             // A separate pass over the finished rows, still in the cache: inlined into the loops
             // above, the activations would make up most of every tile's code.
             for r in 0..MR {
-                let at = (row + r) * self.c_row + column;
-                self.finish::<S>(at, NV * S::LANES);
+                self.finish::<S>((row + r) * self.c_row + column, NV * S::LANES);
             }
         }
     }
 
     /// Applies the epilogue to `n` floats of the result from `at` on.
-    ///
-    /// # Safety
-    /// As for [`Kernel::run`]; the floats are inside the result.
     #[inline(always)]
-    unsafe fn finish<S: Simd>(&mut self, at: usize, n: usize) {
-        // SAFETY: the caller's range is inside the result, and inside `y` as `check` has proven.
-        unsafe {
-            let c = self.c.as_mut_ptr().add(at);
-            match self.epilogue {
-                Epilogue::None => {}
-                Epilogue::Activate(f) => activate::<S>(f, c, n),
-                Epilogue::Derivative(f, y) => {
-                    derivative::<S>(f, y.as_ptr().add(at), c, n);
-                }
-            }
+    fn finish<S: Simd>(&mut self, at: usize, n: usize) {
+        let c = &mut self.c[at..at + n];
+        match self.epilogue {
+            Epilogue::None => {}
+            Epilogue::Activate(f) => activate::<S>(f, c),
+            Epilogue::Derivative(f, y) => derivative::<S>(f, &y[at..at + n], c),
         }
     }
 }

@@ -8,7 +8,7 @@ use super::*;
 use crate::Activation;
 
 fn levels() -> impl Iterator<Item = Level> {
-    Level::ALL.iter().copied().filter(|l| l.is_available())
+    Level::ALL.into_iter().filter(|level| level.is_available())
 }
 
 fn random(n: usize, seed: u64) -> Vec<f32> {
