@@ -44,108 +44,67 @@ impl Placeable {
     }
 }
 
-/// The optional numbers of a tool; missing ones are CREATE's defaults for the type.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Form {
-    /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub size: Option<f64>,
-    /// Rotation in radians, counter-clockwise.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub angle: Option<f64>,
-    /// Half the thickness of a segment, in units.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
-    /// Elasticity.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub elasticity: Option<f64>,
-    /// Friction coefficient.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction: Option<f64>,
-    /// Cannon: momentum it gives. Fan: force it exerts.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub force: Option<f64>,
-    /// Belt and ladder: speed in units/s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub vel: Option<f64>,
-    /// Constrained hinge and see-saw: largest angle of the plank, in radians.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_angle: Option<f64>,
-    /// See-saw: the weight is on the right, the left end up.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub on_left: Option<bool>,
-    /// See-saw: mass of the weight.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ball_mass: Option<f64>,
-    /// Planks: if it exceeds 1, the excess is the fraction of its velocity and spin that a ball in contact loses in
-    /// every step.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub roll_friction: Option<f64>,
-}
-
-impl Form {
-    /// The tool with these numbers applied.
-    pub fn apply(&self, mut tool: Tool) -> Tool {
-        for (given, field) in [
-            (self.size, &mut tool.size),
-            (self.angle, &mut tool.angle),
-            (self.radius, &mut tool.radius),
-            (self.elasticity, &mut tool.elasticity),
-            (self.friction, &mut tool.friction),
-            (self.force, &mut tool.force),
-            (self.vel, &mut tool.velocity),
-            (self.max_angle, &mut tool.max_angle),
-            (self.ball_mass, &mut tool.weight),
-            (self.roll_friction, &mut tool.roll_friction),
-        ] {
-            *field = given.unwrap_or(*field);
+/// Defines [`Form`] by its properties, each with the field of [`Tool`] that it sets, and what [`ToolSpec`] and
+/// [`Placeable`] are read from. A flattened [`Form`] would lose the path and the line of errors.
+macro_rules! form {
+    ($($(#[$doc:meta])* $property:ident: $type:ty => $of_tool:ident,)*) => {
+        /// The optional numbers of a tool; missing ones are CREATE's defaults for the type.
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+        pub struct Form {
+            $($(#[$doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $property: Option<$type>,)*
         }
-        tool.on_left = self.on_left.unwrap_or(tool.on_left);
-        tool
-    }
-}
 
-/// Deserialises a struct with a [`Form`]. A flattened [`Form`] would lose the path and the line of errors.
-macro_rules! read_with_form {
-    ($name:ident from $fields:ident { $($own:ident: $type:ty)? }) => {
+        impl Form {
+            /// The tool with these numbers applied.
+            pub fn apply(&self, mut tool: Tool) -> Tool {
+                $(tool.$of_tool = self.$property.unwrap_or(tool.$of_tool);)*
+                tool
+            }
+        }
+
+        form!(@read ToolSpec from ToolFields { position: [f32; 2] } $($property: $type)*);
+        form!(@read Placeable from PlaceableFields {} $($property: $type)*);
+    };
+    (@read $name:ident from $fields:ident { $($own:ident: $of_own:ty)? } $($property:ident: $type:ty)*) => {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct $fields {
             r#type: ToolKind,
-            $($own: $type,)?
-            size: Option<f64>,
-            angle: Option<f64>,
-            radius: Option<f64>,
-            elasticity: Option<f64>,
-            friction: Option<f64>,
-            force: Option<f64>,
-            vel: Option<f64>,
-            max_angle: Option<f64>,
-            on_left: Option<bool>,
-            ball_mass: Option<f64>,
-            roll_friction: Option<f64>,
+            $($own: $of_own,)?
+            $($property: Option<$type>,)*
         }
 
         impl From<$fields> for $name {
             fn from(fields: $fields) -> Self {
-                let form = Form {
-                    size: fields.size,
-                    angle: fields.angle,
-                    radius: fields.radius,
-                    elasticity: fields.elasticity,
-                    friction: fields.friction,
-                    force: fields.force,
-                    vel: fields.vel,
-                    max_angle: fields.max_angle,
-                    on_left: fields.on_left,
-                    ball_mass: fields.ball_mass,
-                    roll_friction: fields.roll_friction,
-                };
+                let form = Form { $($property: fields.$property),* };
                 Self { kind: fields.r#type, $($own: fields.$own,)? form }
             }
         }
     };
 }
 
-read_with_form!(ToolSpec from ToolFields { position: [f32; 2] });
-read_with_form!(Placeable from PlaceableFields {});
+form! {
+    /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
+    size: f64 => size,
+    /// Rotation in radians, counter-clockwise.
+    angle: f64 => angle,
+    /// Half the thickness of a segment, in units.
+    radius: f64 => radius,
+    /// Elasticity.
+    elasticity: f64 => elasticity,
+    /// Friction coefficient.
+    friction: f64 => friction,
+    /// Cannon: momentum it gives. Fan: force it exerts.
+    force: f64 => force,
+    /// Belt and ladder: speed in units/s.
+    vel: f64 => velocity,
+    /// Constrained hinge and see-saw: largest angle of the plank, in radians.
+    max_angle: f64 => max_angle,
+    /// See-saw: the weight is on the right, the left end up.
+    on_left: bool => on_left,
+    /// See-saw: mass of the weight.
+    ball_mass: f64 => weight,
+    /// Planks: if it exceeds 1, the excess is the fraction of its velocity and spin that a ball in contact loses in
+    /// every step.
+    roll_friction: f64 => roll_friction,
+}
