@@ -21,7 +21,6 @@
 
 mod clusters;
 pub mod command;
-mod dry_run;
 mod error;
 mod export;
 mod forks;

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{Command, WaitFor};
-use super::dry_run::DryRun;
+use super::command::{Command, Model, Task, WaitFor};
 use super::session::{Notice, Session};
 use mge_base::bounded;
+use mge_base::paths::expanded;
+use mge_trainer::{PriorSource, warnings};
 
 /// Variables of a script and their values, which replace `${NAME}`.
 pub type Variables = [(String, String)];
@@ -77,25 +78,32 @@ impl Script {
         Ok(())
     }
 
-    /// Checks all commands as far as possible without doing their work. Returns the warnings about the settings of
-    /// runs, with the lines that would start these.
+    /// Checks the commands as far as possible without doing their work, up to one whose results decide about the task, so
+    /// that a mistake on the last line is found before the first training starts. Returns the warnings about the settings
+    /// of runs, with the lines that would start these.
     ///
     /// # Errors
     /// With the line of the first command that would fail whatever the results of the work before it.
     pub fn dry_run(&self, session: &Session) -> Result<Vec<(usize, String)>, ScriptError> {
-        let mut dry_run = DryRun::new(session.setup.clone());
-        let mut warnings = Vec::new();
+        let mut setup = session.setup.clone();
+        let (mut written, mut found) = (Vec::new(), Vec::new());
         for (line, command) in &self.commands {
-            if dry_run.task_unknown {
-                break;
+            match command {
+                // The task is then one that the script itself searches for, changes by proposals or writes.
+                Command::Puzzle(_) | Command::Propose(_) => break,
+                Command::Task(Task(name)) if written.contains(&expanded(name)) => break,
+                Command::Model(Model(PriorSource::ModelFile(file))) if written.contains(&file.path) => continue,
+                _ => {}
             }
             let checked = command.check_output(session.file()).map_err(SessionError::from);
-            let checked = checked.and_then(|()| command.as_execute().check(&mut dry_run));
+            let checked = checked.and_then(|()| command.as_execute().check(&mut setup));
             checked.map_err(|error| self.failed(*line, error))?;
-            dry_run.writes(command);
-            warnings.extend(dry_run.warnings.drain(..).map(|warning| (*line, warning)));
+            written.extend(command.with_output(|to, _| to.path.clone()));
+            if let Command::Train(_) = command {
+                found.extend(warnings([(&setup.config, &setup.set)]).into_iter().map(|warning| (*line, warning)));
+            }
         }
-        Ok(warnings)
+        Ok(found)
     }
 
     fn failed(&self, line: usize, error: SessionError) -> ScriptError {
@@ -155,6 +163,40 @@ mod tests {
 
     fn session(folder: &Path) -> Session {
         Session::new(task::load("task1").unwrap(), folder.to_owned())
+    }
+
+    fn dry_run(text: &str) -> Result<(), String> {
+        let session = Session::new(task::load("task1").unwrap(), "nowhere".into());
+        Script::parse(text, "s", &[]).unwrap().dry_run(&session).map(drop).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn mistakes_after_long_work_are_found_beforehand() {
+        for (line, expected) in [
+            ("set ddpg.gama 0.9", "did you mean `ddpg.gamma`?"),
+            ("set ddpg.gamma 7", "ddpg.gamma: is 7"),
+            ("task tsk3", "did you mean `task3`?"),
+            ("subgoal move 3 0 0", "subgoal"),
+            ("undo", "nothing to undo"),
+            ("redo", "nothing to redo"),
+            ("figure dashboard a.jpeg", "`.png`, `.svg` or `.pdf`"),
+            ("figure episode a.png", "`.gif`"),
+            ("figure scene a.png width=single", "only the figure `learning`"),
+            ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
+        ] {
+            let error = dry_run(&format!("episodes 9\ntrain a\nwait\n{line}")).unwrap_err();
+            assert!(error.starts_with("s:4: ") || error.starts_with("s:5: "), "{error}");
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn files_and_proposals_made_by_the_script_itself_are_accepted() {
+        let text = "subgoal add 0 0\nsave mine.json\nmodel train box,bucket a.safetensors 3\nwait\n\
+                    model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure episode a.gif";
+        assert_eq!(dry_run(text), Ok(()));
+        assert_eq!(dry_run("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
+        assert!(!std::path::Path::new("mine.json").exists());
     }
 
     #[test]

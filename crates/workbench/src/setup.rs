@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::SessionError;
 use mge_base::atomic::Target;
 use mge_task::{Edit, Editor, Region, Task, file_of, load_regular, save};
-use mge_trainer::RunConfig;
+use mge_trainer::{RunConfig, check_model};
 
 /// Task and settings of the next run.
 #[derive(Debug, Clone)]
@@ -106,6 +106,12 @@ impl Setup {
         self.config = self.config.with_setting(key, value)?;
         self.set.insert(key.to_owned());
         Ok(format!("{key} = {value}"))
+    }
+
+    /// Checks that a run can start with the settings.
+    pub fn check(&self) -> Result<(), SessionError> {
+        self.config.validate()?;
+        check_model(&self.config).map_err(|error| SessionError::Failed(error.to_string()))
     }
 
     /// Takes over the edited task, unless it is unchanged: a new `Arc` restarts hand play.

@@ -16,7 +16,6 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
 pub(crate) use arguments::Named;
@@ -124,12 +123,13 @@ pub(super) trait Execute {
         session.change(|setup| self.prepare(setup))
     }
 
-    /// Checks the command as far as possible before the work of the preceding commands is done.
+    /// Checks the command as far as possible before the work of the preceding commands is done, and makes its changes
+    /// of the task and the settings.
     ///
     /// # Errors
     /// When it would fail whatever the results of that work.
-    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        self.prepare(&mut dry_run.setup).map(drop)
+    fn check(&self, setup: &mut Setup) -> Result<(), SessionError> {
+        self.prepare(setup).map(drop)
     }
 
     /// How it behaves in scripts.
@@ -211,9 +211,9 @@ macro_rules! command {
         }
     };
     (@method check = $body:expr;) => {
-        fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-            let body: fn(&Self, &mut DryRun) -> Result<(), SessionError> = $body;
-            body(self, dry_run)
+        fn check(&self, setup: &mut Setup) -> Result<(), SessionError> {
+            let body: fn(&Self, &mut Setup) -> Result<(), SessionError> = $body;
+            body(self, setup)
         }
     };
     (@method script_role = $body:expr;) => {

@@ -2,8 +2,8 @@
 
 use super::arguments::{Argument, Composed, Named, Number, Optional, Output, Parsed, Words, is_option};
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
-use crate::dry_run::DryRun;
 use crate::journal::SCRIPT;
+use crate::setup::Setup;
 use crate::{Session, SessionError, write_file};
 use mge_base::atomic::Target;
 use mge_base::by_name;

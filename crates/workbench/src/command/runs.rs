@@ -7,7 +7,7 @@ use super::arguments::{
     Words, optional,
 };
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
-use crate::dry_run::DryRun;
+use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_run::{CheckpointName, Notes, RunDirectory};
 use mge_trainer::Control;
@@ -34,7 +34,7 @@ command! {
         None => session.train(this.folder.as_deref(), this.until),
         Some(seeds) => session.train_seeds(seeds, this.folder.as_deref(), this.until),
     };
-    check = |_, dry_run| dry_run.check_settings();
+    check = |_, setup| setup.check();
     // With several seeds, each run is recorded on its own.
     script_role = |this| ScriptRole { unrecorded: this.seeds.is_some(), ..ScriptRole::default() };
 }

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use super::arguments::{Argument, Json, Named, Number, Parsed, Place, Text, Words};
 use super::{Command, Execute, Verb, command};
-use crate::dry_run::DryRun;
 use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_guidance::EpsilonSchedule;
@@ -73,7 +72,6 @@ command! {
         value: String = Json,
     }: "set" "KEY VALUE" "set any setting by its JSON path, such as ddpg.critic_learning_rate 1e-4";
     prepare = |this, setup| setup.set(&this.key, &this.value);
-    check = |this, dry_run| dry_run.set(&this.key, &this.value);
 }
 
 command! {
@@ -89,12 +87,7 @@ command! {
         check_file(&this.0)?;
         session.change(|setup| this.prepare(setup))
     };
-    check = |this, dry_run| {
-        if !matches!(&this.0, PriorSource::ModelFile(file) if dry_run.will_be_written(&file.path)) {
-            check_file(&this.0)?;
-        }
-        this.prepare(&mut dry_run.setup).map(drop)
-    };
+    check = |this, setup| check_file(&this.0).and_then(|()| this.prepare(setup).map(drop));
 }
 
 /// Checks that there is a model, if it is named or in a file.

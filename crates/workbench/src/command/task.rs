@@ -5,7 +5,6 @@ use super::arguments::{
     optional,
 };
 use super::{Command, Edit, Execute, ScriptRole, Verb, WaitFor, command};
-use crate::dry_run::DryRun;
 use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
@@ -24,7 +23,6 @@ command! {
         session.forget_results_of_task();
         Ok(report)
     };
-    check = |this, dry_run| dry_run.open_task(&this.0);
 }
 
 command! {
@@ -32,10 +30,6 @@ command! {
     Puzzle(seed: u64 = Within("seed", 0..=u64::MAX)):
         "puzzle" "SEED" "search for the random puzzle of a seed, and open it";
     execute = |this, session| session.search_puzzle(this);
-    check = |_, dry_run| {
-        dry_run.task_unknown = true;
-        Ok(())
-    };
     // Recorded when the puzzle is opened: only later commands can refer to it.
     script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Result, ..ScriptRole::default() };
 }
@@ -53,14 +47,12 @@ command! {
         let no_edit = "undo: `undo` reverts edits of the task, `restore` brings back a deleted run";
         setup.step_history(Editor::undo, no_edit, "the edit is undone")
     };
-    check = |this, dry_run| dry_run.edit(|setup| this.prepare(setup));
 }
 
 command! {
     /// Redoes the undone edit.
     Redo: "redo" "" "redo the undone edit";
     prepare = |_, setup| setup.step_history(Editor::redo, "redo", "the edit is redone");
-    check = |this, dry_run| dry_run.edit(|setup| this.prepare(setup));
 }
 
 /// Implements `verbs` and `line` of `Execute` for the variants of `Edit`, each with its verb, the arguments as shown in
@@ -129,10 +121,6 @@ impl Execute for Edit {
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.edit(self)
     }
-
-    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        dry_run.edit(|setup| self.prepare(setup))
-    }
 }
 
 command! {
@@ -140,10 +128,6 @@ command! {
     Propose(count: Option<usize> = optional(Within("number of subgoals", 1..=MAX_PROPOSALS))):
         "propose" "[N]" "let the model propose subgoals, N or as many as the task has";
     execute = |this, session| session.propose(this);
-    check = |_, dry_run| {
-        dry_run.proposed = true;
-        Ok(())
-    };
     // Recorded when the proposals arrive: only later commands can refer to them.
     script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Work, ..ScriptRole::default() };
 }

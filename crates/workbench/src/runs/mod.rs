@@ -20,7 +20,7 @@ use super::session::{Session, episode_number};
 use super::setup::Setup;
 use mge_base::text::counted;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, restore};
-use mge_trainer::{Control, RunConfig, check_continuation, check_model, checked_history};
+use mge_trainer::{Control, RunConfig, check_continuation, checked_history};
 
 /// The name of the folder for a run with these settings, unless it is taken.
 pub fn usual_name(config: &RunConfig) -> String {
@@ -29,8 +29,7 @@ pub fn usual_name(config: &RunConfig) -> String {
 
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
-        self.setup.config.validate()?;
-        check_model(&self.setup.config).map_err(|error| SessionError::Failed(error.to_string()))?;
+        self.setup.check()?;
         let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
         let directory = self.setup.config.create_run(&path)?;
         let Setup { config, set, .. } = self.setup.clone();
