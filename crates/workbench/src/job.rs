@@ -1,13 +1,12 @@
 //! Background jobs: computations with progress, cancellation and a result.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::{fmt, io};
 
 use mge_base::stop::Stop;
-use mge_base::sync::lock;
 use mge_trainer::panic_message;
 
 /// The error of a computation that ended because it was cancelled.
@@ -29,7 +28,6 @@ type Work<T> = Box<dyn FnOnce(&Reporter) -> Result<T, String> + Send>;
 struct Shared {
     done: AtomicUsize,
     total: AtomicUsize,
-    curve: Mutex<Vec<f32>>,
     cancelled: Stop,
 }
 
@@ -59,11 +57,6 @@ impl Reporter {
         self.0.done.store(done, Ordering::Release);
         self.0.total.store(total, Ordering::Release);
         !self.is_cancelled()
-    }
-
-    /// Reports the next value of the minimised quantity, such as a loss.
-    pub fn note(&self, value: f32) {
-        lock(&self.0.curve).push(value);
     }
 
     /// Whether the computation should end.
@@ -126,12 +119,6 @@ impl<T: Send + 'static> Job<T> {
     pub fn progress(&self) -> Progress {
         let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Acquire));
         Progress { done, total }
-    }
-
-    /// The values reported so far, from index `from` on.
-    pub fn values(&self, from: usize) -> Vec<f32> {
-        let values = lock(&self.shared.curve);
-        values.get(from..).unwrap_or_default().to_vec()
     }
 
     /// Whether the result is available.

@@ -86,11 +86,6 @@ impl Session {
     pub fn model_work(&self) -> Option<(String, Progress)> {
         self.job(is_model_work).map(|pending| (name(&pending.command), pending.job.progress()))
     }
-
-    /// Losses of the model being trained, one per epoch, from epoch `from` on; empty during an evaluation.
-    pub fn model_losses(&self, from: usize) -> Vec<f32> {
-        self.job(is_model_work).map_or_else(Vec::new, |pending| pending.job.values(from))
-    }
 }
 
 /// The saved evaluation of a model, if it is of this very model.
@@ -109,10 +104,7 @@ fn evaluation_of(name: &str) -> PathBuf {
 fn train_into_file(job: ModelJob, to: &Target, made_by: &str, reporter: &Reporter) -> Result<String, String> {
     let path = &to.path;
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let on_progress = |now: &dynamics::Progress| {
-        reporter.note(now.loss);
-        reporter.progress(now.epoch as usize, now.epochs as usize);
-    };
+    let on_progress = |now: &dynamics::Progress| _ = reporter.progress(now.epoch as usize, now.epochs as usize);
     let trained = train_to_file(to, job.model, job.training, &job.tools, made_by, reporter.stop(), on_progress)
         .map_err(|error| match error {
             DynamicsError::Stopped => failed(&"stopped before the first epoch: the same command starts again"),

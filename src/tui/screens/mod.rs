@@ -17,7 +17,6 @@ pub mod scene;
 pub mod scene_actions;
 mod scene_pane;
 pub mod schedule;
-mod schedule_points;
 mod status;
 pub mod tools;
 pub mod training;

@@ -1,7 +1,5 @@
 //! The Models screen: dynamics models to choose, train and evaluate.
 
-use std::borrow::Cow;
-
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
@@ -12,7 +10,6 @@ use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
@@ -72,16 +69,14 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     match &view.model_outcome {
         Some(Ok(outcome)) => text.extend(paragraph(outcome, Style::new())),
         Some(Err(reason)) => text.extend(paragraph(reason, Style::new().fg(theme.bad))),
-        None if !view.model_losses.is_empty() => {}
+        None if view.model_work.is_some() => {}
         None => {
             let height = Constraint::Length(text.height() as u16);
             let [_, rest] = Layout::vertical([height, Constraint::Fill(1)]).areas(below);
             hint(&ui.text(EXPLANATION), rest, theme, buffer);
         }
     }
-    let [above, rest] = Layout::vertical([Constraint::Length(text.height() as u16), Constraint::Fill(1)]).areas(below);
-    text.render(above, buffer);
-    losses(ui, Rect { height: rest.height.min(LOSSES), ..rest }, buffer);
+    text.render(below, buffer);
 }
 
 /// What the marks and columns of the list mean.
@@ -105,40 +100,6 @@ fn after_action(model: &ModelSummary) -> (String, bool) {
         // None of its launches could be compared.
         _ => (String::new(), false),
     }
-}
-
-/// Greatest height of the curve of losses.
-const LOSSES: u16 = 14;
-
-/// Draws the losses of the model being trained, or trained last.
-fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
-    let losses = &ui.view.model_losses;
-    if losses.is_empty() || area.height < 4 {
-        return;
-    }
-    let epochs: Vec<u64> = (1..=losses.len() as u64).collect();
-    let curve = Curve {
-        name: Cow::Borrowed(""),
-        colour: ui.theme.accent,
-        episodes: &epochs,
-        values: losses,
-        band: None,
-        smoothing: 1,
-        partial: 0,
-        points: &[],
-    };
-    let plot = Plot {
-        title: "loss by epoch, log",
-        curves: vec![curve],
-        x: Range::Whole.window(losses.len()),
-        y: None,
-        scale: Scale::Log,
-        unit: 1.0,
-        crosshair: None,
-        marks: Vec::new(),
-        empty: "",
-    };
-    draw_chart(&plot, area, ui.theme, buffer);
 }
 
 /// The mean errors of a model by tool type, normalised, beside those of predictors that do not learn.

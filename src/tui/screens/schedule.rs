@@ -7,7 +7,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::pane::{lines, pane};
-use super::{HitRegion, HitRegions, Ui, schedule_points};
+use super::{HitRegion, HitRegions, Ui};
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, ViewModel};
@@ -18,15 +18,18 @@ use mge_workbench::command;
 /// Greatest distance, in columns, at which the mouse selects a point.
 const NEAR: u16 = 4;
 
+/// The points by which a schedule is edited, in order: episode and threshold.
+type Points = Vec<(u32, f32)>;
+
 /// State of the editor.
 #[derive(Debug, Default)]
 pub struct Schedule {
-    /// The schedule as edited; None if it is the one in use.
-    draft: Option<EpsilonSchedule>,
+    /// The points as edited; None if the schedule is the one in use.
+    draft: Option<Points>,
     /// The selected point.
     point: usize,
     /// Earlier drafts, the latest last.
-    before: Vec<Option<EpsilonSchedule>>,
+    before: Vec<Option<Points>>,
 }
 
 /// Maximum number of edits that can be undone.
@@ -62,32 +65,72 @@ impl Schedule {
         self.before.push(self.draft.clone());
     }
 
-    fn change(&mut self, schedule: EpsilonSchedule, in_use: &EpsilonSchedule) {
-        self.draft = Some(schedule).filter(|schedule| schedule != in_use);
-        let shown = self.shown(in_use);
-        self.point = self.point.min(schedule_points::points(&shown).len() - 1);
+    /// Changes the points; `edit` gets the index of the selected one, and returns that of the one to select.
+    fn change(&mut self, view: &ViewModel, edit: impl FnOnce(&mut Points, usize) -> usize) {
+        let mut points = self.points(view);
+        let selected = self.point.min(points.len() - 1);
+        self.point = edit(&mut points, selected);
+        self.draft = Some(points).filter(|points| *points != in_use(view));
     }
 
     /// The schedule as edited, or the one in use.
-    fn shown(&self, in_use: &EpsilonSchedule) -> EpsilonSchedule {
-        self.draft.clone().unwrap_or_else(|| in_use.clone())
+    fn shown(&self, view: &ViewModel) -> EpsilonSchedule {
+        self.draft.clone().map_or_else(|| view.settings.epsilon.clone(), EpsilonSchedule::Points)
     }
+
+    /// Its points.
+    fn points(&self, view: &ViewModel) -> Points {
+        self.draft.clone().unwrap_or_else(|| in_use(view))
+    }
+}
+
+/// The points of a hand-drawn schedule that approximates the one in use.
+fn in_use(view: &ViewModel) -> Points {
+    /// Points that replace a curve.
+    const SAMPLES: u32 = 8;
+    let (schedule, episodes) = (&view.settings.epsilon, view.settings.episodes.max(1));
+    let points = match schedule {
+        EpsilonSchedule::Constant(_) | EpsilonSchedule::Need { .. } => schedule.to_points(episodes, 2),
+        EpsilonSchedule::Linear { from, to, episodes } => vec![(0, *from), (*episodes, *to)],
+        EpsilonSchedule::Exponential { .. } | EpsilonSchedule::Step { .. } => schedule.to_points(episodes, SAMPLES),
+        EpsilonSchedule::Points(points) => points.clone(),
+    };
+    points.into_iter().map(|(episode, value)| (episode, rounded(value))).collect()
+}
+
+fn rounded(value: f32) -> f32 {
+    (value.clamp(0.0, 1.0) * 1000.0).round() / 1000.0
+}
+
+/// Moves a point, between its neighbours.
+fn move_point(points: &mut Points, index: usize, episode: f32, value: f32) {
+    let low = index.checked_sub(1).map_or(0, |before| points[before].0.saturating_add(1));
+    let high = points.get(index + 1).map_or(u32::MAX, |after| after.0.saturating_sub(1));
+    points[index] = ((episode.round() as u32).clamp(low, high.max(low)), rounded(value));
+}
+
+/// Adds a point, or replaces the one at the same episode, and returns its index.
+fn insert_point(points: &mut Points, episode: u32, value: f32) -> usize {
+    let at = points.partition_point(|point| point.0 < episode);
+    match points.get_mut(at) {
+        Some(point) if point.0 == episode => point.1 = rounded(value),
+        _ => points.insert(at, (episode, rounded(value))),
+    }
+    at
 }
 
 /// Episodes the plot shows: those of the next run, and all points.
 fn span(state: &Schedule, view: &ViewModel) -> u32 {
-    let settings = &view.settings;
-    let shown = state.shown(&settings.epsilon);
-    let last = schedule_points::points(&shown).last().map_or(0, |point| point.0);
-    settings.episodes.max(last.saturating_add(last / 20)).max(10)
+    let last = state.points(view).last().map_or(0, |point| point.0);
+    view.settings.episodes.max(last.saturating_add(last / 20)).max(10)
 }
 
 /// Draws the screen.
 pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let view = ui.view;
     let theme = ui.theme;
-    let shown = state.shown(&view.settings.epsilon);
-    let title = format!("epsilon threshold · {} · {shown}", schedule_points::kind(&shown));
+    let shown = state.shown(view);
+    let title = format!("epsilon threshold · {shown}");
     let inside = pane(&title, area, theme, buffer);
     let text = explanation(state, ui);
     let text = Text::from_iter(lines(&text, inside.width.saturating_sub(2), theme.faint()));
@@ -104,7 +147,7 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
             canvas::path(context, &trace(&shown, &axes), theme.accent);
         });
         progress(ui, &axes, buffer);
-        points(state, ui, &shown, &axes, buffer);
+        points(state, ui, &axes, buffer);
         regions.add(axes.plot, HitRegion::Schedule(axes));
     }
     text.render(below, buffer);
@@ -127,9 +170,9 @@ fn progress(ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
     }
 }
 
-fn points(state: &Schedule, ui: &Ui, shown: &EpsilonSchedule, axes: &Axes, buffer: &mut Buffer) {
+fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
     let (mark, chosen) = (ui.theme.symbol("○", "o"), ui.theme.symbol("●", "@"));
-    for (index, (episode, value)) in schedule_points::points(shown).into_iter().enumerate() {
+    for (index, (episode, value)) in state.points(ui.view).into_iter().enumerate() {
         let (Some(column), Some(row)) = (axes.column(episode as f32), axes.row(value)) else { continue };
         let selected = index == state.point;
         let style = Style::new().fg(ui.theme.warn).add_modifier(Modifier::BOLD);
@@ -151,7 +194,7 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
         None => "This schedule is in use.".to_owned(),
         Some(_) => "Not in use yet: {apply} uses it, {discard} goes back.".to_owned(),
     };
-    let meaning = match state.shown(&settings.epsilon) {
+    let meaning = match state.shown(ui.view) {
         EpsilonSchedule::Need { .. } => {
             let now = ui.subject.run().and_then(RunSummary::needs_text);
             let now = now.map_or_else(String::new, |needs| format!(": now {needs}"));
@@ -163,94 +206,82 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
         _ => "In each episode, with this probability, actions come from the action clusters instead of the policy."
             .to_owned(),
     };
-    let help = "{next-point} selects a point, arrows or the mouse move it, {add-point} (hand-drawn: a click) adds one, {delete-point} deletes it, {kind} changes the kind; {epsilon} types it.";
+    let help = "{next-point} selects a point, arrows or the mouse move it, {add-point} or a click adds one, {delete-point} deletes it; {epsilon} types another schedule.";
     ui.text(&format!("{usage} {meaning} {help}"))
 }
 
 /// Moves the selected point to an episode and a threshold.
 pub fn drag(state: &mut Schedule, view: &ViewModel, episode: f32, value: f32) {
-    let in_use = &view.settings.epsilon;
-    let shown = state.shown(in_use);
-    let index = state.point.min(schedule_points::points(&shown).len() - 1);
-    let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value);
-    state.change(moved, in_use);
+    state.change(view, |points, selected| {
+        move_point(points, selected, episode, value);
+        selected
+    });
 }
 
-/// Selects the point nearest to a place on the plot; if none is near, adds one to a hand-drawn schedule.
+/// Selects the point nearest to a place on the plot; if none is near, adds one there.
 pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, row: u16) {
     state.remember();
-    let in_use = &view.settings.epsilon;
-    let shown = state.shown(in_use);
     let distance = |(episode, value): &(u32, f32)| {
         let x = axes.column(*episode as f32).unwrap_or(axes.plot.right());
         let y = axes.row(*value).unwrap_or(axes.plot.bottom());
         x.abs_diff(column) + 2 * y.abs_diff(row)
     };
-    let points = schedule_points::points(&shown);
-    let nearest = (0..points.len()).min_by_key(|index| distance(&points[*index]));
-    state.point = nearest.unwrap_or(0);
-    let far = nearest.is_none_or(|nearest| distance(&points[nearest]) > NEAR);
-    if far && matches!(shown, EpsilonSchedule::Points(_)) {
-        let episode = axes.x_at(column).round().max(0.0) as u32;
-        let (schedule, added) = schedule_points::insert_point(points, episode, axes.y_at(row));
-        state.change(schedule, in_use);
-        state.point = added;
-    }
-}
-
-/// The schedule shown and the index of the selected point, before an edit that can be undone.
-fn begin_edit(state: &mut Schedule, ui: &Ui) -> (EpsilonSchedule, usize) {
-    state.remember();
-    let shown = state.shown(&ui.view.settings.epsilon);
-    let index = state.point.min(schedule_points::points(&shown).len() - 1);
-    (shown, index)
+    state.change(view, |points, selected| {
+        let nearest = (0..points.len()).min_by_key(|index| distance(&points[*index])).unwrap_or(selected);
+        match distance(&points[nearest]) > NEAR {
+            true => insert_point(points, axes.x_at(column).round().max(0.0) as u32, axes.y_at(row)),
+            false => nearest,
+        }
+    });
 }
 
 /// Moves the selected point in a direction.
 pub fn move_by(state: &mut Schedule, ui: &Ui, [right, up]: [f32; 2], far: bool) -> Vec<Effect> {
-    let (shown, index) = begin_edit(state, ui);
-    let (episode, value) = schedule_points::points(&shown)[index];
     let step = if far { 0.1 } else { 0.01 };
-    let episode = episode as f32 + step * right * span(state, ui.view) as f32;
-    let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value + step * up);
-    state.change(moved, &ui.view.settings.epsilon);
+    let episodes = step * right * span(state, ui.view) as f32;
+    state.remember();
+    state.change(ui.view, |points, selected| {
+        let (episode, value) = points[selected];
+        move_point(points, selected, episode as f32 + episodes, value + step * up);
+        selected
+    });
     Vec::new()
 }
 
 /// Selects the point that is `by` after the selected one.
 pub fn select_neighbour(state: &mut Schedule, ui: &Ui, by: isize) {
-    let count = schedule_points::points(&state.shown(&ui.view.settings.epsilon)).len();
+    let count = state.points(ui.view).len();
     state.point = (state.point.min(count - 1) + count).wrapping_add_signed(by) % count;
 }
 
 /// Adds a point after the selected one.
 pub fn add_point(state: &mut Schedule, ui: &Ui) {
-    let (shown, index) = begin_edit(state, ui);
-    let (schedule, added) = schedule_points::add_point(&shown, ui.view.settings.episodes, index);
-    state.change(schedule, &ui.view.settings.epsilon);
-    state.point = added;
+    let shown = state.shown(ui.view);
+    state.remember();
+    state.change(ui.view, |points, selected| {
+        let from = points[selected].0;
+        let episode = match points.get(selected + 1) {
+            Some((next, _)) => from + next.saturating_sub(from) / 2,
+            None => from.saturating_add((ui.view.settings.episodes / 4).max(1)),
+        };
+        insert_point(points, episode, shown.threshold(episode))
+    });
 }
 
-/// Deletes the selected point of a hand-drawn schedule.
-pub fn delete_point(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
-    let (shown, index) = begin_edit(state, ui);
-    if !matches!(shown, EpsilonSchedule::Points(_)) {
-        let text = "only a hand-drawn schedule has points to delete; {add-point} makes it one";
-        return vec![Effect::info(ui.text(text))];
-    }
-    state.change(schedule_points::delete_point(&shown, index), &ui.view.settings.epsilon);
-    Vec::new()
-}
-
-/// Changes to the next kind of schedule.
-pub fn next_kind(state: &mut Schedule, ui: &Ui) {
-    let (shown, _) = begin_edit(state, ui);
-    state.change(schedule_points::next_kind(&shown, ui.view.settings.episodes), &ui.view.settings.epsilon);
+/// Deletes the selected point, unless it is the only one.
+pub fn delete_point(state: &mut Schedule, ui: &Ui) {
+    state.remember();
+    state.change(ui.view, |points, selected| {
+        if points.len() > 1 {
+            points.remove(selected);
+        }
+        selected.min(points.len() - 1)
+    });
 }
 
 /// Uses the schedule as edited.
 pub fn apply(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
-    let shown = state.shown(&ui.view.settings.epsilon);
+    let shown = state.shown(ui.view);
     state.discard();
     vec![Effect::apply(command::Epsilon(shown))]
 }
@@ -266,6 +297,53 @@ mod tests {
         view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();
         let mut state = Schedule { point: 5, ..Schedule::default() };
         drag(&mut state, &view, 700.0, 0.5);
-        assert_eq!(state.draft.unwrap().to_string(), "points:0=0.8,700=0.5");
+        assert_eq!(state.draft.unwrap(), [(0, 0.8), (700, 0.5)]);
+    }
+
+    fn edited(in_use: &str, edit: impl FnOnce(&mut Points, usize) -> usize) -> (String, usize) {
+        let mut view = empty();
+        view.settings.epsilon = in_use.parse().unwrap();
+        let mut state = Schedule { point: 1, ..Schedule::default() };
+        state.change(&view, edit);
+        (state.shown(&view).to_string(), state.point)
+    }
+
+    #[test]
+    fn a_point_stays_between_its_neighbours() {
+        for (episode, value, expected) in [
+            (150.0, 0.5, "points:0=0.8,150=0.5,200=0"),
+            (999.0, 0.5, "points:0=0.8,199=0.5,200=0"),
+            (-9.0, 0.3333, "points:0=0.8,1=0.333,200=0"),
+            (100.0, 2.0, "points:0=0.8,100=1,200=0"),
+        ] {
+            let moved = edited("points:0=0.8,100=0.4,200=0", |points, selected| {
+                move_point(points, selected, episode, value);
+                selected
+            });
+            assert_eq!(moved, (expected.to_owned(), 1));
+        }
+    }
+
+    #[test]
+    fn points_are_inserted_or_replaced_at_an_episode() {
+        for (episode, expected, index) in [
+            (400, "points:0=0.8,400=0.5,1000=0", 1),
+            (2000, "points:0=0.8,1000=0,2000=0.5", 2),
+            (1000, "points:0=0.8,1000=0.5", 1),
+        ] {
+            let inserted = edited("linear:0.8:0:1000", |points, _| insert_point(points, episode, 0.5));
+            assert_eq!(inserted, (expected.to_owned(), index));
+        }
+    }
+
+    #[test]
+    fn points_lie_on_their_schedule() {
+        for spec in ["0.5", "linear:0.8:0:1000", "exp:0.8:0.1:0.99", "step:0.8:0.5:500", "points:0=0.8,100=0.4"] {
+            let mut view = empty();
+            view.settings.epsilon = spec.parse().unwrap();
+            for (episode, value) in in_use(&view) {
+                assert!((view.settings.epsilon.threshold(episode) - value).abs() < 0.001, "{spec} at {episode}");
+            }
+        }
     }
 }

@@ -14,7 +14,6 @@ pub use input::Input;
 pub use parser::Parser;
 pub use parser::Received;
 
-use std::backtrace::Backtrace;
 use std::cell::RefCell;
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem::ManuallyDrop;
@@ -273,7 +272,7 @@ thread_local! {
 /// Runs a closure on the UI thread. A panic leaves the terminal as it is and is returned as an error.
 ///
 /// # Errors
-/// When the closure panics: message, location and backtrace.
+/// When the closure panics: message and location.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     CAUGHT.set(Some(String::new()));
     // State may be left inconsistent; the caller copes with that.
@@ -295,7 +294,7 @@ pub(super) fn install_panic_hook() {
         panic::set_hook(Box::new(move |info| {
             let is_caught = CAUGHT.with_borrow_mut(|caught| match caught {
                 Some(report) => {
-                    *report = format!("{info}\n\n{}", Backtrace::force_capture());
+                    *report = info.to_string();
                     true
                 }
                 None => false,

@@ -70,8 +70,6 @@ pub struct ViewModel {
     pub hand: HandEpisode,
     /// The current work on a dynamics model and its progress as a share.
     pub model_work: Option<(String, Option<f32>)>,
-    /// Losses of the model trained last, one per epoch.
-    pub model_losses: Arc<Vec<f32>>,
     /// The result of the latest work on a dynamics model.
     pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.

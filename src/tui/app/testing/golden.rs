@@ -88,7 +88,6 @@ fn model_training() -> ViewModel {
     let mut view = typical();
     view.models[0].evaluation = Some(Arc::new(evaluation()));
     view.model_work = Some(("training models/mine.safetensors".into(), Some(0.4)));
-    view.model_losses = Arc::new((1..2000).map(|epoch| (epoch as f32).powf(-0.7)).collect());
     view
 }
 

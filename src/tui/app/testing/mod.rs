@@ -183,7 +183,6 @@ pub fn empty() -> ViewModel {
         watched: None,
         hand,
         model_work: None,
-        model_losses: Arc::default(),
         model_outcome: None,
         figures: Vec::new(),
         log: Vec::new(),

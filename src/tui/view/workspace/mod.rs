@@ -120,7 +120,6 @@ impl SessionWorkspace {
             watched: None,
             hand: hand_episode(&session, &task, None),
             model_work: None,
-            model_losses: Arc::default(),
             model_outcome: None,
             figures: Vec::new(),
             log: Vec::new(),

@@ -37,12 +37,7 @@ impl SessionWorkspace {
         let work = session.model_work().map(|(name, progress)| (name, progress.share()));
         let name = |work: &Option<(String, _)>| work.as_ref().map(|(name, _)| name.clone());
         if work.is_some() && name(&work) != name(&view.model_work) {
-            view.model_losses = Arc::default();
             view.model_outcome = None;
-        }
-        let losses = session.model_losses(view.model_losses.len());
-        if !losses.is_empty() {
-            Arc::make_mut(&mut view.model_losses).extend(losses);
         }
         view.model_work = work;
         if let Some((_, Ok(models))) = self.models.latest(|_| true) {

@@ -225,17 +225,16 @@ fn what_a_run_does_before_its_first_episode_is_shown() {
 }
 
 #[test]
-fn the_losses_of_a_model_stay_until_the_next_model_is_trained() {
+fn the_outcome_of_a_model_stays_until_the_next_model_is_trained() {
     let folder = tempfile::tempdir().unwrap();
-    let train = |name: &str| {
+    let train = |name: &str, epochs: u32| {
         let path = folder.path().join(name).display().to_string();
-        format!("model train box {} 1000", shell_words::quote(&path))
+        format!("model train box {} {epochs}", shell_words::quote(&path))
     };
-    let mut workspace = workspace(folder.path(), &[&train("first.safetensors")]);
-    poll_until(&mut workspace, |workspace| !workspace.view.model_losses.is_empty());
-    apply(&mut workspace, "model stop");
-    assert!(workspace.view.model_work.is_none() && !workspace.view.model_losses.is_empty());
-    apply(&mut workspace, &train("second.safetensors"));
-    assert!(workspace.view.model_work.is_some() && workspace.view.model_losses.is_empty());
+    let mut workspace = workspace(folder.path(), &[&train("first.safetensors", 1)]);
+    poll_until(&mut workspace, |workspace| workspace.view.model_outcome.is_some());
+    assert!(workspace.view.model_work.is_none());
+    apply(&mut workspace, &train("second.safetensors", 1000));
+    assert!(workspace.view.model_work.is_some() && workspace.view.model_outcome.is_none());
     apply(&mut workspace, "model stop");
 }

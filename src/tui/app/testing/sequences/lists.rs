@@ -83,18 +83,3 @@ fn a_long_name_of_a_model_leaves_room_for_its_description() {
     assert!(row.contains(" another ") && !screen.contains(&name), "{screen}");
     assert!(screen.contains("yy.."), "a description that does not fit says so\n{screen}");
 }
-
-#[test]
-fn the_losses_of_a_model_are_drawn_from_four_rows_on() {
-    let mut view = empty();
-    let model =
-        |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true, evaluation: None };
-    view.models.extend((0..8).map(model));
-    view.model_losses = Arc::new(vec![1.0, 0.5, 0.25]);
-    let (mut app, _) = app(view);
-    press(&mut app, "6");
-    let mut screens = (20..30).map(|height| text(&shot(&mut app, 120, height)));
-    let screen = screens.find(|screen| screen.contains("loss by epoch")).unwrap();
-    let rows = screen.lines().skip_while(|line| !line.contains("loss by epoch")).count();
-    assert_eq!(rows, 5 + 2, "with the border and the keys below it\n{screen}");
-}

@@ -5,12 +5,11 @@ use super::*;
 #[test]
 fn the_schedule_is_drawn_and_applied() {
     check(empty(), "3", &[], "This schedule is in use");
-    check(empty(), "3 up", &[], "linear:0.81:0.05:1500");
+    check(empty(), "3 up", &[], "points:0=0.81,1500=0.05");
     check(empty(), "3 up backspace", &[], "This schedule is in use");
-    check(empty(), "3 tab K enter", &["epsilon linear:0.8:0.15:1500"], "");
+    check(empty(), "3 tab K enter", &["epsilon points:0=0.8,1500=0.15"], "");
+    check(empty(), "3 enter", &["epsilon linear:0.8:0.05:1500"], "");
     check(empty(), "3 a enter", &["epsilon points:0=0.8,750=0.425,1500=0.05"], "");
-    check(empty(), "3 v v v v enter", &["epsilon need:0.8:0.2:20"], "");
-    check(empty(), "3 v v v v v enter", &["epsilon 0.8"], "");
 }
 
 #[test]
@@ -56,21 +55,22 @@ fn a_schedule_is_drawn_with_the_mouse() {
 
 #[test]
 fn points_of_the_schedule_are_selected_in_both_directions() {
-    check(empty(), "3 backtab K enter", &["epsilon linear:0.8:0.15:1500"], "");
-    check(empty(), "3 tab backtab J enter", &["epsilon linear:0.7:0.05:1500"], "");
-    check(empty(), "3 tab tab J enter", &["epsilon linear:0.7:0.05:1500"], "");
+    check(empty(), "3 backtab K enter", &["epsilon points:0=0.8,1500=0.15"], "");
+    check(empty(), "3 tab backtab J enter", &["epsilon points:0=0.7,1500=0.05"], "");
+    check(empty(), "3 tab tab J enter", &["epsilon points:0=0.7,1500=0.05"], "");
     check(empty(), "3 tab a enter", &["epsilon points:0=0.8,1500=0.05,2000=0.05"], "");
     let mut three = empty();
     three.settings.epsilon = "points:0=0.8,1000=0.4,1500=0".parse().unwrap();
     check(three, "3 tab backtab J enter", &["epsilon points:0=0.7,1000=0.4,1500=0"], "");
-    check(empty(), "3 delete", &[], "only a hand-drawn schedule has points to delete");
+    check(empty(), "3 delete enter", &["epsilon points:1500=0.05"], "");
+    check(empty(), "3 delete delete enter", &["epsilon points:1500=0.05"], "");
 }
 
 #[test]
 fn an_applied_schedule_is_no_draft() {
     let (mut app, asked) = app(empty());
     press(&mut app, "3 up enter");
-    assert_eq!(*asked.borrow(), ["epsilon linear:0.81:0.05:1500"]);
+    assert_eq!(*asked.borrow(), ["epsilon points:0=0.81,1500=0.05"]);
     assert!(!app.screens.schedule.is_edited());
     press(&mut app, "q");
     assert!(app.is_leaving(), "nothing is lost");
@@ -78,7 +78,7 @@ fn an_applied_schedule_is_no_draft() {
 
 #[test]
 fn undo_reverts_edits_of_the_schedule_and_not_of_the_task() {
-    check(empty(), "3 up up u", &[], "linear:0.81:0.05:1500");
+    check(empty(), "3 up up u", &[], "points:0=0.81,1500=0.05");
     check(empty(), "3 up u", &[], "This schedule is in use.");
     check(empty(), "3 up u u", &[], "there is no schedule edit to undo");
     check(empty(), "3 up backspace u", &[], "there is no schedule edit to undo");
@@ -129,13 +129,13 @@ fn an_unchanged_schedule_is_no_draft_and_values_stay_in_range() {
     check(empty(), "3 a K enter", &["epsilon points:0=0.8,750=0.525,1500=0.05"], "");
     let mut view = empty();
     view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
-    check(view, "3 K K K K enter", &["epsilon need:0.75:0.25:20"], "");
+    check(view, "3 K K K K K K enter", &["epsilon points:0=1,2000=0.5"], "");
 }
 
 #[test]
 fn a_point_is_moved_by_a_hundredth_or_a_tenth_of_the_episodes() {
-    check(empty(), "3 tab right enter", &["epsilon linear:0.8:0.05:1520"], "");
-    check(empty(), "3 tab H enter", &["epsilon linear:0.8:0.05:1300"], "");
+    check(empty(), "3 tab right enter", &["epsilon points:0=0.8,1520=0.05"], "");
+    check(empty(), "3 tab H enter", &["epsilon points:0=0.8,1300=0.05"], "");
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn a_point_is_selected_after_points_were_removed() {
     let mut three = empty();
     three.settings.epsilon = "points:0=0.8,1000=0.4,1500=0".parse().unwrap();
     check(three, "3 backtab delete", &[], " 1000: 0.40 ");
-    check(empty(), "3 tab a backspace K enter", &["epsilon linear:0.8:0.15:1500"], "");
+    check(empty(), "3 tab a backspace K enter", &["epsilon points:0=0.8,1500=0.15"], "");
 }
 
 #[test]
