@@ -14,10 +14,12 @@ use signal_hook::consts::SIGHUP;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 
+use super::arguments::Jobs;
 use super::output::{self, Outcome};
 use super::progress::{self, Progress};
 use mge_base::atomic;
 use mge_base::stop::{ENDING_SIGNALS, SAME_SIGNAL, Stop};
+use mge_experiments::ExperimentError;
 use mge_trainer::batch::{Batch, BatchProgress, default_threads};
 
 /// Runs work without state to save.
@@ -194,16 +196,14 @@ impl Interrupted {
     }
 }
 
-/// Runs a batch with progress. A signal ends it cleanly; its error then satisfies `is_interruption`.
-pub fn in_batch<T, E: std::error::Error + 'static>(
-    threads: Option<usize>,
-    quiet: bool,
-    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, E>,
-    is_interruption: impl FnOnce(&E) -> bool,
-) -> Result<T, Box<dyn std::error::Error>> {
-    let mut progress = Progress::new(1, quiet);
+/// Runs a batch with progress. A signal ends it cleanly.
+pub fn in_batch<T>(
+    jobs: &Jobs,
+    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, ExperimentError>,
+) -> Outcome<T> {
+    let mut progress = Progress::new(1, jobs.quiet);
     let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.stop() };
+    let batch = Batch { threads: jobs.threads.unwrap_or_else(default_threads), interrupt: interrupt.stop() };
     let outcome = work(&batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name}: {reason}"));
@@ -216,5 +216,5 @@ pub fn in_batch<T, E: std::error::Error + 'static>(
         progress.set(now.done, now.total, &(message + &failed));
     });
     drop(progress);
-    interrupt.result(outcome, is_interruption)
+    interrupt.result(outcome, ExperimentError::is_interruption)
 }

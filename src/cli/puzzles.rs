@@ -7,7 +7,6 @@ use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use super::runs::definitions;
 use super::{studies, sweeps};
-use mge_experiments::ExperimentError;
 use mge_experiments::puzzles::{self, Bench, Criteria, Index};
 use mge_experiments::sweep::{self, Sweep};
 use mge_results::ReportFolder;
@@ -25,12 +24,9 @@ fn generate(arguments: &PuzzlesGenerate) -> Outcome {
     let wanted = Index::new(arguments.seed, arguments.split, arguments.start_noise);
     let criteria = Criteria { random_actions: arguments.random_actions, ..Criteria::default() };
     let out = arguments.force.target(&arguments.out);
-    let index = in_batch(
-        arguments.threads,
-        arguments.quiet,
-        |batch, on_progress| puzzles::generate(&wanted, arguments.count, &criteria, &out, batch, on_progress),
-        ExperimentError::is_interruption,
-    )?;
+    let index = in_batch(&arguments.jobs, |batch, on_progress| {
+        puzzles::generate(&wanted, arguments.count, &criteria, &out, batch, on_progress)
+    })?;
     output::message(index.selection());
     Ok(output::line(arguments.out.join("index.json").display())?)
 }
@@ -56,22 +52,19 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     let out = arguments.force.target(&arguments.out);
     ReportFolder::new(out.clone())?;
     sweep::check_results(&out)?;
-    let (file, text) = in_batch(
-        arguments.threads,
-        arguments.quiet,
-        |batch, on_progress| bench.prepare(&index, &out, batch, on_progress),
-        ExperimentError::is_interruption,
-    )?;
+    let (file, text) = in_batch(&arguments.jobs, |batch, on_progress| bench.prepare(&index, &out, batch, on_progress))?;
     if arguments.prepare {
         return Ok(output::line(file.display())?);
     }
     // Not from the file, which another process may have replaced.
     let sweep = Sweep::parse(text.as_bytes(), &file.display().to_string())?;
-    let failures = sweeps::work(&sweep, &arguments.out, arguments.threads, arguments.quiet)?;
+    let failures = sweeps::work(&sweep, &arguments.out, &arguments.jobs)?;
     sweeps::write_results(&out, &failures)?;
     let runs: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(&out.path)).filter(|run| run.exists()).collect();
     if failures.len() < sweep.jobs.len() {
-        brief(|| studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.quiet))?;
+        brief(|| {
+            studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.jobs.quiet)
+        })?;
     }
     sweeps::failure(&sweep, &failures)
 }

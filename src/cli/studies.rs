@@ -9,7 +9,6 @@ use super::progress::Progress;
 use super::provenance;
 use mge_base::atomic::Target;
 use mge_base::text::counted;
-use mge_experiments::ExperimentError;
 use mge_experiments::study::{self, Study};
 use mge_experiments::sweep::{hold_measured, report_measured};
 
@@ -20,12 +19,9 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let study = if *quick { Study::quick() } else { Study::full() };
     let command = provenance::command();
     let out = arguments.force.target(&arguments.out);
-    in_batch(
-        arguments.threads,
-        arguments.quiet,
-        |batch, on_progress| study::reproduce(&study, *seed, &out, &command, print.dpi, batch, on_progress),
-        ExperimentError::is_interruption,
-    )?;
+    in_batch(&arguments.jobs, |batch, on_progress| {
+        study::reproduce(&study, *seed, &out, &command, print.dpi, batch, on_progress)
+    })?;
     Ok(output::line(arguments.out.join("report.md").display())?)
 }
 

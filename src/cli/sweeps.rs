@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::Sweep as Arguments;
+use super::arguments::{Jobs, Sweep as Arguments};
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use mge_base::atomic::Target;
 use mge_experiments::ExperimentError;
 use mge_experiments::sweep::{self, Sweep};
 use mge_run::RunError;
-use mge_trainer::batch::{Batch, BatchProgress};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let sweep = match (&arguments.file, &arguments.one) {
@@ -36,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.file.is_some() {
         sweep::check_results(&to)?;
     }
-    let failures = work(&sweep, &folder, arguments.threads, arguments.quiet)?;
+    let failures = work(&sweep, &folder, &arguments.jobs)?;
     if arguments.file.is_some() {
         brief(|| write_results(&to, &failures))?;
     } else {
@@ -73,16 +72,8 @@ pub fn warn(sweep: &Sweep) {
 }
 
 /// Runs a sweep with a progress display. Returns the failures: names and reasons.
-pub fn work(
-    sweep: &Sweep,
-    folder: &Path,
-    threads: Option<usize>,
-    quiet: bool,
-) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
-    let run = |batch: &Batch<'_>, on_progress: &mut dyn FnMut(&BatchProgress<'_>)| {
-        sweep::run(sweep, folder, batch, on_progress)
-    };
-    in_batch(threads, quiet, run, ExperimentError::is_interruption)
+pub fn work(sweep: &Sweep, folder: &Path, jobs: &Jobs) -> Outcome<Vec<(String, String)>> {
+    in_batch(jobs, |batch, on_progress| sweep::run(sweep, folder, batch, on_progress))
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

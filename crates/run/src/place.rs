@@ -7,21 +7,6 @@ use super::lock::LOCK;
 use super::{Result, RunDirectory, RunError, file, folder, metrics, trash};
 use mge_base::atomic;
 
-/// What a folder holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Holding {
-    /// Nothing, or there is no folder. A process that was killed while it created a run leaves at most its lock.
-    Nothing,
-    /// A run, perhaps with further files of the user.
-    Run,
-    /// Only files of a run, but its configuration is damaged.
-    DamagedRun,
-    /// Only files of a run, without its configuration, such as an interrupted deletion leaves.
-    Remains,
-    /// Anything else.
-    Others,
-}
-
 impl RunDirectory {
     /// Makes sure that a run can be created here. What is left of a run without its configuration is moved to the
     /// trash.
@@ -50,14 +35,26 @@ impl RunDirectory {
         }
     }
 
-    /// Whether the folder has what is left of a run; an error if it has anything else.
+    /// Whether the folder has what is left of a run without its configuration, such as an interrupted deletion leaves;
+    /// false for one that does not exist or has nothing, but for the lock of a process that was killed while it created a
+    /// run.
+    ///
+    /// # Errors
+    /// [`RunError::AlreadyARun`] if it has a run, perhaps with further files of the user, or one whose configuration is
+    /// damaged; [`RunError::NotEmpty`] if it has anything else; [`RunError::Io`].
     pub(super) fn has_remains(&self) -> Result<bool> {
-        match self.holding()? {
-            Holding::Nothing => Ok(false),
-            Holding::Remains => Ok(true),
-            Holding::Run | Holding::DamagedRun => Err(RunError::AlreadyARun(self.path().to_owned())),
-            Holding::Others => Err(RunError::NotEmpty(self.path().to_owned())),
+        let names = match self.names() {
+            Err(error) if error.is_not_found() => return Ok(false),
+            names => names?,
+        };
+        let is_of_a_run = self.is_of_a_run(&names);
+        if self.config_bytes().is_ok() || (is_of_a_run && names.iter().any(|name| name == "config.json")) {
+            return Err(RunError::AlreadyARun(self.path().to_owned()));
         }
+        if names.iter().all(|name| name == LOCK && self.is_recognised(name)) {
+            return Ok(false);
+        }
+        if is_of_a_run { Ok(true) } else { Err(RunError::NotEmpty(self.path().to_owned())) }
     }
 
     /// What is in a folder and can be deleted as a run: one with a configuration that `is_valid` accepts, or a damaged
@@ -82,21 +79,6 @@ impl RunDirectory {
         folder::check(self.path())?;
         let _lock = self.lock()?;
         trash::discard(self.path())
-    }
-
-    fn holding(&self) -> Result<Holding> {
-        let names = match self.names() {
-            Err(error) if error.is_not_found() => return Ok(Holding::Nothing),
-            names => names?,
-        };
-        let has_config = names.iter().any(|name| name == "config.json");
-        Ok(match self.config_bytes() {
-            Ok(_) => Holding::Run,
-            Err(_) if self.is_of_a_run(&names) && has_config => Holding::DamagedRun,
-            Err(_) if names.iter().all(|name| name == LOCK && self.is_recognised(name)) => Holding::Nothing,
-            Err(_) if self.is_of_a_run(&names) => Holding::Remains,
-            Err(_) => Holding::Others,
-        })
     }
 
     /// The names in the folder, without temporary ones.
@@ -220,15 +202,14 @@ mod tests {
         drop(writer);
         for name in ["metrics.csv", "log.txt", "notes.json", "checkpoint", "control.jsonl", LOCK] {
             let other = folder.path().join(name);
-            let holding = |from: &std::path::Path| {
+            let has_remains = |from: &std::path::Path| {
                 fs::create_dir(&other).unwrap();
                 fs::rename(from, other.join(name)).unwrap();
-                let holding = RunDirectory::at(&other).holding().unwrap();
+                let has_remains = RunDirectory::at(&other).has_remains();
                 fs::remove_dir_all(&other).unwrap();
-                holding
+                has_remains
             };
-            let expected = if name == LOCK { Holding::Nothing } else { Holding::Remains };
-            assert_eq!(holding(&path.join(name)), expected, "{name}");
+            assert_eq!(has_remains(&path.join(name)).unwrap(), name != LOCK, "{name}");
             let mine = folder.path().join("mine");
             if name == "checkpoint" {
                 fs::create_dir_all(mine.join("last"))
@@ -236,12 +217,12 @@ mod tests {
                 fs::write(&mine, "{\"mine\": 1}")
             }
             .unwrap();
-            assert_eq!(holding(&mine), Holding::Others, "{name}");
+            assert!(matches!(has_remains(&mine), Err(RunError::NotEmpty(_))), "{name}");
         }
-        assert_eq!(run.holding().unwrap(), Holding::Run);
+        assert!(matches!(run.has_remains(), Err(RunError::AlreadyARun(_))));
         fs::write(run.config_path(), "{").unwrap();
-        assert_eq!(run.holding().unwrap(), Holding::DamagedRun);
+        assert!(matches!(run.has_remains(), Err(RunError::AlreadyARun(_))), "a damaged run");
         fs::write(path.join("thesis.tex"), "mine").unwrap();
-        assert_eq!(run.holding().unwrap(), Holding::Others);
+        assert!(matches!(run.has_remains(), Err(RunError::NotEmpty(_))));
     }
 }

@@ -37,11 +37,6 @@ pub struct Arguments {
     pub workbench: Workbench,
 }
 
-/// A number of threads.
-fn threads() -> RangedU64ValueParser<usize> {
-    count(1024)
-}
-
 /// A number from 1 to `most`.
 fn count(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=most)
@@ -50,6 +45,17 @@ fn count(most: u64) -> RangedU64ValueParser<usize> {
 /// The first of consecutive seeds, of which at most a million follow.
 fn first_seed() -> RangedU64ValueParser<u64> {
     RangedU64ValueParser::new().range(..=u64::MAX - 1_000_000)
+}
+
+/// Options of work in several jobs.
+#[derive(Debug, Args)]
+pub struct Jobs {
+    /// Number of concurrent jobs [default: all cores]
+    #[arg(long, value_parser = count(1024))]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// The option to replace any files.

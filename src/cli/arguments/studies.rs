@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Force, Print, first_seed, threads};
+use super::{Force, Jobs, Print, first_seed};
 
 #[derive(Debug, Args)]
 pub struct Script {
@@ -40,12 +40,8 @@ pub struct Sweep {
     /// Train nothing: print a Slurm job-array script
     #[arg(long, requires = "file", conflicts_with = "plan")]
     pub slurm: bool,
-    /// Number of concurrent runs [default: all cores]
-    #[arg(long, value_parser = threads())]
-    pub threads: Option<usize>,
-    /// No progress on stderr
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub jobs: Jobs,
 }
 
 #[derive(Debug, Args)]
@@ -90,10 +86,6 @@ pub struct Reproduce {
     pub seed: u64,
     #[command(flatten)]
     pub print: Print,
-    /// Threads [default: all cores]
-    #[arg(long, value_parser = threads())]
-    pub threads: Option<usize>,
-    /// No progress on stderr
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub jobs: Jobs,
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
-use super::{Force, Format, Print, count, threads};
+use super::{Force, Format, Jobs, Print, count};
 use mge_experiments::puzzles::{START_NOISE, Split};
 use mge_physics::MAX_OBJECTS;
 use mge_trainer::{Method, PriorSource};
@@ -78,12 +78,8 @@ pub struct PuzzlesGenerate {
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,
-    /// Number of concurrent searches [default: all cores]
-    #[arg(long, value_parser = threads())]
-    pub threads: Option<usize>,
-    /// No progress on stderr
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub jobs: Jobs,
 }
 
 #[derive(Debug, Args)]
@@ -118,12 +114,8 @@ pub struct PuzzlesBench {
     pub prepare: bool,
     #[command(flatten)]
     pub print: Print,
-    /// Number of concurrent trainings [default: all cores]
-    #[arg(long, value_parser = threads())]
-    pub threads: Option<usize>,
-    /// No progress on stderr
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub jobs: Jobs,
 }
 
 /// Parses the half width of the start noise, in the range that tasks allow.

@@ -153,9 +153,6 @@ impl Index {
 
     /// How its puzzles were chosen, in a sentence.
     pub fn selection(&self) -> String {
-        if self.version == GUIDED_VERSION {
-            return "The puzzles were chosen by the success of guided play.".to_owned();
-        }
         let count = |of: fn(&Puzzle) -> u64| self.puzzles.iter().map(of).sum::<u64>();
         let (puzzles, too_easy, too_hard) = (self.puzzles.len(), count(|one| one.too_easy), count(|one| one.too_hard));
         let drawn = puzzles as u64 + too_easy + too_hard;
