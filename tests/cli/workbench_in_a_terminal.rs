@@ -317,7 +317,7 @@ fn the_first_day_shows_what_its_document_says() {
             let is_shown = |screen: &vt100::Screen| screen.contents().contains(shown);
             terminal.wait_until(&format!("at {columns}x{rows}: {point}"), is_shown);
         }
-        terminal.wait_for("day.mge");
+        assert!(folder.path().join("day.mge").exists());
         terminal.type_text("q");
         assert_eq!(terminal.wait_for_exit(), 0);
         terminal.wait_until_restored();
