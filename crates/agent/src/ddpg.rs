@@ -174,11 +174,12 @@ impl Ddpg {
         self.proven.clone_from(&self.held);
     }
 
-    /// Acts with the policy that was proven last; a no-op if there is none.
+    /// Acts with the policy that was proven last, and lets the actor learn on from there; a no-op if there is none.
     pub fn return_to_proven_policy(&mut self) {
-        if self.proven.is_some() {
-            self.held.clone_from(&self.proven);
-        }
+        let Some(proven) = &self.proven else { return };
+        self.actor.soft_update(proven, 1.0);
+        self.target_actor.soft_update(proven, 1.0);
+        self.held = Some(proven.clone());
     }
 
     /// Acts with the actor itself, and discards the held and proven policies.

@@ -201,6 +201,10 @@ fn a_held_policy_stays_while_the_networks_learn() {
     let mut returned = Ddpg::load(&ddpg.save()).unwrap();
     returned.return_to_proven_policy();
     assert_eq!(returned.act(&s), held);
+    returned.hold_policy();
+    assert_eq!(returned.act(&s), held, "the target actor has returned too");
+    returned.release_policy();
+    assert_eq!(returned.act(&s), held, "and the actor");
     assert!(ddpg.export_actor() != loaded.export_actor(), "the held policy is exported");
 }
 
