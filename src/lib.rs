@@ -46,6 +46,7 @@ pub use mge_guidance as guidance;
 pub use mge_nn as nn;
 pub use mge_physics as physics;
 pub use mge_run as run;
+pub use mge_selection as selection;
 pub use mge_stats as stats;
 pub use mge_task as task;
 pub use mge_trainer as trainer;

@@ -13,6 +13,7 @@ mod progress;
 mod provenance;
 mod puzzles;
 mod runs;
+mod selection;
 mod session;
 mod settings;
 mod studies;
@@ -102,6 +103,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Play(play) => physics::play(&play),
         Command::Env { command } => physics::serve(&command),
         Command::Dynamics { command } => dynamics::run(command),
+        Command::Selection { command } => selection::run(&command),
         Command::Clusters(arguments) => brief(|| clusters::run(&arguments)),
         Command::Train(train) => runs::train(&train),
         Command::Config(config) => brief(|| settings::print(&config.name)),

@@ -42,6 +42,8 @@ pub enum Stream {
     ExplorationNoise,
     /// Minibatches from the replay buffer.
     Minibatch,
+    /// Candidates and exploration of an agent that chooses among tools.
+    Candidates,
     /// Plans, imagined rollouts and refined clusters.
     ModelRollouts,
     /// A launch for a dynamics model.
@@ -95,6 +97,7 @@ impl Stream {
             Self::Trial => TRAINING + 8,
             Self::Practice => TRAINING + 9,
             Self::Judgement => TRAINING + 10,
+            Self::Candidates => TRAINING + 11,
             // The first launches share stream numbers with an action prior. With equal seeds both draw the same
             // random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
@@ -132,6 +135,7 @@ mod tests {
             Trial,
             Practice,
             Judgement,
+            Candidates,
         ];
         let stages = (0..200).flat_map(|n| [PriorStage(n), Proposal { attempt: n / 20, number: n + 1 }]);
         let all: Vec<u64> = single.into_iter().chain(stages).map(Stream::number).collect();

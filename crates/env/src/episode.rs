@@ -9,12 +9,12 @@ use mge_physics::{Ball, BallState, Motion, ObjectId, SCREEN, Sensor, Tool, World
 use mge_task::{BallSpec, Goal, GoalShape, Part, Region, SubgoalCheck, Task};
 
 /// Index of the target ball in the world.
-pub(super) const TARGET: usize = 0;
+pub const TARGET: usize = 0;
 /// Index of the marker ball in the world of a task that has one.
-pub(super) const MARKER: usize = 1;
+pub const MARKER: usize = 1;
 
 /// The goal's object in the world.
-pub(super) fn goal_object(task: &Task) -> ObjectId {
+pub fn goal_object(task: &Task) -> ObjectId {
     match task.goal.shape {
         GoalShape::Ball => ObjectId::Ball(1 + usize::from(task.marker.is_some())),
         GoalShape::Circle | GoalShape::Star | GoalShape::Basket => ObjectId::Sensor(0),

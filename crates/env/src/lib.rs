@@ -47,7 +47,7 @@ pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action
 pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_features};
 pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS};
 pub use environment::{Environment, Start};
-pub use episode::{Snapshot, ball_names};
+pub use episode::{MARKER, Snapshot, TARGET, ball_names, goal_object};
 pub use observation::{
     OBJECT_FEATURES, OBJECT_SLOTS, ObservationPart, VELOCITY_SCALE, observation_bounds, observation_len,
 };

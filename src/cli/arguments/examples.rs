@@ -5,7 +5,7 @@ use clap::{Command, CommandFactory};
 use super::Arguments;
 
 /// Commands as typed; each is an example in the help of the command that it begins with.
-pub const EXAMPLES: [&str; 44] = [
+pub const EXAMPLES: [&str; 46] = [
     "mge runs/first",
     "mge tasks",
     "mge tasks check my-task.json",
@@ -19,6 +19,8 @@ pub const EXAMPLES: [&str; 44] = [
     "mge env serve create/Push --tools train",
     "mge dynamics train --tools box,bucket --out model.safetensors",
     "mge dynamics evaluate model.safetensors",
+    "mge selection train create/Push-random --out push.safetensors",
+    "mge selection evaluate create/Push-random --policy push.safetensors",
     "mge clusters task1 --out clusters.json",
     "mge train task1 --until-solved",
     "mge train task4 --method ddpg --episodes 5000 --seed 3 --out runs/plain",

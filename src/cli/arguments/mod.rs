@@ -4,6 +4,7 @@ mod dynamics;
 mod examples;
 mod physics;
 mod runs;
+mod selection;
 mod studies;
 mod tasks;
 
@@ -13,6 +14,7 @@ pub use physics::{Env, Play};
 pub use runs::{
     Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Rename, Resume, Runs, Show, Train,
 };
+pub use selection::{Selection, SelectionEvaluate, SelectionTrain};
 pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, Tasks, TasksCommand};
 
@@ -135,6 +137,11 @@ pub enum Command {
     Dynamics {
         #[command(subcommand)]
         command: Dynamics,
+    },
+    /// Train and evaluate agents that choose among CREATE's tools
+    Selection {
+        #[command(subcommand)]
+        command: Selection,
     },
     /// Compute the action clusters of a task, as JSON
     Clusters(Clusters),
