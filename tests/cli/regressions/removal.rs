@@ -288,6 +288,7 @@ fn a_file_of_the_user_is_replaced_only_by_force() {
         ("tasks propose task1 --out t", "t", false),
         ("dynamics train --tools box --out n.safetensors", "n.safetensors", false),
         ("dynamics train --tools box,floor --layers 1 --observations 2 --epochs 1 --quiet --out m", "m", true),
+        ("selection train create/Moving-random --episodes 2 --quiet --out p.safetensors", "p.safetensors", true),
         ("reproduce --quick --out .", "report.md", false),
     ];
     for (arguments, file, whole) in commands {

@@ -61,7 +61,7 @@ fn has_episodes(run: &Path) -> bool {
 }
 
 /// Long commands. Each is run in a folder that has what `prepare` makes.
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 18] = [
     "train task1 --method ddpg-mge --quiet --out OUT --set ddpg.hidden=8",
     "train task2 --quiet --out OUT --set guidance.model_rollouts=100000 \
      --set guidance.most_model_rollouts=100000 --set guidance.horizon=100",
@@ -77,6 +77,8 @@ const COMMANDS: [&str; 16] = [
     "dynamics train --tools box,bucket --observations 1000000 --quiet --out OUT",
     "dynamics train --tools box --observations 3000 --batch 65536 --layers 64 --quiet --out OUT",
     "dynamics evaluate bucket-box --launches 1000000 --quiet",
+    "selection train create/Push-random --episodes 5000 --quiet --out OUT",
+    "selection evaluate create/Push-random --episodes 1000000 --quiet",
     "clusters task5",
     "puzzles generate --count 4 --quiet --out OUT",
     "reproduce --quick --quiet --out OUT",
