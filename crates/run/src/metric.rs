@@ -255,8 +255,9 @@ mod tests {
         let mut text = "# Metrics\n\n\
             One value an episode, in the columns of `metrics.csv`, the events of `events.jsonl` and the curves.\n\
             Symbols: observation s, action a, reward r, next observation s', terminated d, actor μ, critic Q,\n\
-            targets μ' and Q', batch size N, discount γ. Losses, Q and saturation are means over the updates of\n\
-            the episode (the greatest Q: their maximum), each over the minibatch before the networks change, and\n\
+            targets μ' and Q', batch size N, discount γ; actions of μ and μ' are those that acting takes, within\n\
+            [-1, 1]. Losses, Q and saturation are means over the updates of the episode (the greatest Q: their\n\
+            maximum), each over the minibatch before the networks change, and\n\
             empty until the first update. The columns `episode` and `end` are the number of the episode, from 1, and why it \
             ended.\n\n\
             | name | title | unit | better | formula | meaning | TensorBoard |\n|---|---|---|---|---|---|---|\n"
