@@ -88,8 +88,10 @@ impl RunHistory {
     /// Adds the next event, written at a time in seconds.
     pub fn add(&mut self, time: f64, event: &Event) {
         let (mut seconds, before) = self.clock;
-        // What precedes the other events is training.
-        if !matches!(event, Event::Started { .. } | Event::Resumed { .. }) {
+        // What precedes the other events is training, unless they are changes during a pause.
+        let is_training = !matches!(event, Event::Started { .. } | Event::Resumed { .. })
+            && !matches!(self.last, Some(Event::Paused { .. }));
+        if is_training {
             seconds += (time - before).max(0.0);
         }
         match event {
@@ -145,6 +147,7 @@ mod tests {
             (100.0, started(0)),
             (103.0, finished(1)),
             (104.0, Event::Paused { episode: 1 }),
+            (130.0, Event::ScheduleChanged { episode: 1, schedule: "0.1".into() }),
             (150.0, Event::Resumed { episode: 1 }),
             (151.0, finished(2)),
             (160.0, finished(3)),
