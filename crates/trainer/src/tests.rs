@@ -100,12 +100,16 @@ fn check_resumed(config: &RunConfig, episode: u32) -> BTreeMap<String, Vec<u8>> 
 #[test]
 fn a_run_is_stopped_after_the_minutes_of_its_settings() {
     let folder = tempfile::tempdir().unwrap();
-    let mut limited = config(Method::Ddpg, 5);
+    let mut limited = config(Method::Ddpg, 1_000_000);
     limited.stop.minutes = Some(0.0);
+    assert!(limited.validate().is_err(), "it would never make progress");
+    limited.stop.minutes = Some(0.01);
     let run = new_run(folder.path(), "run", &limited);
     assert_eq!(finish(&run), Ending::Stopped);
-    let reason = "after 0 minutes, as `stop.minutes` says".to_owned();
-    assert_eq!(run.status().unwrap().state, RunState::Stopped(reason));
+    let reason = "after 0.01 minutes, as `stop.minutes` says".to_owned();
+    let status = run.status().unwrap();
+    assert_eq!(status.state, RunState::Stopped(reason));
+    assert!(status.last_episode.is_some());
 }
 
 fn wait_for_pause(trainer: &Trainer) {
