@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::error::ExperimentError;
 use mge_base::json::{self, Entries};
+use mge_base::text::without_mark;
 use mge_base::validation::ValidationError;
 use mge_task::shipped;
 use mge_trainer::RunConfig;
@@ -87,7 +88,8 @@ impl SweepFile {
     /// # Errors
     /// At the first mistake, with its line.
     pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
-        let is_list = text.trim_ascii_start().starts_with(b"[");
+        // The parser reports a text in another encoding.
+        let is_list = without_mark(text).is_ok_and(|text| text.trim_ascii_start().starts_with(b"["));
         let objects: Vec<Entries> = if is_list { json::parse(text, origin)? } else { vec![json::parse(text, origin)?] };
         let mut grids = Vec::new();
         for (number, object) in objects.into_iter().enumerate() {

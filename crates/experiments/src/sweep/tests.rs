@@ -72,6 +72,8 @@ fn a_file_expands_to_all_combinations_with_the_baseline_once() {
     let expected = [format!("{usual}_0.7-seed0"), format!("{usual}_0.8-seed0")];
     assert_eq!(names(&self::sweep(&two))[..2], expected);
     assert_eq!(self::sweep(&two).jobs.len(), 4);
+    let marked = format!("\u{feff}{two}");
+    assert_eq!(Sweep::parse(marked.as_bytes(), "sweep.json").unwrap().jobs.len(), 4, "after a byte-order mark");
 }
 
 #[test]
