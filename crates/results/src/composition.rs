@@ -13,6 +13,7 @@ use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
 use super::groups::Groups;
 use super::row::{LearningRow, TrainedRun};
 use super::settings::distinguish;
+use mge_base::atomic::parent_of;
 use mge_base::paths::{entries, expanded};
 use mge_base::spelling::did_you_mean;
 use mge_base::sync::lock;
@@ -248,7 +249,7 @@ impl Composition {
 /// name and colour whichever are shown. Returns all labels.
 fn label_among_all(found: &mut [FoundRun], asked: &[PathBuf]) -> Vec<String> {
     let folders: BTreeSet<&Path> =
-        found.iter().filter(|run| asked.contains(&run.path)).filter_map(|run| run.path.parent()).collect();
+        found.iter().filter(|run| asked.contains(&run.path)).map(|run| parent_of(&run.path)).collect();
     let is_other = |path: &PathBuf| is_listed_run(path) && found.iter().all(|run| run.path != *path);
     let others = folders.into_iter().flat_map(|folder| entries(folder).unwrap_or_default());
     // What cannot be read has no label.

@@ -81,6 +81,9 @@ fn swept_values_that_equal_a_default_are_in_results_and_reports_with_their_types
         ["figures", "sweep0/runs/task1-ddpg-ddpg.gamma_0.95-seed0", "sweep0/runs/task1-ddpg-ddpg.gamma_0.9-seed0"];
     succeed(mge(here, figures.into_iter().chain(["--out", "drawn"])));
     assert!(read(here.join("drawn/learning.csv")).contains("DDPG, ddpg.gamma 0.95"));
+    // A run has its label among all in its folder, also if that is the current one.
+    succeed(mge(here.join("sweep0/runs"), ["figures", "task1-ddpg-ddpg.gamma_0.95-seed0", "--out", "../alone"]));
+    assert!(read(here.join("sweep0/alone/learning.csv")).contains("DDPG, ddpg.gamma 0.95"));
 }
 
 #[test]
