@@ -74,13 +74,22 @@ pub fn report(
     let (_alone, figures) = (folder.hold()?, folder.figures()?);
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
-    let mut methods = method_scores(&report.learning, bootstrap, Some(&report.reference))?;
     let groups = Groups::new(&report.learning);
     let is_pooled = groups.tasks().len() > MAX_PANELS;
     if is_pooled {
         runs.iter_mut().for_each(|run| run.row.task = ALL_TASKS.to_owned());
-        methods.panels.retain(|panel| panel.task == ALL_TASKS);
     }
+    let methods = match is_pooled && report.common_tasks.len() > 1 {
+        // Like the tables, over the tasks on which all methods were trained.
+        true => {
+            let is_common = |row: &&LearningRow| report.common_tasks.contains(&row.task);
+            let common: Vec<LearningRow> = report.learning.iter().filter(is_common).cloned().collect();
+            let mut scores = method_scores(&common, bootstrap, Some(&report.reference))?;
+            scores.panels.retain(|panel| panel.task == ALL_TASKS);
+            scores
+        }
+        false => method_scores(&report.learning, bootstrap, Some(&report.reference))?,
+    };
     let curves = |curves: LearningCurves| match is_pooled {
         true => LearningCurves { statistics: over_tasks(&groups), ..curves },
         false => curves,
@@ -233,19 +242,23 @@ mod tests {
         let task = mge_task::load("task1").unwrap();
         for number in 0..=MAX_PANELS as u64 {
             let task = Task { name: format!("puzzle{number}"), ..task.clone() };
-            let config = RunConfig { episodes: 1, ..RunConfig::default_for(Arc::new(task), Method::Ddpg) };
-            let directory = RunDirectory::create(folder.path().join(number.to_string()), &config).unwrap();
-            let mut writer = RunWriter::open(&directory, 0).unwrap();
-            let goal = number > 0;
-            let rolling_success = f64::from(u8::from(goal));
-            let record = EpisodeRecord { episode: 1, goal, rolling_success, ..EpisodeRecord::default() };
-            writer.record(&Event::EpisodeFinished(record)).unwrap();
-            writer.record(&Event::Finished { episode: 1 }).unwrap();
+            // The second method was not trained on the first task.
+            for method in [Method::Ddpg, Method::DdpgAdaptive].into_iter().take(if number == 0 { 1 } else { 2 }) {
+                let config = RunConfig { episodes: 1, ..RunConfig::default_for(Arc::new(task.clone()), method) };
+                let name = format!("{number}-{method}");
+                let directory = RunDirectory::create(folder.path().join(name), &config).unwrap();
+                let mut writer = RunWriter::open(&directory, 0).unwrap();
+                let goal = number > 0;
+                let rolling_success = f64::from(u8::from(goal));
+                let record = EpisodeRecord { episode: 1, goal, rolling_success, ..EpisodeRecord::default() };
+                writer.record(&Event::EpisodeFinished(record)).unwrap();
+                writer.record(&Event::Finished { episode: 1 }).unwrap();
+            }
         }
         let (runs, out) = ([folder.path().to_owned()], folder.path().join("report"));
         let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
         let report = report(&runs, &*out, &bootstrap, None, "test", 72, &mut |_, _| {}).unwrap();
-        assert_eq!(report.common_tasks.len(), MAX_PANELS + 1);
+        assert_eq!(report.common_tasks.len(), MAX_PANELS);
         for (figure, row) in [("learning", "All tasks,DDPG,1,1,"), ("methods", "All tasks,DDPG,summary,1,")] {
             let csv = std::fs::read_to_string(out.join(format!("figures/{figure}.csv"))).unwrap();
             assert!(csv.contains(row) && !csv.contains("puzzle"), "the interquartile mean of all runs: {csv}");
