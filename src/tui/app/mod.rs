@@ -15,7 +15,7 @@ mod unsaved;
 pub use remembered::Remembered;
 pub use unsaved::{Guarded, report_recovered_edits};
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -58,8 +58,8 @@ pub struct App {
     /// Whether the palette follows the terminal's background, as long as the user has chosen none.
     follows_background: bool,
     leaving: QuitState,
-    /// The runs that were being trained at the last poll, and whether they were solved.
-    training: HashMap<PathBuf, bool>,
+    /// The runs that were being trained at the last poll, and whether they had been solved by then.
+    training: BTreeMap<PathBuf, bool>,
     /// Whether a model was being trained or evaluated at the last poll.
     had_model_work: bool,
     /// Whether ends of trainings are not announced.
@@ -145,7 +145,7 @@ impl App {
             mouse: true,
             follows_background: false,
             leaving: QuitState::No,
-            training: HashMap::new(),
+            training: BTreeMap::new(),
             had_model_work: false,
             silent: false,
             background: Vec::new(),

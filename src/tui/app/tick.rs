@@ -1,7 +1,5 @@
 //! What happens as time passes: polls of the session, playback, and requests for what is visible.
 
-use std::collections::HashMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -84,10 +82,12 @@ impl App {
         if std::mem::replace(&mut self.had_model_work, has_model_work) && !has_model_work {
             news.push("the work on the model has ended".to_owned());
         }
-        let now: HashMap<PathBuf, bool> = view.active_runs().map(|run| (run.path.clone(), is_solved(run))).collect();
-        let before = std::mem::replace(&mut self.training, now);
-        for (path, was_solved) in before {
-            let Some(run) = view.run(&path) else { continue };
+        let before = std::mem::take(&mut self.training);
+        // The success may fall again and rise above the threshold several times.
+        let now = |run: &RunSummary| is_solved(run) || before.get(&run.path) == Some(&true);
+        self.training = view.active_runs().map(|run| (run.path.clone(), now(run))).collect();
+        for (path, was_solved) in &before {
+            let Some(run) = view.run(path) else { continue };
             match &run.state {
                 RunState::Finished if !run.active => news.push(format!("{} is finished", run.name)),
                 RunState::Failed(reason) if !run.active => news.push(format!("{} has failed: {reason}", run.name)),

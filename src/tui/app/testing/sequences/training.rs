@@ -182,6 +182,11 @@ fn ends_of_trainings_are_announced_unless_that_is_switched_off() {
     bring(&mut app, view.clone());
     let solved = "task1-ddpg-mge-seed0 is solved: 85 % of its latest episodes reached the goal".to_owned();
     assert_eq!(app.take_request(), Some(TerminalRequest::Notify(solved)));
+    for success in [0.75, 0.82] {
+        change_run(&mut view, 1, |run| run.success = Some(success));
+        bring(&mut app, view.clone());
+        assert_eq!(app.take_request(), None, "only once");
+    }
     press(&mut app, ": b e l l enter");
     change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Failed("no space".into()), false));
     bring(&mut app, view);
