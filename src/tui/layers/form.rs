@@ -229,7 +229,11 @@ impl Layer for Form {
         let fitting = self.fitting();
         let row = |index: usize| {
             let Value { text, about } = &fitting[index];
-            Row::new([columns::shortened(&format!("{text:<20} {about}"), usize::from(list.width) - 2, false)])
+            Row::new([columns::shortened(
+                &format!("{text:<20} {about}"),
+                usize::from(list.width).saturating_sub(2),
+                false,
+            )])
         };
         let drawn = list::draw(fitting.len(), self.picked, row, &[Constraint::Fill(1)], list, theme, buffer);
         self.rows.extend(drawn.into_iter().map(|(area, place)| (area, place + 1)));
