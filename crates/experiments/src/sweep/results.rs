@@ -182,6 +182,7 @@ const AGENTS: Layout = Layout {
         "held_success",
         "greedy_success",
     ],
+    // Rows of agents have no list, and no column begins so.
     list: ("none", "none_"),
 };
 
@@ -269,7 +270,9 @@ impl Layout {
         };
         let mut values: Values = result.into_iter().flatten().collect();
         // The setting of this name is how many are asked for.
-        values.remove("epochs").map(|epochs| values.insert("epochs_done".to_owned(), epochs));
+        if let Some(epochs) = values.remove("epochs") {
+            values.insert("epochs_done".to_owned(), epochs);
+        }
         let items = values.remove(self.list.0).and_then(|list| list.as_array().cloned()).unwrap_or_default();
         values.extend((1..).map(|number| self.item(number)).zip(items));
         values.insert("run".to_owned(), path.file_name().unwrap_or_default().to_string_lossy().into());
