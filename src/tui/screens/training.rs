@@ -11,14 +11,14 @@ use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
 use super::curves::CurvesState;
-use super::pane::{self, hint, pane, queue_line};
+use super::pane::{hint, pane, queue_line};
 use super::runs::Runs;
 use super::scene_pane::{beside_pane, scene_pane};
 use super::{HitRegions, Screens, Ui};
 use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
-use crate::tui::widgets::columns::{fitting, shortened};
+use crate::tui::widgets::columns::{self, fitting, shortened};
 use crate::tui::widgets::layout::WIDE;
 use mge_base::text::{counted, printable};
 use mge_run::Metric;
@@ -150,23 +150,19 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
     let constants = charts.constants();
     let is_varying = |metric: &Metric| constants.iter().all(|(constant, _)| constant != metric);
-    let rows = match charts.crosshair() {
-        Some(_) => BELOW.min(inside.height / 6),
-        None => u16::from(!constants.is_empty()),
-    };
-    let [inside, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(inside);
-    let drawn = places(inside, curves.metric(), is_varying);
-    // Curves for which there is no room have their values at the crosshair, too.
-    let values: Vec<String> = match charts.crosshair() {
+    // All values at the crosshair: some curves have no room, and the legends of others are cut.
+    let (values, most): (Vec<String>, u16) = match charts.crosshair() {
         Some(at) => {
-            let left = Metric::CURVES.into_iter().filter(|metric| drawn.iter().all(|(drawn, _)| drawn != metric));
-            left.map(|metric| format!("{} {}", metric.title(), charts.values_at(metric, at))).collect()
+            let value = |metric: Metric| format!("{} {}", metric.title(), charts.values_at(metric, at));
+            (Metric::CURVES.map(value).into(), inside.height / 4)
         }
-        None => constants.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect(),
+        None => (constants.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect(), 1),
     };
-    let lines = pane::lines(&values.join(" · "), below.width.saturating_sub(2), ui.theme.faint());
-    Text::from_iter(lines).render(below.inner(Margin::new(1, 0)), buffer);
-    for (metric, place) in drawn {
+    let lines = filled(values, usize::from(inside.width).saturating_sub(2));
+    let rows = Constraint::Length(most.min(lines.len() as u16));
+    let [inside, below] = Layout::vertical([Constraint::Fill(1), rows]).areas(inside);
+    Text::from_iter(lines).style(ui.theme.faint()).render(below.inner(Margin::new(1, 0)), buffer);
+    for (metric, place) in places(inside, curves.metric(), is_varying) {
         charts.draw(metric, Rect { x: place.x + 1, width: place.width - 1, ..place }, buffer, regions);
         if metric == curves.metric() {
             buffer.set_string(place.x, place.y, "›", ui.theme.strong());
@@ -174,8 +170,18 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
 }
 
-/// Most rows below the charts.
-const BELOW: u16 = 3;
+/// Lines of this width with as many of the values as each has room for, none of which is broken.
+fn filled(values: Vec<String>, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for value in values {
+        match lines.last_mut() {
+            Some(line) if columns::width(line) + 3 + columns::width(&value) <= width => *line += &format!(" · {value}"),
+            _ => lines.push(value),
+        }
+    }
+    lines
+}
+
 /// The curves that are shown large.
 const LARGE: [Metric; 2] = [Metric::Success, Metric::Return];
 /// Least rows and columns of a small chart.

@@ -218,11 +218,13 @@ fn curves_are_drawn_against_actions_and_the_time_of_training() {
 }
 
 #[test]
-fn curves_without_room_have_their_values_at_the_crosshair() {
+fn all_curves_have_their_values_at_the_crosshair() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 left");
     let screen = text(&shot(&mut app, 80, 24));
-    assert!(screen.contains("mean Q 0.05") && screen.contains("critic loss 0.20"), "{screen}");
+    let success = format!("{} 0.3", Metric::Success.title());
+    assert!(screen.contains(&success) && screen.contains("mean Q 0.05"), "{screen}");
+    assert!(screen.contains("critic loss 0.20"), "{screen}");
 }
 
 #[test]
