@@ -159,7 +159,9 @@ pub fn edit_tags(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
 
 /// Asks which runs are listed.
 pub fn ask_for_filter(state: &Runs, ui: &Ui) -> Vec<Effect> {
-    let read = |text: &str| {
+    let differing = filter::differing(ui);
+    let read = move |text: &str| {
+        filter::Filter::parse(text)?.check_settings(&differing)?;
         let text = text.to_owned();
         Ok(Effect::new(move |app| app.screens.runs.filter(&text)))
     };
@@ -170,7 +172,11 @@ pub fn ask_for_filter(state: &Runs, ui: &Ui) -> Vec<Effect> {
 
 /// Asks for the columns of the list.
 pub fn ask_for_columns(state: &Runs, ui: &Ui) -> Vec<Effect> {
-    let read = |text: &str| {
+    let differing = filter::differing(ui);
+    let settings: Vec<Value> =
+        differing.iter().map(|path| Value::new(&**path, "a setting in which runs differ")).collect();
+    let read = move |text: &str| {
+        columns::check_settings(&columns::parse(text)?, &differing)?;
         let text = text.to_owned();
         Ok(Effect::new(move |app| app.screens.runs.show_columns(&text)))
     };
@@ -178,7 +184,6 @@ pub fn ask_for_columns(state: &Runs, ui: &Ui) -> Vec<Effect> {
     let now = if state.columns.is_empty() { defaults() } else { state.columns() };
     let hint = "columns with spaces between them, none for the default ones";
     let common = columns::names().map(|name| Value::new(name, "")).into_iter();
-    let settings = filter::differing(ui).into_iter().map(|path| Value::new(path, "a setting in which runs differ"));
     let prompt = Form::prompt("columns", hint, now, read);
-    vec![Effect::open(prompt.completing(settings.chain(common).collect()))]
+    vec![Effect::open(prompt.completing(settings.into_iter().chain(common).collect()))]
 }

@@ -1,9 +1,11 @@
 //! The columns of the list after mark, name and state.
 
+use std::collections::BTreeSet;
+
 use super::super::Ui;
 use super::super::status::bar;
-use super::is_setting;
 use super::line::Line;
+use super::{check_setting, is_setting};
 use crate::tui::view::{RunGroup, RunSummary, span};
 use crate::tui::widgets::theme::Theme;
 use mge_base::json;
@@ -81,6 +83,17 @@ pub fn parse(text: &str) -> Result<Vec<Column>, String> {
         }
     };
     text.split([' ', ',']).filter(|word| !word.is_empty()).map(read).collect()
+}
+
+/// Checks the settings among columns, given those in which runs differ.
+///
+/// # Errors
+/// The first that no run has.
+pub fn check_settings(columns: &[Column], differing: &BTreeSet<String>) -> Result<(), String> {
+    columns.iter().try_for_each(|column| match column {
+        Column::Common(_) => Ok(()),
+        Column::Setting(path) => check_setting(path, differing),
+    })
 }
 
 impl Column {

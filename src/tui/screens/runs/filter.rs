@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde_json::Value as Json;
 
 use super::super::Ui;
-use super::is_setting;
+use super::{check_setting, is_setting};
 use crate::tui::layers::Value;
 use crate::tui::view::RunSummary;
 use mge_base::json;
@@ -71,6 +71,19 @@ impl Filter {
         Ok(Self { text: text.trim().to_owned(), terms })
     }
 
+    /// Checks the settings that conditions are on, given those in which runs differ.
+    ///
+    /// # Errors
+    /// The first that no run has.
+    pub fn check_settings(&self, differing: &BTreeSet<String>) -> Result<(), String> {
+        let column = |term: &Term| match term {
+            Term::Word(_) => None,
+            Term::Part(column, _) | Term::Compared(column, ..) => Some(column.clone()),
+        };
+        let mut columns = self.terms.iter().filter_map(column).filter(|column| !COLUMNS.contains(&&**column));
+        columns.try_for_each(|column| check_setting(&column, differing))
+    }
+
     /// Whether a run is listed.
     pub fn accepts(&self, run: &RunSummary, ui: &Ui) -> bool {
         self.terms.iter().all(|term| match term {
@@ -114,10 +127,10 @@ fn term(word: &str) -> Result<Term, String> {
     Ok(Term::Compared(column.to_owned(), comparison, value))
 }
 
-/// The settings in which runs differ, by their paths.
+/// The settings in which runs differ, by their paths, as far as conditions and columns can name them.
 pub fn differing(ui: &Ui) -> BTreeSet<String> {
     let settings = ui.view.runs.iter().filter_map(|run| ui.view.groups.settings(&run.path));
-    settings.flat_map(|settings| settings.keys().cloned()).collect()
+    settings.flat_map(|settings| settings.keys().filter(|path| is_setting(path)).cloned()).collect()
 }
 
 /// What the words of a filter may be: conditions on the columns and settings of the runs.

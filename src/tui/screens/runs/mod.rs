@@ -9,7 +9,7 @@ mod line;
 mod list;
 mod preview;
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
@@ -32,6 +32,7 @@ use columns::Column;
 use filter::Filter;
 use line::{Line, LineKey};
 pub use list::Sort;
+use mge_base::spelling::did_you_mean;
 use mge_run::RunState;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
@@ -62,9 +63,20 @@ const AROUND: usize = 60;
 /// Whether a column or a condition may name it as a setting: `tools`, or a JSON path such as `ddpg.gamma`, which may be
 /// of a run of another version.
 fn is_setting(name: &str) -> bool {
-    static NAMES: LazyLock<Vec<String>> =
-        LazyLock::new(|| config_keys(&RunConfig::new(Arc::new(task::shipped().swap_remove(0)))));
-    name.contains('.') || NAMES.iter().any(|known| known == name)
+    name.contains('.') || SETTINGS.iter().any(|known| known == name)
+}
+
+/// The settings of runs of this version.
+static SETTINGS: LazyLock<Vec<String>> =
+    LazyLock::new(|| config_keys(&RunConfig::new(Arc::new(task::shipped().swap_remove(0)))));
+
+/// Checks that a setting is one of this version or one in which runs differ: with a misspelt one nothing would be shown.
+fn check_setting(name: &str, differing: &BTreeSet<String>) -> Result<(), String> {
+    let known = || SETTINGS.iter().chain(differing).map(String::as_str);
+    match known().any(|known| known == name) {
+        true => Ok(()),
+        false => Err(format!("no run has the setting `{name}`{}", did_you_mean(known(), name))),
+    }
 }
 
 impl Runs {

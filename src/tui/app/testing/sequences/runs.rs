@@ -93,6 +93,8 @@ fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5 / s e e d = 1 enter enter", &["open runs/plain-1"], "with `seed=1`");
     check(grouped(), "5 / m e t h o d : d d p g - m g e enter enter", &["open runs/guided-0"], "");
     check(grouped(), "5 / e p s i l o < 1 enter", &[], "did you mean `epsilon`?");
+    check(grouped(), "5 / d d p g . g a m a < 1 enter", &[], "did you mean `ddpg.gamma`?");
+    check(grouped(), "5 | ctrl-u d d p g . g a m a enter", &[], "did you mean `ddpg.gamma`?");
     check(grouped(), "5 s s s s enter", &["open runs/guided-0"], "by success");
     check(grouped(), "5 s s s s S enter", &["open runs/plain-0"], "by success, reversed");
     check(grouped(), "4", &[], "3 seeds");
