@@ -22,7 +22,8 @@ pub const PAGE: Format<'static> = Format {
     is: &|found| str::from_utf8(found).is_ok_and(|text| text.lines().take(10).any(|line| line == GENERATOR)),
 };
 
-/// The page of a report in Markdown, whose links to figures begin at `folder`. A figure without an SVG file is left out.
+/// The page of a report in Markdown, whose links to figures begin at `folder`. Of a figure without an SVG file, it has
+/// only the caption.
 pub fn page(markdown: &str, folder: &Path) -> String {
     let mut text = String::new();
     html::push_html(&mut text, Parser::new_ext(markdown, Options::ENABLE_TABLES).map(|event| shown(event, folder)));
