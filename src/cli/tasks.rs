@@ -86,7 +86,7 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, to: Opti
     output::message(report);
     let task = session.with_proposals();
     match to {
-        Some(to) => task::save(&task, to)?,
+        Some(to) => task::save_as(&task, to)?,
         None => output::lines(task::to_json(&task))?,
     }
     Ok(())

@@ -196,6 +196,17 @@ pub fn save(task: &Task, to: impl Into<Target>) -> Result<(), TaskError> {
     to.write(to_json(task).as_bytes(), &FORMAT).map_err(|source| TaskError::Io { path: to.path, source })
 }
 
+/// [`save`] to a file that the user named, where another task is replaced only by force: it is the user's work.
+///
+/// # Errors
+/// As for [`save`], and when the file has another task.
+pub fn save_as(task: &Task, to: impl Into<Target>) -> Result<(), TaskError> {
+    let (to, text) = (to.into(), to_json(task));
+    let same = Format { name: "the same task", is: &|found| found == text.as_bytes(), ..FORMAT };
+    to.check(&same).map_err(|source| TaskError::Io { path: to.path.clone(), source })?;
+    save(task, to)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

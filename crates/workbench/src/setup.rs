@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::SessionError;
 use mge_base::atomic::Target;
-use mge_task::{Edit, Editor, Region, Task, file_of, load_regular, save};
+use mge_task::{Edit, Editor, Region, Task, file_of, load_regular, save_as};
 use mge_trainer::{RunConfig, check_model};
 
 /// Task and settings of the next run.
@@ -58,7 +58,7 @@ impl Setup {
             (None, Some(file)) => own(file),
             (None, None) => return Err(SessionError::NoFile(task.name)),
         };
-        save(&task, &to)?;
+        save_as(&task, &to)?;
         self.editor.mark_saved(task.name);
         self.task_changed();
         let report = format!("saved to {}", to.path.display());

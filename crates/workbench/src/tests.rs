@@ -94,7 +94,7 @@ fn saving_keeps_the_name_and_what_another_program_wrote() {
     write("changed");
     assert!(apply(&mut session, "save").unwrap_err().contains("was changed by another program"));
     assert_eq!(name(&file), "changed");
-    run(&mut session, &format!("save {}\nsave {}\nsubgoal delete 1\nsave", quoted(&copy), quoted(&file)));
+    run(&mut session, &format!("save {}\nsave {} force\nsubgoal delete 1\nsave", quoted(&copy), quoted(&file)));
     assert_eq!((name(&copy), name(&file)), ("copy".to_owned(), "mine".to_owned()));
 }
 

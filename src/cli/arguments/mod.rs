@@ -63,7 +63,7 @@ pub struct Jobs {
 /// The option to replace any files.
 #[derive(Debug, Args)]
 pub struct Force {
-    /// Also replace files that this program did not write
+    /// Also replace tasks, and files that this program did not write
     #[arg(long)]
     pub force: bool,
 }

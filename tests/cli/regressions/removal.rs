@@ -353,6 +353,23 @@ fn a_script_command_replaces_a_file_of_the_user_only_by_force() {
 }
 
 #[test]
+fn another_task_is_replaced_only_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    succeed(mge(here, script(here, "tool add ramp -0.5 0.5 10\nsave hand.json\n")));
+    let mine = fs::read(here.join("hand.json")).unwrap();
+    let propose = ["tasks", "propose", "task1", "--subgoals", "1", "--out", "hand.json"];
+    for arguments in [propose.to_vec(), script(here, "save hand.json\n").to_vec()] {
+        let message = fail(mge(here, &arguments), "--force");
+        assert!(message.contains("hand.json"), "{message}");
+        assert_eq!(fs::read(here.join("hand.json")).unwrap(), mine, "{arguments:?}");
+    }
+    succeed(mge(here, propose.iter().chain(&["--force"])));
+    assert_ne!(fs::read(here.join("hand.json")).unwrap(), mine);
+    succeed(mge(here, propose));
+}
+
+#[test]
 fn puzzles_replace_no_file_of_the_user() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
