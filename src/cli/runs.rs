@@ -286,11 +286,13 @@ fn figure_path(out: Option<&Path>, run: &Path, figure: &str, extension: &str) ->
 pub fn delete(arguments: &Delete) -> Outcome {
     let mut session = Session::on_task(workbench::FIRST_TASK, RUNS.into())?;
     for run in &arguments.runs {
-        let report = match arguments.restore {
-            true => session.apply(command::Restore(Some(run.clone()))),
-            false => session.apply(command::Delete(run.clone())),
-        };
-        output::line(report?)?;
+        if arguments.restore {
+            output::line(session.apply(command::Restore(Some(run.clone())))?)?;
+            continue;
+        }
+        session.apply(command::Delete(vec![run.clone()]))?;
+        let run = run.display();
+        output::line(format_args!("moved {run} to the trash: `mge delete --restore {run}` brings it back"))?;
     }
     Ok(())
 }

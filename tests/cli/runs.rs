@@ -61,7 +61,7 @@ fn runs_are_deleted_and_brought_back() {
     let here = folder.path();
     train(here, "runs/a", &[]);
     let config = std::fs::read(here.join("runs/a/config.json")).unwrap();
-    assert!(succeed(mge(here, ["delete", "runs/a"])).contains("to the trash"));
+    assert!(succeed(mge(here, ["delete", "runs/a"])).contains("`mge delete --restore runs/a` brings it"));
     assert!(!here.join("runs/a").exists());
     fail(mge(here, ["delete", "runs/a"]), "runs/a");
     succeed(mge(here, ["delete", "--restore", "runs/a"]));

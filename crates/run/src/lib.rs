@@ -109,7 +109,7 @@ pub use series::Series;
 pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
-pub use trash::{empty_trash, restore};
+pub use trash::{empty_trash, last_deleted, restore};
 pub use writer::RunWriter;
 
 /// Result of operations on a run on disk.

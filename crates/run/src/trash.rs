@@ -57,6 +57,19 @@ pub fn restore(path: &Path) -> Result<()> {
     folder::sync(trash.parent().unwrap_or(&trash))
 }
 
+/// The place of the run that was last deleted from a folder of runs; None if its trash is empty.
+///
+/// # Errors
+/// [`RunError::Io`].
+pub fn last_deleted(folder: &Path) -> Result<Option<PathBuf>> {
+    let trash = folder.join(TRASH);
+    let mut numbers: Vec<u64> = numbers(&trash)?.collect();
+    numbers.sort_unstable();
+    let inside = |number: &u64| entries(&trash.join(number.to_string())).ok()?.into_iter().next();
+    let last = numbers.iter().rev().find_map(inside);
+    Ok(last.and_then(|run| Some(folder.join(run.file_name()?))))
+}
+
 /// Removes the runs in the trash of a folder of runs for good, and returns their number. What a user has put into the
 /// trash itself stays.
 ///

@@ -137,6 +137,27 @@ impl Argument<PathBuf> for RunFolder {
     }
 }
 
+/// The folders of one run or several.
+pub(super) struct RunFolders;
+
+impl Argument<Vec<PathBuf>> for RunFolders {
+    fn read(&self, words: &mut Words<'_>) -> Result<Vec<PathBuf>, String> {
+        let mut folders = vec![RUN.read(words)?];
+        while words.peek().is_some() {
+            folders.push(RUN.read(words)?);
+        }
+        Ok(folders)
+    }
+
+    fn write(&self, value: &Vec<PathBuf>) -> String {
+        value.iter().map(|folder| RUN.write(folder)).collect()
+    }
+
+    fn visit(&self, value: &mut Vec<PathBuf>, visit: &mut dyn FnMut(Named<'_>)) {
+        value.iter_mut().for_each(|folder| visit(Named::Run(folder)));
+    }
+}
+
 /// The path of a file to write, of a format. Followed by `force`, it replaces a file of any format.
 pub(super) struct Output(pub Format<'static>);
 

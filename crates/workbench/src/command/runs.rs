@@ -113,16 +113,16 @@ command! {
 }
 
 command! {
-    /// Moves a run, with all its files, to the trash beside it.
-    Delete(folder: PathBuf = RunFolder):
-        "delete" "FOLDER" "move a run, with all its files, to the trash beside it; the key asks first";
+    /// Moves runs, with all their files, to the trash beside them.
+    Delete(folders: Vec<PathBuf> = RunFolders):
+        "delete" "FOLDER..." "move runs, with all their files, to the trash beside them; the key asks first";
     execute = |this, session| session.delete(this);
 }
 
 command! {
-    /// Brings back the run deleted from a folder, or else the run deleted last.
+    /// Brings back the run deleted from a folder, or else those of the last deletion.
     Restore(folder: Option<PathBuf> = optional(RunFolder)):
-        "restore" "[FOLDER]" "bring back the run deleted last, or the one deleted from a folder";
+        "restore" "[FOLDER]" "bring back what was deleted last, or the run deleted from a folder";
     execute = |this, session| session.restore(this.0.as_deref());
 }
 

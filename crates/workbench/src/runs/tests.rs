@@ -263,6 +263,22 @@ fn only_deleting_the_current_run_clears_it() {
     apply(&mut session, &["watch 3"]);
 }
 
+#[test]
+fn runs_deleted_together_are_restored_together_and_the_last_one_by_a_later_session() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    let mut session =
+        session(folder.path(), &[&format!("train {}", quoted(&a)), &format!("train {}", quoted(&b)), "wait"]);
+    let delete = format!("delete {} {}", quoted(&a), quoted(&b));
+    assert!(try_line(&mut session, &delete).unwrap().starts_with("moved 2 runs to the trash"));
+    assert!(!a.exists() && !b.exists());
+    assert_eq!(try_line(&mut session, "restore").unwrap(), "restored 2 runs");
+    assert!(a.exists() && b.exists());
+    try_line(&mut session, &delete).unwrap();
+    let mut later = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
+    assert_eq!(try_line(&mut later, "restore").unwrap(), format!("restored {}", b.display()));
+}
+
 /// The metrics of a run, as bytes.
 fn metrics(folder: &Path, run: &str) -> Vec<u8> {
     std::fs::read(folder.join(run).join("metrics.csv")).unwrap()

@@ -78,15 +78,16 @@ pub fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     if ended.is_empty() {
         return vec![Effect::info(format!("not ended yet: {}; {}", names(&going), ui.text("{stop} stops it")))];
     }
-    let undo = ui.text("{undo} here brings back the last one");
+    let them = if ended.len() > 1 { "them" } else { "it" };
+    let undo = ui.text(&format!("{{undo}} here brings {them} back"));
     let what = names(&ended);
     let mut text = format!("With all files: {what}. To the trash, `.trash` beside them: {undo}, until you empty it.");
     if !going.is_empty() {
         text = format!("{text} Not deleted, because they have not ended: {}.", going.len());
     }
     let title = format!("delete {}?", counted(ended.len(), "run"));
-    let delete = ended.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
-    vec![Effect::open(Question::warning(&title, text, vec![('y', "delete", Effect::all(delete))]))]
+    let delete = Effect::apply(command::Delete(ended.iter().map(|run| run.path.clone()).collect()));
+    vec![Effect::open(Question::warning(&title, text, vec![('y', "delete", delete)]))]
 }
 
 /// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.

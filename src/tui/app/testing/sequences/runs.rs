@@ -88,7 +88,7 @@ fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5 enter", &["open runs/plain-0"], "");
     check(grouped(), "5 down enter", &["open runs/guided-0"], "");
     check(grouped(), "5 down B", &["pin DDPG-MGE, epsilon 0.8 to 0.05"], "");
-    let delete = ["delete runs/guided-0", "delete runs/guided-1", "delete runs/guided-2"];
+    let delete = ["delete runs/guided-0 runs/guided-1 runs/guided-2"];
     check(grouped(), "5 down X y", &delete, "");
     check(grouped(), "5 / s e e d = 1 enter enter", &["open runs/plain-1"], "with `seed=1`");
     check(grouped(), "5 / m e t h o d : d d p g - m g e enter enter", &["open runs/guided-0"], "");
