@@ -9,7 +9,7 @@ use crate::tui::view::span;
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig};
-use mge_workbench::{Command, usual_name};
+use mge_workbench::{Command, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
 const FIELDS: [(&str, &str, &str); 9] = [
@@ -54,6 +54,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         .map(|run| (run.config.method, run.done as f64, run.actions as f64, run.seconds.unwrap_or(f64::NAN)))
         .collect();
     let (settings, folder, now) = (view.settings.clone(), view.folder.clone(), view.settings.method);
+    let runs_folder = folder.clone();
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
     let explain = move |place: usize, texts: &[&str]| {
         let settings = settings.with_method(texts[0].parse().unwrap_or(now));
@@ -63,7 +64,11 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
             (.., about) => about.to_owned(),
         };
         let cost = cost(&settings, &costs, texts, seeds);
-        let value = if place == SEEDS { seeds.to_string() } else { value(&settings, place) };
+        let value = match place {
+            SEEDS => seeds.to_string(),
+            NAME => free_name(&runs_folder, &usual_name(&settings)),
+            _ => value(&settings, place),
+        };
         [value, format!("{about}\nThe agent places: {tool}.\n{cost}")]
     };
     let title = format!("train on {}", view.task.name);

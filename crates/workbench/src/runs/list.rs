@@ -18,8 +18,8 @@ pub(crate) struct Runs {
     created: usize,
     /// The folders of the session's runs that were deleted, with their numbers; restored ones too.
     former: Vec<(usize, PathBuf)>,
-    /// The folders of deleted runs that were not restored, in the order of their deletion.
-    pub deleted: Vec<PathBuf>,
+    /// The folders of deleted runs that were not restored, in the order of their deletion; of each, those deleted together.
+    pub deleted: Vec<Vec<PathBuf>>,
     /// Number of runs queued so far.
     turns: u64,
     /// Maximum number of runs trained at the same time; further runs are queued.
@@ -78,11 +78,25 @@ impl Runs {
         number
     }
 
-    /// Removes the run with a number, whose files were moved to the trash.
+    /// The folder by the name that the session knows it by.
+    pub fn known_folder(&self, folder: &Path) -> PathBuf {
+        let known = self.number_of(folder).and_then(|number| self.folder_of(number));
+        known.unwrap_or(folder).to_owned()
+    }
+
+    /// Removes the run with a number, whose files were moved to the trash together with those of the last deletion.
     pub fn forget_deleted(&mut self, number: Option<usize>, folder: PathBuf) {
         self.former.extend(number.map(|number| (number, folder.clone())));
-        self.deleted.push(folder);
+        if let Some(together) = self.deleted.last_mut() {
+            together.push(folder);
+        }
         self.remove(number);
+    }
+
+    /// Forgets deleted runs that are no longer in the trash.
+    pub fn forget_trashed(&mut self, is_gone: impl Fn(&Path) -> bool) {
+        self.deleted.iter_mut().for_each(|together| together.retain(|folder| !is_gone(folder)));
+        self.deleted.retain(|together| !together.is_empty());
     }
 
     /// Removes the run with a number from the session.
@@ -124,9 +138,14 @@ impl Runs {
 
     /// An unused folder of this name, with a number appended if needed.
     pub fn free_folder_named(&self, base: &str) -> PathBuf {
-        let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
-        let mut paths = ends.map(|end| self.folder.join(fitting(base, &end)));
-        // The fallback is unreachable: the candidates do not end.
-        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+        self.folder.join(free_name(&self.folder, base))
     }
+}
+
+/// This name or, if it is taken in `folder`, with a number appended.
+pub fn free_name(folder: &Path, base: &str) -> String {
+    let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
+    let mut names = ends.map(|end| fitting(base, &end));
+    // The fallback is unreachable: the candidates do not end.
+    names.find(|name| !folder.join(name).exists()).unwrap_or_else(|| base.to_owned())
 }

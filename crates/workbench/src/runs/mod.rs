@@ -8,6 +8,7 @@ mod list;
 mod tests;
 
 pub(super) use list::Runs;
+pub use list::free_name;
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,7 @@ use super::run_log::Recorded;
 use super::session::{Session, episode_number};
 use super::setup::Setup;
 use mge_base::text::counted;
-use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, restore};
+use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, last_deleted, restore};
 use mge_trainer::{Control, RunConfig, check_continuation, checked_history};
 
 /// The name of the folder for a run with these settings, unless it is taken.
@@ -175,27 +176,32 @@ impl Session {
         Ok(report)
     }
 
-    /// Moves a run to the trash beside it, unless this or another process is training it.
+    /// Moves runs to the trash beside them, unless this or another process is training one of them.
     pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
-        let number = self.runs.number_of(&command.0);
-        let known = number.and_then(|number| self.run_numbered(number)).map(|run| run.directory().path().to_owned());
-        let folder = known.unwrap_or_else(|| command.0.clone());
-        self.runs.refuse_if_busy(&folder)?;
-        let name = folder.display();
-        let report = if number.is_some() && !folder.exists() {
+        let folders: Vec<PathBuf> = command.0.iter().map(|folder| self.runs.known_folder(folder)).collect();
+        folders.iter().try_for_each(|folder| self.runs.refuse_if_busy(folder))?;
+        self.runs.deleted.push(Vec::new());
+        let reports: Result<Vec<String>, _> = folders.into_iter().map(|folder| self.delete_one(folder)).collect();
+        self.runs.deleted.retain(|together| !together.is_empty());
+        match reports?.as_slice() {
+            [report] => Ok(report.clone()),
+            reports => Ok(format!("moved {} runs to the trash: `restore` brings them back", reports.len())),
+        }
+    }
+
+    fn delete_one(&mut self, folder: PathBuf) -> Result<String, SessionError> {
+        let (number, name) = (self.runs.number_of(&folder), folder.display().to_string());
+        if number.is_some() && !folder.exists() {
             self.runs.remove(number);
-            format!("{name} is no longer listed: its folder is gone")
-        } else {
-            let is_valid = |run: &RunDirectory| match run.is_of_model()? {
-                true => Ok(()),
-                false => run.config::<RunConfig>().map(drop),
-            };
-            RunDirectory::deletable(&folder, is_valid)?.discard()?;
-            let report = format!("moved {name} to the trash: `restore` brings it back");
-            self.runs.forget_deleted(number, folder);
-            report
+            return Ok(format!("{name} is no longer listed: its folder is gone"));
+        }
+        let is_valid = |run: &RunDirectory| match run.is_of_model()? {
+            true => Ok(()),
+            false => run.config::<RunConfig>().map(drop),
         };
-        Ok(report)
+        RunDirectory::deletable(&folder, is_valid)?.discard()?;
+        self.runs.forget_deleted(number, folder);
+        Ok(format!("moved {name} to the trash: `restore` brings it back"))
     }
 
     /// Gives the run in a folder another name, or that of its folder if it is empty.
@@ -216,20 +222,29 @@ impl Session {
         Ok(format!("the agent of checkpoint {name} plays"))
     }
 
-    /// Brings back the run deleted from a folder, or else the one that this session deleted last.
+    /// Brings back the run deleted from a folder, or else those that this session deleted last, or else the one deleted
+    /// last from the session's folder.
     pub(super) fn restore(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        let last = self.runs.deleted.last().map(PathBuf::as_path);
-        let folder = folder.or(last).ok_or(SessionError::Nothing("restore"))?.to_owned();
-        restore(&folder)?;
-        self.runs.deleted.retain(|deleted| *deleted != folder);
-        Ok(format!("restored {}", folder.display()))
+        let folders = match (folder, self.runs.deleted.last()) {
+            (Some(folder), _) => vec![folder.to_owned()],
+            (None, Some(together)) => together.clone(),
+            (None, None) => vec![last_deleted(&self.runs.folder)?.ok_or(SessionError::Nothing("restore"))?],
+        };
+        for folder in &folders {
+            restore(folder)?;
+            self.runs.forget_trashed(|deleted| deleted == folder);
+        }
+        match folders.as_slice() {
+            [folder] => Ok(format!("restored {}", folder.display())),
+            folders => Ok(format!("restored {} runs", folders.len())),
+        }
     }
 
     /// Removes the runs in the trash of a folder of runs, or else of the session's, for good.
     pub(super) fn empty_trash(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        let folder = folder.unwrap_or(&self.runs.folder);
-        let count = empty_trash(folder)?;
-        self.runs.deleted.retain(|deleted| deleted.parent() != Some(folder));
+        let folder = folder.unwrap_or(&self.runs.folder).to_owned();
+        let count = empty_trash(&folder)?;
+        self.runs.forget_trashed(|deleted| deleted.parent() == Some(&folder));
         Ok(format!("removed {} for good", counted(count, "deleted run")))
     }
 
