@@ -250,7 +250,8 @@ impl App {
         if !keeps_step {
             let last = self.subject.run().map_or(0, |run| run.done);
             let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-            let leave = self.keymap.fill("{source} returns to the latest episode");
+            let place = if self.tab == Tab::Scene { "" } else { " on the Scene screen" };
+            let leave = self.keymap.fill(&format!("{{source}}{place} returns to the latest episode"));
             self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
         }
         self.choose_subject(Some(Choice::Past(episode)), false);
