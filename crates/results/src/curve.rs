@@ -18,7 +18,9 @@ pub(super) fn height(curve: &[[f64; 2]], x: f64) -> f64 {
 fn mean_height(curve: &[[f64; 2]], end: f64) -> f64 {
     let inner = curve.iter().copied().filter(|point| point[0] < end);
     let points: Vec<[f64; 2]> = inner.chain([[end, height(curve, end)]]).collect();
-    points.windows(2).map(|pair| (pair[1][0] - pair[0][0]) * (pair[0][1] + pair[1][1]) / 2.0).sum::<f64>() / end
+    let area: f64 = points.windows(2).map(|pair| (pair[1][0] - pair[0][0]) * (pair[0][1] + pair[1][1]) / 2.0).sum();
+    // The sum of nothing is -0.
+    area / end + 0.0
 }
 
 /// Gives every run the area under its curve of success against charged actions, with an equal budget for all runs on a
