@@ -103,7 +103,10 @@ impl LearningRow {
     /// [`distinguish`](super::settings::distinguish) adds settings.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
-        let last_tenth = u64::from(config.episodes) * 9 / 10;
+        let reached = |wanted| history.records.last().is_some_and(|last| last.rolling_success >= wanted);
+        let is_solved = successes.len() >= WINDOW.get() && config.stop.success.is_some_and(reached);
+        let end = if is_solved { successes.len() as u64 } else { config.episodes.into() };
+        let last_tenth = end * 9 / 10;
         let last = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
         let greedy: Vec<f64> = last.map(|evaluation| evaluation.success).collect();
         let efficiency = efficiency(&successes, WINDOW);
