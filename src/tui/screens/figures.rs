@@ -21,7 +21,7 @@ use crate::tui::view::ViewModel;
 use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
-use mge_base::paths::fitting;
+use mge_base::paths::{fitting, suffix};
 use mge_results::{Composition, OPTIONS};
 use mge_workbench::{Command, FigureKind, command};
 
@@ -192,6 +192,9 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
         let file = files.last().map_or_else(String::new, |(_, name)| (*name).to_owned());
         if file.contains(['/', '\\']) {
             return Err(format!("`{file}` is not a name: the figure is in the folder figures"));
+        }
+        if ["png", "pdf", "svg", "gif"].contains(&suffix(file.as_ref()).as_str()) {
+            return Err(format!("`{file}`: write the name without its suffix, which the export adds"));
         }
         let report = Effect::info(format!("composed: {text}; {exports}"));
         let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
