@@ -1,6 +1,6 @@
 //! A form: fields of one line each, checked on enter. A prompt is a form with one field, whose words may be completed.
 
-use crossterm::event::{KeyCode, KeyEvent};
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Style;
@@ -137,12 +137,28 @@ impl Form {
 
     /// Chooses the text that is `by` after the present one.
     fn choose(&mut self, by: usize) {
-        let [shown, _] = (self.explain)(self.selected, &self.texts());
+        let now = self.chosen();
         let Field { input, choices, .. } = &mut self.fields[self.selected];
-        let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
-        let now = choices.iter().position(is_now).unwrap_or(0);
         *input = TextInput::new(choices[(now + by) % choices.len()].clone());
         self.error = None;
+    }
+
+    /// The place of the present text among the choices.
+    fn chosen(&self) -> usize {
+        let [shown, _] = (self.explain)(self.selected, &self.texts());
+        let Field { input, choices, .. } = &self.fields[self.selected];
+        let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
+        choices.iter().position(is_now).unwrap_or(0)
+    }
+
+    /// Chooses the next text that begins with a letter, or says that there is none.
+    fn choose_letter(&mut self, letter: char) {
+        let (now, choices) = (self.chosen(), &self.fields[self.selected].choices);
+        let count = choices.len();
+        match (1..=count).find(|by| choices[(now + by) % count].starts_with(letter)) {
+            Some(by) => self.choose(by),
+            None => self.error = Some(format!("no choice begins with `{letter}`: {}", choices.join(", "))),
+        }
     }
 }
 
@@ -163,6 +179,9 @@ impl Layer for Form {
             KeyCode::Down | KeyCode::Tab => self.go(1),
             KeyCode::Left if choices > 0 => self.choose(choices - 1),
             KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
+            KeyCode::Char(letter) if choices > 0 && !key.modifiers.contains(KeyModifiers::CONTROL) => {
+                self.choose_letter(letter);
+            }
             _ if choices == 0 && self.fields[self.selected].input.key(key) => (self.error, self.picked) = (None, None),
             _ => {}
         }
