@@ -69,10 +69,21 @@ impl RunConfig {
             _ => *place = Value::String(value.to_owned()),
         }
         // The inherent function, which does not check ranges.
-        let mut config = RunConfig::deserialize(config).map_err(|error| wrong(error.to_string()))?;
+        let mut config = RunConfig::deserialize(config).map_err(|error| wrong(in_plain_words(error.to_string())))?;
         // Where a model is, is not part of its text.
         config.prior = if key == "prior" { config.prior.identified() } else { self.prior.clone() };
         Ok(config)
+    }
+}
+
+/// What a setting may be, in place of the name of a type.
+fn in_plain_words(message: String) -> String {
+    let expected = message.rsplit_once("expected ").map_or("", |(_, expected)| expected);
+    match expected {
+        "f64" | "f32" => "it is a number".to_owned(),
+        "u32" | "u64" | "usize" => "it is a whole number from 0".to_owned(),
+        "a boolean" => "it is true or false".to_owned(),
+        _ => message,
     }
 }
 
@@ -163,7 +174,7 @@ mod tests {
         for (key, value, expected) in [
             ("ddpg.gama", "0.9", "did you mean `ddpg.gamma`?"),
             ("task.name", "x", "there is no setting"),
-            ("episodes", "many", "cannot be `many`"),
+            ("episodes", "many", "cannot be `many`: it is a whole number"),
             ("ddpg.gamma", "2", "gamma"),
         ] {
             let error = config().with_setting(key, value).unwrap_err().to_string();

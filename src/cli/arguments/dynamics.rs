@@ -27,7 +27,7 @@ pub struct DynamicsTrain {
     #[command(flatten)]
     pub force: Force,
     /// Seed of launches, weights and batches
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = super::seed)]
     pub seed: u64,
     /// Passes over the observations (paper: 5000, chosen from 1000, 2500, 5000, 10000) [default: 5000]
     #[arg(long)]
@@ -64,7 +64,7 @@ pub struct DynamicsEvaluate {
     /// Model file, or the name of a shipped model
     pub model: String,
     /// Seed of the fresh launches
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = super::seed)]
     pub seed: u64,
     /// Fresh launches of each tool
     #[arg(long, default_value_t = 300, value_parser = count(1_000_000))]
@@ -85,7 +85,7 @@ pub struct Clusters {
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// Seed of rollouts and clusters
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = super::seed)]
     pub seed: u64,
     /// Write to this file instead of stdout
     #[arg(long)]

@@ -44,6 +44,11 @@ fn count(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=most)
 }
 
+/// A seed.
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("it is a whole number from 0 to {}", u64::MAX))
+}
+
 /// The first of consecutive seeds, of which at most a million follow.
 fn first_seed() -> RangedU64ValueParser<u64> {
     RangedU64ValueParser::new().range(..=u64::MAX - 1_000_000)

@@ -24,7 +24,7 @@ pub struct Train {
     #[arg(long)]
     pub until_solved: bool,
     /// Master seed [default: 0]
-    #[arg(long)]
+    #[arg(long, value_parser = super::seed)]
     pub seed: Option<u64>,
     /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
     /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: depends on the method, mostly
