@@ -22,7 +22,10 @@ pub fn print(name: &Path) -> Outcome {
     let task = Arc::new(task::load("task1")?);
     let method = name.to_str().and_then(|name| name.parse::<Method>().ok());
     let methods = || Method::ALL.map(Method::name).join(", ");
-    let of_file = || settings_of(name).map_err(|error| format!("no method ({}) and no file: {error}", methods()));
+    let of_file = || {
+        let what = if name.exists() { "no file of settings" } else { "no file" };
+        settings_of(name).map_err(|error| format!("no method ({}) and {what}: {error}", methods()))
+    };
     let settings = if method.is_some() { Vec::new() } else { of_file()? };
     let config = method
         .map_or_else(|| RunConfig::usual_for(task.clone()), |method| RunConfig::default_for(task.clone(), method));
