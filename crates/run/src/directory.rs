@@ -365,6 +365,9 @@ mod tests {
             "config.epsilon: invalid type",
         );
         let error = RunDirectory::open("nowhere/at/all").unwrap_err().to_string();
-        assert_eq!(error, "nowhere/at/all is not a run: it has no config.json");
+        assert_eq!(error, "nowhere/at/all does not exist");
+        let folder = tempfile::tempdir().unwrap();
+        let error = RunDirectory::open(folder.path()).unwrap_err().to_string();
+        assert!(error.ends_with(" is not a run: it has no config.json"), "{error}");
     }
 }

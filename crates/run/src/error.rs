@@ -35,8 +35,8 @@ pub enum RunError {
     /// A run cannot be restored because something is in its place.
     #[error("{} exists: move it elsewhere, then restore the run", .0.display())]
     PlaceTaken(PathBuf),
-    /// The folder has no `config.json`.
-    #[error("{} is not a run: it has no config.json", .0.display())]
+    /// The folder has no `config.json`, or does not exist.
+    #[error("{} {}", .0.display(), if .0.exists() { "is not a run: it has no config.json" } else { "does not exist" })]
     NotARun(PathBuf),
     /// The run to be restored was not deleted, or the trash was emptied.
     #[error("{} is not in the trash", .0.display())]

@@ -190,7 +190,7 @@ fn only_a_whole_run_is_deleted_and_all_of_it_can_be_restored() {
     let gone = here.join("runs/.trash/1/a");
     assert!(!here.join("runs/a").exists() && gone.join("thesis.tex").exists());
     fail(mge(here, ["report", "runs"]), "holds no runs");
-    fail(mge(here, ["resume", "runs/a", "--quiet"]), "is not a run");
+    fail(mge(here, ["resume", "runs/a", "--quiet"]), "does not exist");
     fs::remove_file(gone.join("script.mge")).unwrap();
     succeed(mge(here, script(here, "restore runs/a")));
     assert_eq!(files(&here.join("runs/a")), before);
