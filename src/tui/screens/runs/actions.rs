@@ -109,7 +109,8 @@ fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSum
         [run] if ui.is_watched(run) => vec![act(run)],
         [run] => vec![Effect::apply(command::Open(run.path.clone())), act(run)],
         _ => {
-            let text = format!("only a single run can be {done}: {{fold-group}} shows those of the group");
+            let remedy = "{mark-run} removes a mark, {fold-group} shows the runs of a group";
+            let text = format!("only a single run can be {done}: {remedy}");
             vec![Effect::info(ui.text(&text))]
         }
     }
