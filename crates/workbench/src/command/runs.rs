@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{
-    Argument, Changes, Index, Keyword, List, Named, Number, Optional, Or, Parsed, Place, Rest, RunFolder, Within,
-    Words, optional,
+    Argument, Changes, Index, Keyword, List, Named, Number, Optional, Or, Parsed, Place, Rest, RunFolder, RunFolders,
+    Within, Words, optional,
 };
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::setup::Setup;
