@@ -54,7 +54,7 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     check(view, "5 space down space V", &[], "training · 1 group · 1 run");
     let both = ["task1-ddpg-mge-seed0", "old"];
     check(grouped(), "5 down X", &[], "With all files: guided-0, guided-1, guided-2.");
-    check(typical(), "5 space down space X", &[], "deleted, because they have not ended: 1");
+    check(typical(), "5 space down space X", &[], "because they have not ended: 1");
     check(typical(), "5 space down space X y", &["delete runs/old"], "");
     let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
     check(typical(), "5 space down space C", &go_on[1..], "finished: 1 of 2; `:episodes N` sets more episodes");
