@@ -360,8 +360,11 @@ fn another_task_is_replaced_only_by_force() {
     let mine = fs::read(here.join("hand.json")).unwrap();
     let propose = ["tasks", "propose", "task1", "--subgoals", "1", "--out", "hand.json"];
     for arguments in [propose.to_vec(), script(here, "save hand.json\n").to_vec()] {
-        let message = fail(mge(here, &arguments), "--force");
-        assert!(message.contains("hand.json"), "{message}");
+        let refused = mge(here, &arguments);
+        // A proposal is told first.
+        let message = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(1), "{message}");
+        assert!(message.contains("hand.json: it exists") && message.contains("--force"), "{message}");
         assert_eq!(fs::read(here.join("hand.json")).unwrap(), mine, "{arguments:?}");
     }
     succeed(mge(here, propose.iter().chain(&["--force"])));
