@@ -385,7 +385,7 @@ def test_misuse_raises_exceptions_that_say_what_to_do():
         mge.PuzzleVectorEnv(num_envs=2, autoreset_mode="Sometimes")
     with pytest.raises(ValueError, match="no task `task9`.*did you mean"):
         mge.PuzzleEnv("task9")
-    with pytest.raises(ValueError, match="nowhere is not a run"):
+    with pytest.raises(ValueError, match="nowhere does not exist"):
         mge.read_run("nowhere")
     with pytest.raises(TypeError):
         mge.PuzzleVectorEnv(num_envs=2, task=3)
