@@ -137,8 +137,11 @@ fn sweep_file(folder: &Path) {
 fn script_file(folder: &Path) {
     let own = folder.join("own.json");
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tasks/task2.json"), &own).unwrap();
-    std::fs::write(folder.join("s.mge"), format!("task task1\nsubgoal move 1 0.05 0.2\nsave {} force\n", own.display()))
-        .unwrap();
+    std::fs::write(
+        folder.join("s.mge"),
+        format!("task task1\nsubgoal move 1 0.05 0.2\nsave {} force\n", own.display()),
+    )
+    .unwrap();
 }
 
 /// Scripts of a session that edits, saves, trains, computes and exports (`all`), and of its continuation if the training
