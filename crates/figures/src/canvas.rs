@@ -1,12 +1,16 @@
-//! The drawing surface of figures: a page in points, written as SVG.
+//! The drawing surface of figures: a page in points, whose shapes and texts plotters writes as SVG.
 
 use std::cell::{Cell, RefCell};
-use std::fmt::Write as _;
+use std::fmt::Display;
+
+use plotters::prelude::{DrawingBackend, SVGBackend, ShapeStyle};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
 
 use super::font::{self, Family};
 use super::geometry::{Point, Rect};
 use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SMALL_SIZE, TITLE_SIZE, WHITE};
-use super::xml::escaped;
+use super::xml::characters;
 
 /// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,22 +31,14 @@ impl Pen {
     }
 }
 
-/// The part of a text that is at its position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
 /// Style and anchor of a text, which is vertically centred at its position.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct TextFormat {
     pub family: Family,
     pub size: f64,
     pub bold: bool,
     pub color: Color,
-    pub anchor: Anchor,
+    pub anchor: HPos,
     /// Whether it is rotated to read upwards.
     pub rotated: bool,
 }
@@ -52,16 +48,16 @@ impl TextFormat {
     pub const TITLE: Self = Self { size: TITLE_SIZE, bold: true, ..Self::LABEL };
     /// Axis and legend labels.
     pub const LABEL: Self =
-        Self { family: Family::Sans, size: LABEL_SIZE, bold: false, color: INK, anchor: Anchor::Start, rotated: false };
+        Self { family: Family::Sans, size: LABEL_SIZE, bold: false, color: INK, anchor: HPos::Left, rotated: false };
     /// Ticks and notes.
     pub const SMALL: Self = Self { size: SMALL_SIZE, ..Self::LABEL };
 
     pub fn centered(self) -> Self {
-        Self { anchor: Anchor::Middle, ..self }
+        Self { anchor: HPos::Center, ..self }
     }
 
     pub fn right(self) -> Self {
-        Self { anchor: Anchor::End, ..self }
+        Self { anchor: HPos::Right, ..self }
     }
 
     pub fn color(self, color: Color) -> Self {
@@ -91,15 +87,20 @@ pub struct Canvas {
     clips: Cell<usize>,
 }
 
+/// Coordinates of plotters are integers: this many are a point.
+const PER_POINT: f64 = 100.0;
+/// The SVG of plotters has text smaller by this factor.
+const PLOTTERS_EM: f64 = 1.24;
+
 /// The SVG of a page of `size` points, in which everything is magnified by `scale`; `head` is inserted after the
 /// opening tag.
 pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas)) -> String {
-    let [width, height] = size.map(|side| side / scale);
-    let page = Rect::new(0.0, 0.0, width, height);
+    let page = Rect::new(0.0, 0.0, size[0] / scale, size[1] / scale);
     let canvas = Canvas { elements: RefCell::default(), page, clips: Cell::default() };
     canvas.fill(&page.corners(), WHITE);
     draw(&canvas);
     let [wide, high] = size;
+    let [width, height] = [page.right, page.bottom].map(written);
     format!(
         "<svg width=\"{wide}pt\" height=\"{high}pt\" viewBox=\"0 0 {width} {height}\" \
          xmlns=\"http://www.w3.org/2000/svg\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n{head}{}</svg>\n",
@@ -107,17 +108,10 @@ pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas)) -
     )
 }
 
-/// A coordinate or length as written: in hundredths of a point, not farther from the page than any renderer can handle.
-fn written(points: f64) -> f64 {
+/// A coordinate or length for plotters, not farther from the page than any renderer can handle.
+fn written(points: f64) -> i32 {
     const FAR: f64 = 1e4;
-    // Adding 0 turns a negative zero into a positive one.
-    (points.clamp(-FAR, FAR) * 100.0).round() / 100.0 + 0.0
-}
-
-/// The attributes of a colour that fills a shape or strokes a line.
-fn paint(name: &str, Color(red, green, blue, opacity): Color) -> String {
-    let color = format!("{name}=\"#{red:02X}{green:02X}{blue:02X}\"");
-    if opacity < 1.0 { format!("{color} {name}-opacity=\"{opacity}\"") } else { color }
+    (points.clamp(-FAR, FAR) * PER_POINT).round() as i32
 }
 
 impl Canvas {
@@ -126,30 +120,35 @@ impl Canvas {
         self.page
     }
 
-    fn put(&self, element: std::fmt::Arguments<'_>) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.elements.borrow_mut(), "{element}");
+    /// Appends what plotters draws.
+    fn put<E: std::fmt::Debug>(&self, draw: impl FnOnce(&mut SVGBackend<'_>) -> Result<(), E>) {
+        let mut text = String::new();
+        // A string takes every element.
+        draw(&mut SVGBackend::with_string(&mut text, (1, 1))).expect("an element");
+        // Without the document around it.
+        let (_, elements) = text.split_once(">\n").unwrap_or_default();
+        self.elements.borrow_mut().push_str(elements.trim_end().trim_end_matches("</svg>"));
     }
 
-    /// A polyline or polygon, unless it is invisible.
-    fn path(&self, name: &str, points: &[Point], Color(.., opacity): Color, style: &str) {
-        if opacity > 0.0 && points.iter().flatten().all(|value| value.is_finite()) {
-            let places: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", written(*x), written(*y))).collect();
-            self.put(format_args!("<{name} {style} points=\"{}\"/>", places.join(" ")));
-        }
+    /// Draws in a group with these attributes.
+    fn group(&self, attributes: impl Display, draw: impl FnOnce()) {
+        *self.elements.borrow_mut() += &format!("<g {attributes}>\n");
+        draw();
+        *self.elements.borrow_mut() += "</g>\n";
     }
 
     /// A polyline.
     pub fn line(&self, points: &[Point], pen: Pen) {
-        if points.len() < 2 {
-            return;
+        let style = ShapeStyle { color: pen.color, filled: false, stroke_width: written(pen.width).unsigned_abs() };
+        let draw = || self.put(|backend| backend.draw_path(places(points), &style));
+        match pen.dash {
+            _ if points.len() < 2 || !is_finite(points) => (),
+            [] => draw(),
+            dash => {
+                let lengths: Vec<String> = dash.iter().map(|length| written(*length).to_string()).collect();
+                self.group(format_args!("stroke-dasharray=\"{}\"", lengths.join(",")), draw);
+            }
         }
-        let mut style = format!("fill=\"none\" {} stroke-width=\"{}\"", paint("stroke", pen.color), pen.width);
-        if !pen.dash.is_empty() {
-            let lengths: Vec<String> = pen.dash.iter().map(f64::to_string).collect();
-            style += &format!(" stroke-dasharray=\"{}\"", lengths.join(","));
-        }
-        self.path("polyline", points, pen.color, &style);
     }
 
     /// The outline of a polygon.
@@ -160,16 +159,16 @@ impl Canvas {
 
     /// A filled polygon.
     pub fn fill(&self, corners: &[Point], color: Color) {
-        if corners.len() >= 3 {
-            self.path("polygon", corners, color, &paint("fill", color));
+        if corners.len() >= 3 && is_finite(corners) {
+            self.put(|backend| backend.fill_polygon(places(corners), &color));
         }
     }
 
     /// A filled dot.
-    pub fn dot(&self, [x, y]: Point, radius: f64, color: Color) {
-        if x.is_finite() && y.is_finite() {
-            let [x, y, radius] = [x, y, radius].map(written);
-            self.put(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {}/>", paint("fill", color)));
+    pub fn dot(&self, center: Point, radius: f64, color: Color) {
+        if is_finite(&[center]) {
+            let radius = written(radius).unsigned_abs();
+            self.put(|backend| backend.draw_circle(place(center), radius, &color, true));
         }
     }
 
@@ -181,9 +180,8 @@ impl Canvas {
         let clip = self.clips.replace(self.clips.get() + 1);
         let [x, y, width, height] = [rect.left, rect.top, rect.width(), rect.height()].map(written);
         let area = format_args!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>");
-        self.put(format_args!("<clipPath id=\"clip{clip}\">{area}</clipPath>\n<g clip-path=\"url(#clip{clip})\">"));
-        draw(points);
-        self.put(format_args!("</g>"));
+        *self.elements.borrow_mut() += &format!("<clipPath id=\"clip{clip}\">{area}</clipPath>\n");
+        self.group(format_args!("clip-path=\"url(#clip{clip})\""), || draw(points));
     }
 
     /// A line with an arrowhead at its end.
@@ -201,22 +199,16 @@ impl Canvas {
     }
 
     /// One line of text.
-    pub fn text(&self, [x, y]: Point, text: &str, look: TextFormat) {
-        if !(x.is_finite() && y.is_finite()) {
+    pub fn text(&self, position: Point, text: &str, look: TextFormat) {
+        if !is_finite(&[position]) {
             return;
         }
-        let anchor = match look.anchor {
-            Anchor::Start => "start",
-            Anchor::Middle => "middle",
-            Anchor::End => "end",
-        };
-        let ([x, y, size], family, color) =
-            ([x, y, look.size].map(written), look.family.name(), paint("fill", look.color));
-        let weight = if look.bold { " font-weight=\"bold\"" } else { "" };
-        let turn = if look.rotated { format!(" transform=\"rotate(270, {x}, {y})\"") } else { String::new() };
-        let place = format_args!("x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\"");
-        let font = format_args!("font-family=\"{family}\" font-size=\"{size}\" {color}{weight}{turn}");
-        self.put(format_args!("<text {place} {font}>\n{}\n</text>", escaped(text)));
+        let weight = if look.bold { FontStyle::Bold } else { FontStyle::Normal };
+        let size = look.size * PLOTTERS_EM * PER_POINT;
+        let font = FontDesc::new(FontFamily::Name(look.family.name()), size, weight);
+        let font = if look.rotated { font.transform(FontTransform::Rotate270) } else { font };
+        let style = TextStyle::from(font).color(&look.color).pos(Pos::new(look.anchor, VPos::Center));
+        self.put(|backend| backend.draw_text(&characters(text), &style, place(position)));
     }
 
     /// A placeholder with a message for an empty figure.
@@ -224,4 +216,16 @@ impl Canvas {
         self.outline(&rect.corners(), Pen::new(GRID, 0.8));
         self.text(rect.center(), message, TextFormat::LABEL.centered().color(GREY));
     }
+}
+
+fn is_finite(points: &[Point]) -> bool {
+    points.iter().flatten().all(|value| value.is_finite())
+}
+
+fn place([x, y]: Point) -> (i32, i32) {
+    (written(x), written(y))
+}
+
+fn places(points: &[Point]) -> impl Iterator<Item = (i32, i32)> {
+    points.iter().copied().map(place)
 }

@@ -5,8 +5,9 @@
 //! figure. Non-finite values are missing: they leave gaps and never break an axis. Figures without data are drawn as
 //! empty panels with a message.
 //!
-//! A figure draws in points on a [`Canvas`], which writes SVG. PNG, PDF and GIF frames are rendered from that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system library or
-//! font is needed.
+//! A figure draws in points on a [`Canvas`], whose shapes and texts plotters writes as SVG. PNG, PDF and GIF frames are
+//! rendered from that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system
+//! library or font is needed.
 //!
 //! ```
 //! use mge_figures::{Curve, CurvePanel, Figure, LearningCurves, Provenance};

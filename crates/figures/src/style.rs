@@ -2,8 +2,7 @@
 //! that they do not depend on the resolution.
 
 /// A colour: red, green, blue, and the opacity in [0, 1].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Color(pub u8, pub u8, pub u8, pub f64);
+pub use plotters::style::RGBAColor as Color;
 
 const fn rgb(r: u8, g: u8, b: u8) -> Color {
     Color(r, g, b, 1.0)
