@@ -1,11 +1,25 @@
 //! The commands in README.md and `docs/` whose output is shown: a block of `sh`, followed by one of `text output`. The
-//! blocks of a page run in their order, in one folder.
+//! blocks of a page run in their order, in one folder with links to those of the repository.
 
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::{env, fs};
 
 use crate::program::{CACHE, MGE, text};
+
+/// The pages that show outputs, and how many at least.
+const PAGES: [(&str, usize); 9] = [
+    ("README.md", 1),
+    ("docs/first-experiment.md", 6),
+    ("docs/work-with-runs.md", 4),
+    ("docs/author-a-task.md", 3),
+    ("docs/create.md", 4),
+    ("docs/json.md", 3),
+    ("docs/puzzles.md", 2),
+    ("docs/sweeps.md", 4),
+    ("docs/train-a-model.md", 3),
+];
 
 /// The blocks of commands of a page, each with the output that the page shows.
 fn blocks(page: &str) -> Vec<(String, String)> {
@@ -35,12 +49,19 @@ fn shape(line: &str) -> String {
     shape.replace("-#", "#")
 }
 
+/// Whether a line has the shape that a page shows, in which the first `...` stands for any text.
+fn is_like(line: &str, shown: &str) -> bool {
+    let Some((start, end)) = shown.split_once("...") else { return shape(line) == shape(shown) };
+    let (line, start, end) = (shape(line), shape(start), shape(end));
+    line.strip_prefix(&start).is_some_and(|rest| rest.ends_with(&end))
+}
+
 /// Whether an output has the shape that a page shows, in which a line `...` stands for any lines.
 fn has_shape(output: &[&str], shown: &[&str]) -> bool {
     match (shown, output) {
         ([], _) => output.is_empty(),
         (["...", rest @ ..], _) => (0..=output.len()).any(|skipped| has_shape(&output[skipped..], rest)),
-        ([line, rest @ ..], [first, others @ ..]) => shape(line) == shape(first) && has_shape(others, rest),
+        ([line, rest @ ..], [first, others @ ..]) => is_like(first, line) && has_shape(others, rest),
         _ => false,
     }
 }
@@ -54,8 +75,11 @@ fn commands_print_what_the_documents_show() {
             .chain(env::split_paths(&env::var_os("PATH").unwrap_or_default())),
     );
     let path = path.expect("folders without colons");
-    for (page, least) in [("README.md", 1), ("docs/first-experiment.md", 4)] {
+    for (page, least) in PAGES {
         let folder = tempfile::tempdir().expect("a folder");
+        for name in ["assets", "tasks", "tests"] {
+            symlink(root.join(name), folder.path().join(name)).expect("a link");
+        }
         let found = blocks(&fs::read_to_string(root.join(page)).expect("the page"));
         assert!(found.len() >= least, "{page} shows {} outputs", found.len());
         for (commands, shown) in found {
@@ -76,4 +100,5 @@ fn shapes_differ_in_words_and_not_in_numbers() {
     assert_ne!(shape("a 12"), shape("b 12"));
     assert_ne!(shape("a-b"), shape("a1b"));
     assert!(has_shape(&["a", "b", "c 1"], &["a", "...", "c 2"]) && !has_shape(&["a", "b"], &["a"]));
+    assert!(is_like("a 12 b c 3", "a 4...c 5") && !is_like("a 12 b", "b ... b") && !is_like("a 1", "a ... 1 a"));
 }
