@@ -12,13 +12,13 @@ use crate::program::{CACHE, MGE, text};
 const PAGES: [(&str, usize); 10] = [
     ("README.md", 1),
     ("docs/first-experiment.md", 6),
-    ("docs/work-with-runs.md", 4),
+    ("docs/work-with-runs.md", 5),
     ("docs/author-a-task.md", 3),
     ("docs/create.md", 4),
-    ("docs/json.md", 3),
+    ("docs/json.md", 4),
     ("docs/methods.md", 1),
     ("docs/puzzles.md", 1),
-    ("docs/sweeps.md", 4),
+    ("docs/sweeps.md", 3),
     ("docs/train-a-model.md", 3),
 ];
 
