@@ -17,7 +17,7 @@ const PAGES: [(&str, usize); 10] = [
     ("docs/create.md", 4),
     ("docs/json.md", 4),
     ("docs/methods.md", 1),
-    ("docs/puzzles.md", 1),
+    ("docs/puzzles.md", 2),
     ("docs/sweeps.md", 3),
     ("docs/train-a-model.md", 3),
 ];
