@@ -115,7 +115,7 @@ const SETTINGS: [Setting; 19] = [
     Setting {
         path: "stop.minutes",
         range: Range::NumberOrNull(0.01, 1e6),
-        about: "minutes after which a process stops the run, which can be continued; null for no limit",
+        about: "minutes of training, without pauses, after which a process stops the run; null for no limit",
     },
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
     Setting::number(

@@ -6,7 +6,7 @@ mod controls;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
 
@@ -256,10 +256,11 @@ impl RunLoop<'_> {
         }
         self.watch.set_phase(Phase::Training);
         training.share_phase(self.watch.shared_phase());
-        let begun = Instant::now();
+        // Pauses do not count.
+        let mut trained = Duration::ZERO;
         while !training.is_finished() {
             let limit = training.config().stop.minutes;
-            if let Some(minutes) = limit.filter(|minutes| begun.elapsed().as_secs_f64() >= 60.0 * minutes) {
+            if let Some(minutes) = limit.filter(|minutes| trained.as_secs_f64() >= 60.0 * minutes) {
                 let reason = format!("after {minutes} minutes, as `stop.minutes` says");
                 self.received.push_back(Control::Stop { reason });
             }
@@ -268,7 +269,9 @@ impl RunLoop<'_> {
                 self.writer.record(&Event::Stopped { episode: training.episode(), reason })?;
                 return Ok(Ending::Stopped);
             }
+            let begun = Instant::now();
             self.episode(&mut training)?;
+            trained += begun.elapsed();
         }
         self.save_now(&training)?;
         self.writer.record(&Event::Finished { episode: training.episode() })?;

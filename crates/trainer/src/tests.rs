@@ -108,8 +108,18 @@ fn a_run_is_stopped_after_the_minutes_of_its_settings() {
     assert_eq!(finish(&run), Ending::Stopped);
     let reason = "after 0.01 minutes, as `stop.minutes` says".to_owned();
     let status = run.status().unwrap();
+    assert_eq!(status.state, RunState::Stopped(reason.clone()));
+    let done = status.last_episode.unwrap().episode;
+    // A pause that lasts longer does not count.
+    let run = new_run(folder.path(), "paused", &limited);
+    let trainer = Trainer::spawn(run.clone(), Some(Control::PauseAt(1))).unwrap();
+    wait_for_pause(&trainer);
+    std::thread::sleep(Duration::from_millis(700));
+    trainer.send(Control::Resume);
+    assert_eq!(trainer.join(), Ok(Ending::Stopped));
+    let status = run.status().unwrap();
     assert_eq!(status.state, RunState::Stopped(reason));
-    assert!(status.last_episode.is_some());
+    assert!(status.last_episode.is_some_and(|last| last.episode > done / 10), "it was not stopped at once");
 }
 
 fn wait_for_pause(trainer: &Trainer) {
