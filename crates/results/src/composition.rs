@@ -19,6 +19,7 @@ use mge_base::spelling::did_you_mean;
 use mge_base::sync::lock;
 use mge_figures::{Against, LearningCurves, PlotStyle};
 use mge_run::{RunDirectory, RunState, config_hash};
+use mge_stats::{Estimate, StatsError};
 use mge_trainer::RunConfig;
 
 /// The content and style of a figure of learning curves. By default all curves, as in reports.
@@ -104,14 +105,22 @@ fn ends(text: &str) -> Result<[f64; 2], String> {
     found.ok_or_else(|| format!("`{text}` is not like 0:500: two numbers, the smaller first"))
 }
 
-/// Replaces each value by the mean of the finite ones among it and those before it, `points` in all.
-fn smooth(values: &mut [f64], points: usize) {
-    for last in (0..values.len()).rev().filter(|_| points > 1) {
-        let window = values[(last + 1).saturating_sub(points)..=last].iter().filter(|value| value.is_finite());
-        let (sum, count) = window.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-        if values[last].is_finite() {
-            values[last] = sum / count;
-        }
+/// The estimates of curves of which each value of a seed is the mean of it and those before it, `points` in all. An
+/// interval is that of these means: the mean of intervals would be too wide.
+struct Smoothed<'a, E> {
+    estimates: &'a E,
+    points: usize,
+}
+
+impl<E: CurveEstimates> CurveEstimates for Smoothed<'_, E> {
+    fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError> {
+        let smoothed = |seed: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            let window = |last: usize| &seed[(last + 1).saturating_sub(self.points.max(1))..=last];
+            let mean = |values: &[[f64; 2]]| values.iter().map(|[_, y]| y).sum::<f64>() / values.len() as f64;
+            seed.iter().enumerate().map(|(place, [x, _])| [*x, mean(window(place))]).collect()
+        };
+        let smoothed: Vec<Vec<[f64; 2]>> = seeds.iter().map(|seed| smoothed(seed)).collect();
+        self.estimates.of(&smoothed.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 }
 
@@ -219,15 +228,11 @@ impl Composition {
         let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
         seeds.dedup();
         let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
-        let mut curves = match self.against {
+        let estimates = &Smoothed { estimates, points: self.smooth };
+        let curves = match self.against {
             Against::Episodes => learning_curves(&runs, estimates, self.success)?,
             against => action_curves(&runs, estimates, against)?,
         };
-        for curve in curves.panels.iter_mut().flat_map(|panel| &mut panel.curves) {
-            for values in [&mut curve.y, &mut curve.low, &mut curve.high] {
-                smooth(values, self.smooth);
-            }
-        }
         let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
         let (legend, reference, style) = (legend.collect(), self.reference.clone(), self.style);
         Ok(Composed { figure: LearningCurves { legend, reference, style, known, ..curves }, seeds, config_hash })
