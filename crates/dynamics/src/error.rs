@@ -44,6 +44,9 @@ pub enum DynamicsError {
     /// An error of the networks.
     #[error(transparent)]
     Network(#[from] NnError),
+    /// Neither a model nor a file has the name.
+    #[error("{0}; or name the file of a model")]
+    Unknown(String),
     /// The content of the model file is invalid.
     #[error("{origin}: {source}")]
     File { origin: String, source: TensorFileError },

@@ -1,6 +1,7 @@
 //! The models that come with the program, one for each tool set of the shipped tasks.
 
 use std::borrow::Cow;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
@@ -8,6 +9,7 @@ use super::error::{DynamicsError, Result};
 use super::model::{Model, read_model};
 use mge_base::identity::FileId;
 use mge_base::paths::expanded;
+use mge_base::spelling::unknown;
 use mge_physics::ToolKind;
 
 const FILES: [(&str, &[u8]); 3] = [
@@ -56,7 +58,15 @@ pub fn named(name: impl AsRef<Path>, id: Option<&FileId>) -> Result<Arc<Model>> 
 pub fn file_of(name: &Path, id: Option<&FileId>) -> Result<Cow<'static, [u8]>> {
     let bytes = match FILES.iter().find(|(known, _)| Path::new(known) == name) {
         Some((_, bytes)) => Cow::Borrowed(*bytes),
-        None => Cow::Owned(read_model(&expanded(name))?),
+        None => Cow::Owned(read_model(&expanded(name)).map_err(|error| match &error {
+            // A path has a folder or an extension.
+            DynamicsError::Io { source, .. }
+                if source.kind() == ErrorKind::NotFound && name.file_stem() == Some(name.as_os_str()) =>
+            {
+                DynamicsError::Unknown(unknown("model", FILES.map(|(known, _)| known), &name.display().to_string()))
+            }
+            _ => error,
+        })?),
     };
     let Some(id) = id else { return Ok(bytes) };
     let found = FileId::new(name, &bytes);

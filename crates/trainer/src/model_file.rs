@@ -13,6 +13,7 @@ use super::training::TrainingError;
 use super::watch::Phase;
 use mge_base::identity::FileId;
 use mge_base::paths::expanded;
+use mge_base::spelling::unknown;
 use mge_base::stop::Stop;
 use mge_dynamics::{self as dynamics, DynamicsError, Model, Recipe};
 use mge_run::{RunDirectory, RunError};
@@ -76,6 +77,10 @@ impl RunModel {
     }
 }
 
+/// What may be chosen by its name.
+const NAMES: [&str; 8] =
+    ["trained", "learned", "rapier", "true", "uniform", "bucket-box", "square-floor", "box-wall-floor"];
+
 impl ModelFile {
     /// The same model, known by its content from now on. A file that cannot be read stays known by its path.
     fn identified(self) -> Self {
@@ -91,7 +96,10 @@ impl ModelFile {
     /// When it cannot be read, or the content of the file has changed since its identity was determined.
     pub fn load(&self) -> Result<Arc<Model>, DynamicsError> {
         let path = self.id.as_ref().map_or(Ok(&*self.path), |id| self.known_path(id))?;
-        dynamics::named(path, self.id.as_ref())
+        dynamics::named(path, self.id.as_ref()).map_err(|error| match error {
+            DynamicsError::Unknown(_) => DynamicsError::Unknown(unknown("model", NAMES, &path.display().to_string())),
+            error => error,
+        })
     }
 
     fn known_path(&self, id: &FileId) -> Result<&Path, DynamicsError> {
