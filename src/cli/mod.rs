@@ -24,6 +24,7 @@ mod tests;
 
 use std::ffi::OsStr;
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
@@ -81,6 +82,10 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
     if !error.use_stderr() {
         error.print().and_then(|()| io::stdout().flush()).map_err(output::OutputError::from)?;
         return Ok(ExitCode::SUCCESS);
+    }
+    // A misspelt command is taken for the folder of a run, and what follows it for a command.
+    if let Some(word) = std::env::args_os().nth(1).map(PathBuf::from).filter(|word| runs::is_unknown(word)) {
+        return Err(runs::no_such(&word).into());
     }
     let plain = error.to_string();
     if output::shown_lines(&plain) == plain {

@@ -61,8 +61,14 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 /// Success rate of a solved task.
 const SOLVED: &str = "0.8";
 
+/// Whether a word is neither an option, a command, nor the folder of a run.
+pub fn is_unknown(word: &Path) -> bool {
+    let text = word.to_string_lossy();
+    !text.starts_with('-') && !word.exists() && Arguments::command().find_subcommand(&*text).is_none()
+}
+
 /// Says that a word is neither a command nor a run.
-fn no_such(word: &Path) -> String {
+pub fn no_such(word: &Path) -> String {
     let word = word.display().to_string();
     let program = Arguments::command();
     let commands = program.get_subcommands().map(clap::Command::get_name);
