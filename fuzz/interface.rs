@@ -49,7 +49,7 @@ pub fn interface(input: &[u8]) {
                 app.receive(received);
             }
             // Discard the request to the terminal.
-            app.take_request();
+            app.request = None;
             if app.is_leaving() {
                 return;
             }

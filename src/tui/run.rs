@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 
-use super::app::{App, Guarded, Remembered, TerminalRequest, report_recovered_edits};
+use super::app::{App, Remembered, TerminalRequest, report_recovered_edits};
 use super::input::{Keymap, KeymapError};
 use super::terminal::signals::{self, Listener, Request};
 use super::terminal::{self, Graphics, Input, Notify, Screen, TerminalError};
@@ -80,9 +80,9 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TuiError> 
     let input = Input::new(wake);
     // The screen must outlive the app: it prints the app's final messages after restoring the terminal.
     let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };
-    let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
-    let app = if Palette::from_env(variable).is_none() { app.following_background() } else { app };
-    let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
+    let mut app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
+    (app.mouse, app.follows_background, app.keeps_edits) =
+        (!options.no_mouse, Palette::from_env(variable).is_none(), true);
     if let Some(remembered) = Remembered::load(&folder).filter(|_| !options.fresh) {
         app.restore(remembered);
     }
@@ -119,7 +119,7 @@ fn until_left(app: &mut App, display: &mut Display, listener: &Listener) -> Resu
             return Ok(ExitReason::HungUp);
         }
     }
-    let runs = app.background_runs();
+    let runs = std::mem::take(&mut app.background);
     Ok(if runs.is_empty() { ExitReason::Quit } else { ExitReason::Background(runs) })
 }
 
@@ -203,13 +203,13 @@ impl Display {
         if std::mem::replace(&mut self.asked, true) {
             return Ok(());
         }
-        app.set_graphics(Graphics::find(app.follows_background())?);
+        app.set_graphics(Graphics::find(app.follows_background)?);
         Ok(())
     }
 
     /// Carries out what the app requests of the terminal.
     fn fulfil(&mut self, app: &mut App) -> io::Result<()> {
-        match app.take_request() {
+        match app.request.take() {
             Some(TerminalRequest::Mouse(on)) => self.screen.set_mouse(on),
             Some(TerminalRequest::Copy(text)) => self.screen.copy(&text),
             Some(TerminalRequest::Notify(text)) => self.screen.notify(self.notify, &text),

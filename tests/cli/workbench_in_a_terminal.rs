@@ -274,6 +274,9 @@ fn bursts_of_input_do_not_block_the_keyboard() {
 #[test]
 fn an_invalid_key_file_and_a_missing_terminal_give_one_line() {
     let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["trian", "task1"][..], &["trian"]] {
+        fail(mge(&folder, arguments), "`trian` is neither a command nor the folder of a run: did you mean `train`?");
+    }
     std::fs::write(folder.path().join("keys"), "trian = t\n").unwrap();
     fail(mge(&folder, ["--keys", "keys"]), "keys:1: there is no action `trian`: did you mean `train`?");
     let message = fail(mge(&folder, [""; 0]), "needs a terminal");

@@ -1,13 +1,12 @@
 //! The folder of a run: paths and configuration.
 
 use std::fs;
-use std::io::{ErrorKind, Read as _};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::event::LoggedEvent;
 use super::file::{check_format, parse_json};
 use super::reader::{EventReader, read_tail};
 use super::status::{RunState, RunStatus};
@@ -192,14 +191,6 @@ impl RunDirectory {
             status.state = RunState::Incomplete(reason);
         }
         Ok(status)
-    }
-
-    /// Time of the first event, in seconds since 1970, if there is one.
-    pub fn begun(&self) -> Option<f64> {
-        let mut start = Vec::new();
-        file::open(&self.events_path()).ok()?.take(1 << 14).read_to_end(&mut start).ok()?;
-        let line = start.split(|byte| *byte == b'\n').next()?;
-        serde_json::from_slice::<LoggedEvent>(line).ok().map(|logged| logged.time)
     }
 
     /// The text of `prior.json`; none if the run has no action clusters.

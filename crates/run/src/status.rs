@@ -60,8 +60,6 @@ pub struct RunStatus {
     pub state: RunState,
     /// The last finished episode, if there is one in the part of the log that was read.
     pub last_episode: Option<EpisodeRecord>,
-    /// Time of the latest event, in seconds since 1970.
-    pub latest: Option<f64>,
 }
 
 impl RunStatus {
@@ -70,7 +68,7 @@ impl RunStatus {
         let last_episode = events.iter().rev().find_map(|logged| logged.event.record()).cloned();
         let state = events.iter().rev().find_map(|logged| RunState::after(&logged.event, locked));
         let without_events = if locked { RunState::Running } else { RunState::NotStarted };
-        Self { state: state.unwrap_or(without_events), last_episode, latest: events.last().map(|logged| logged.time) }
+        Self { state: state.unwrap_or(without_events), last_episode }
     }
 
     /// Whether the events were sufficient to determine the status.

@@ -97,7 +97,7 @@ impl Session {
         Ok("computing the action clusters".to_owned())
     }
 
-    /// Discards the clusters: those of one task are meaningless for another.
+    /// Discards the clusters.
     pub(super) fn forget_clusters(&mut self) {
         self.cancel_jobs(is_for_the_session);
         self.clusters = ClusterStore::default();

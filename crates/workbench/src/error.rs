@@ -43,8 +43,8 @@ pub enum SessionError {
     #[error("there is no run: `train` starts one, `open FOLDER` opens one")]
     NoRun,
     /// The run is not being trained here.
-    #[error("the run is not being trained by this program: `continue` resumes one that is not finished")]
-    NotActive,
+    #[error("{0} is not being trained: `continue` resumes one that is not finished")]
+    NotActive(String),
     /// The run is trained by another process, which can only be reached through files.
     #[error("{0} is trained by another process, which cannot be given clusters")]
     TrainedElsewhere(String),

@@ -36,7 +36,7 @@ impl Session {
         };
         let asked = command.clone();
         self.start_job(command.clone(), work, move |session, made| {
-            let added = session.runs.add(made?);
+            let added = session.runs.add(made?, false);
             session.journal.note(Watch(number).into(), Some(number));
             session.journal.note(asked.clone().into(), Some(added));
             session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())

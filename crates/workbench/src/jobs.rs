@@ -148,7 +148,7 @@ impl Session {
             }
             std::thread::sleep(POLL_INTERVAL);
         }
-        match self.run().filter(|run| run.was_trained_here()).and_then(|run| run.failure()) {
+        match self.run().filter(|run| run.trained_here).and_then(|run| run.failure()) {
             Some(reason) => Err(SessionError::Failed(reason.to_owned())),
             None => Ok(self.activity()),
         }
@@ -159,7 +159,7 @@ impl Session {
         match notice {
             Notice::Finished { outcome, .. } => outcome.as_ref().err().cloned(),
             Notice::Run { run, event: mge_run::Event::Failed { reason, .. } } => {
-                self.run_numbered(*run).filter(|run| run.was_trained_here()).map(|_| reason.clone())
+                self.run_numbered(*run).filter(|run| run.trained_here).map(|_| reason.clone())
             }
             _ => None,
         }

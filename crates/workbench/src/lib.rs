@@ -32,7 +32,6 @@ pub mod listing;
 mod loader;
 mod models;
 mod proposals;
-mod puzzles;
 mod run;
 mod run_log;
 mod runs;

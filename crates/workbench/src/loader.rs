@@ -24,6 +24,13 @@ struct Loaded<K, V> {
     at: Instant,
 }
 
+impl<K: PartialEq, V: Send + 'static> Default for Loader<K, V> {
+    /// Keeps the value loaded last.
+    fn default() -> Self {
+        Self::new(1)
+    }
+}
+
 impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
     /// Nothing loaded yet; at most `bound` values are kept, those loaded last.
     pub const fn new(bound: usize) -> Self {

@@ -52,7 +52,7 @@ impl Session {
         if found == 0 {
             return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
         }
-        self.setup.propose(regions, actions as u64);
+        self.setup.editor.propose(regions, actions as u64);
         // Recorded when the proposals arrive: only later commands can refer to them.
         self.journal.note(Propose(Some(count)).into(), self.runs.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };

@@ -19,13 +19,14 @@ use super::saved::SavedRun;
 /// A run, live or finished, of this or another process: a reader of its log.
 #[derive(Debug)]
 pub struct RunView {
-    number: usize,
-    name: String,
+    /// In the session, from 0 in the order in which runs were started or opened.
+    pub(super) number: usize,
+    pub(super) name: String,
     directory: RunDirectory,
-    config: Arc<RunConfig>,
+    pub(super) config: Arc<RunConfig>,
     log: RunLog,
     /// Number of episodes at the latest checkpoint of a run in training.
-    saved_episode: u64,
+    pub(super) saved_episode: u64,
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
@@ -33,15 +34,16 @@ pub struct RunView {
     saved_prior: Loader<u64, Option<Arc<ActionPrior>>>,
     /// Number of events so far after which the prior in the folder is another one.
     prior_changes: u64,
-    /// A command that ends the pause was sent, but its effect has not been read yet.
-    leaving_pause: bool,
-    trained_here: bool,
+    /// Whether a pause, or its end, was sent, the effect of which has not been read yet.
+    asked_to_pause: Option<bool>,
+    /// This process trains it or has trained it.
+    pub(super) trained_here: bool,
     /// The latest requested episode of its greedy policy.
-    greedy: Option<Arc<Trace>>,
+    pub(super) greedy: Option<Arc<Trace>>,
     /// The checkpoint of the agent that plays.
-    checkpoint: CheckpointName,
+    pub(super) checkpoint: CheckpointName,
     /// The existing log is still being read in the background.
-    unread: bool,
+    pub(super) unread: bool,
     turn: Option<Turn>,
 }
 
@@ -85,25 +87,15 @@ impl RunView {
             trainer: None,
             live: None,
             failure: None,
-            saved_prior: Loader::new(1),
+            saved_prior: Loader::default(),
             prior_changes: 0,
-            leaving_pause: false,
+            asked_to_pause: None,
             trained_here: false,
             greedy: None,
             checkpoint: CheckpointName::Last,
             unread: false,
             turn: None,
         })
-    }
-
-    /// The same run with its number in the session.
-    pub(super) fn numbered(self, number: usize) -> Self {
-        Self { number, ..self }
-    }
-
-    /// The same run, whose log is read by a job until [`RunView::take_recorded`].
-    pub(super) fn with_log_unread(self) -> Self {
-        Self { unread: true, ..self }
     }
 
     /// Takes over the state read by the job and continues reading the log from there. Past events
@@ -226,7 +218,7 @@ impl RunView {
                 let failed = outcome.err();
                 self.saved_prior.set(self.prior_changes, Ok(trainer.watch().prior()));
                 self.trainer = None;
-                self.leaving_pause = false;
+                self.asked_to_pause = None;
                 changed = true;
                 // Its events lack a failure that could not be written, as on a full disk.
                 if let Some(reason) = failed.clone()
@@ -269,7 +261,9 @@ impl RunView {
         *restarted |= news.restarted;
         self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
         for LoggedEvent { time, event } in news.events {
-            self.leaving_pause &= !matches!(event, Event::Resumed { .. });
+            if matches!(event, Event::Paused { .. } | Event::Resumed { .. } | Event::Started { .. }) {
+                self.asked_to_pause = None;
+            }
             if let Event::Started { episode, .. } | Event::Checkpointed { episode, .. } | Event::Paused { episode } =
                 event
             {
@@ -288,22 +282,30 @@ impl RunView {
 
     /// Sends a control to the trainer, in this or another process.
     pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
+        let is_paused = matches!(self.log.history.last, Some(Event::Paused { .. }));
+        let asked_to_pause = match control {
+            Control::Pause => (!is_paused).then_some(true),
+            Control::Resume | Control::PauseAt(_) | Control::Stop { .. } => is_paused.then_some(false),
+            Control::SetSchedule(_) | Control::SetPrior(_) => self.asked_to_pause,
+        };
         match &self.trainer {
-            Some(trainer) if trainer.is_active() => {
-                let leaves = matches!(control, Control::Resume | Control::PauseAt(_) | Control::Stop { .. });
-                self.leaving_pause |= leaves && matches!(self.log.history.last, Some(Event::Paused { .. }));
-                trainer.send(control);
-                Ok(())
-            }
-            _ if self.is_queued() => Err(SessionError::Queued(self.name())),
-            _ => self.ask_others(control),
+            Some(trainer) if trainer.is_active() => trainer.send(control),
+            _ if self.is_queued() => return Err(SessionError::Queued(self.name())),
+            _ => self.ask_others(control)?,
         }
+        self.asked_to_pause = asked_to_pause;
+        Ok(())
+    }
+
+    /// Whether it was asked to pause, but has not done so yet, as before its first episode.
+    pub fn is_pausing(&self) -> bool {
+        self.asked_to_pause == Some(true)
     }
 
     /// Sends a control to the other process that trains the run, if there is one.
     fn ask_others(&self, control: Control) -> Result<(), SessionError> {
         if !self.directory.is_locked()? {
-            return Err(SessionError::NotActive);
+            return Err(SessionError::NotActive(self.name()));
         }
         let request = match control {
             Control::Pause => Request::Pause,
@@ -329,29 +331,14 @@ impl RunView {
         self.name.clone()
     }
 
-    /// Takes over the name after it was changed.
-    pub(super) fn read_name(&mut self) {
-        self.name = self.directory.name();
-    }
-
     /// Its configuration.
     pub fn config(&self) -> &Arc<RunConfig> {
         &self.config
     }
 
-    /// Sets the configuration after its file was rewritten.
-    pub(super) fn set_config(&mut self, config: RunConfig) {
-        self.config = Arc::new(config);
-    }
-
     /// Number of finished episodes.
     pub fn episodes(&self) -> u64 {
         self.records().last().map_or(0, |record| record.episode)
-    }
-
-    /// Number of episodes at the latest checkpoint of a run in training.
-    pub(super) fn saved_episode(&self) -> u64 {
-        self.saved_episode
     }
 
     /// The finished episodes, in order; a long history is thinned evenly, but includes the latest.
@@ -399,11 +386,6 @@ impl RunView {
         self.trainer.is_some()
     }
 
-    /// Whether this process trains it or has trained it.
-    pub(super) fn was_trained_here(&self) -> bool {
-        self.trained_here
-    }
-
     /// Its failure in this process, if any.
     pub fn failure(&self) -> Option<&str> {
         let of_prior = || self.saved_prior.latest(|_| true).and_then(|(_, prior)| prior.as_ref().err());
@@ -429,7 +411,7 @@ impl RunView {
             Some(Event::Finished { .. }) if working || self.trained_here => Some(RunState::Finished),
             Some(Event::Stopped { reason, .. }) if !working => Some(RunState::Stopped(reason.clone())),
             Some(Event::Failed { reason, .. }) if !working => Some(RunState::Failed(reason.clone())),
-            Some(Event::Paused { .. }) if working && !self.leaving_pause => Some(RunState::Paused),
+            Some(Event::Paused { .. }) if working && self.asked_to_pause != Some(false) => Some(RunState::Paused),
             _ if working => Some(RunState::Running),
             _ => self.failure.clone().map(RunState::Failed),
         }
@@ -440,16 +422,8 @@ impl RunView {
         SavedRun::new(self.directory.clone(), self.config.clone(), self.checkpoint)
     }
 
-    pub(super) fn set_checkpoint(&mut self, checkpoint: CheckpointName) {
-        self.checkpoint = checkpoint;
-    }
-
     /// The latest requested episode of its greedy policy.
     pub fn greedy(&self) -> Option<&Arc<Trace>> {
         self.greedy.as_ref()
-    }
-
-    pub(super) fn set_greedy(&mut self, trace: Trace) {
-        self.greedy = Some(Arc::new(trace));
     }
 }

@@ -50,7 +50,7 @@ impl RunLog {
             reader: directory.events(),
             history: RunHistory::bounded(MAX_KEPT),
             latest: f64::NEG_INFINITY,
-            reading: Loader::new(1),
+            reading: Loader::default(),
             parts: 0,
             read_at: Instant::now(),
         }

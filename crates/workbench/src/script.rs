@@ -89,8 +89,8 @@ impl Script {
         let (mut written, mut found) = (Vec::new(), Vec::new());
         for (line, command) in &self.commands {
             match command {
-                // The task is then one that the script itself searches for, changes by proposals or writes.
-                Command::Puzzle(_) | Command::Propose(_) => break,
+                // The task is then one that the script itself changes by proposals or writes.
+                Command::Propose(_) => break,
                 Command::Task(Task(name)) if written.contains(&expanded(name)) => break,
                 Command::Model(Model(PriorSource::ModelFile(file))) if written.contains(&file.path) => continue,
                 _ => {}

@@ -158,7 +158,7 @@ impl Session {
             DependsOn::Runs => self.runs.all.iter().filter(|run| run.is_active() || run.is_queued()).collect(),
         };
         let is_saved = depends_on == DependsOn::Checkpoint;
-        let episodes = |run: &RunView| if is_saved { run.saved_episode() } else { run.episodes() };
+        let episodes = |run: &RunView| if is_saved { run.saved_episode } else { run.episodes() };
         runs.into_iter().map(|run| (run.number(), episode_number(episodes(run)))).collect()
     }
 
@@ -220,7 +220,7 @@ impl Session {
                 self.notices.push(Notice::Changed);
             }
             for event in events {
-                if run.was_trained_here() {
+                if run.trained_here {
                     effects.push((run.number(), event.clone()));
                 }
                 self.notices.push(Notice::Run { run: run.number(), event });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::SessionError;
 use mge_base::atomic::Target;
-use mge_task::{Edit, Editor, Region, Task, file_of, load_regular, save_as};
+use mge_task::{Edit, Editor, Task, file_of, load_regular, save_as};
 use mge_trainer::{RunConfig, check_model};
 
 /// Task and settings of the next run.
@@ -96,10 +96,6 @@ impl Setup {
             Edit::DeleteProposal { .. } => "rejected: `undo` reverts it".to_owned(),
             _ => "task edited".to_owned(),
         })
-    }
-
-    pub fn propose(&mut self, regions: Vec<Region>, actions: u64) {
-        self.editor.propose(regions, actions);
     }
 
     pub fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {

@@ -240,7 +240,7 @@ fn answers_to_proposals_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     let regions = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]].map(|position| Region { position, radius: 4.0 });
-    session.setup.propose(regions.to_vec(), 0);
+    session.setup.editor.propose(regions.to_vec(), 0);
     assert_eq!(session.proposed(), regions);
     assert_eq!(apply(&mut session, "proposal accept 1").unwrap(), "subgoal 2 was proposed");
     assert_eq!(apply(&mut session, "proposal delete 1").unwrap(), "rejected: `undo` reverts it");

@@ -34,17 +34,17 @@ pub enum Context {
 }
 
 impl Context {
-    /// The screen it belongs to, if it belongs to a single one.
+    /// The screen it belongs to, or the first of several; none if it belongs to all.
     pub fn tab(self) -> Option<Tab> {
         match self {
-            Self::Scene | Self::Playback => Some(Tab::Scene),
+            Self::Scene | Self::Playback | Self::Move | Self::Hand => Some(Tab::Scene),
             Self::Schedule => Some(Tab::Schedule),
             Self::Curves => Some(Tab::Training),
-            Self::Runs => Some(Tab::Runs),
+            Self::Runs | Self::List => Some(Tab::Runs),
             Self::Models => Some(Tab::Models),
             Self::Figures => Some(Tab::Figures),
             Self::Log => Some(Tab::Log),
-            Self::Everywhere | Self::Move | Self::Hand | Self::List | Self::Typed => None,
+            Self::Everywhere | Self::Typed => None,
         }
     }
 

@@ -6,6 +6,7 @@ use super::Context::{
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
 use crate::tui::app::App;
+use crate::tui::chart::Range;
 use crate::tui::screens::{edit, figures, log, models, runs, scene_actions as scene, schedule, tools, training};
 
 /// An action: its name, default keys, word in the footer, verb in a script, description (empty if it is the help text
@@ -22,11 +23,11 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("train", "t", "train", "train", "", Do(App::ask_to_train)),
         ("pause", "p", "pause", "pause", "", Do(|app| app.on_chosen(runs::pause))),
         ("stop", "x", "stop", "stop", "", Do(|app| app.on_chosen(runs::stop))),
+        ("quit", "q ctrl-c", "quit", "quit", "", Do(App::quit)),
         ("fork", "F", "", "fork", "", Do(|app| app.on_chosen(runs::fork))),
         ("epsilon", "e", "epsilon", "epsilon", "", Verb),
         ("clusters", "c", "clusters", "clusters", "", Verb),
         ("task", "o", "open", "task", "", Verb),
-        ("puzzle", "R", "", "puzzle", "", Do(App::search_puzzle)),
         ("undo", "u", "", "undo", "", Do(App::undo)),
         ("redo", "U ctrl-r", "", "redo", "", Verb),
         ("save", "w ctrl-s", "", "save", "", Do(App::save)),
@@ -46,11 +47,9 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("previous-screen", "[", "", "", "show the previous screen", Do(|app| app.show_neighbour(-1))),
         ("mouse", "f4", "", "", "switch mouse capture, to select text with the mouse", Do(App::switch_mouse)),
         ("theme", "", "", "", "use other colours: for dark and light backgrounds, and for every colour vision", Do(App::change_theme)),
-        ("bell", "", "", "", "announce the ends of trainings with the terminal's bell, or no longer", Do(App::switch_bell)),
         ("tour", "f5", "", "", "show the short tour again", Do(App::show_tour)),
         ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(App::suspend)),
-        ("back", "esc", "", "", "close the top layer, or clear the selection", Do(App::back)),
-        ("quit", "q ctrl-c", "quit", "quit", "", Do(App::quit)),
+        ("back", "esc", "", "", "close the top layer, or leave what is open or selected on the screen", Do(App::back)),
     ]),
     (Scene, &[
         ("next-object", "tab", "select", "", "select the next object: subgoals, goal, balls, boxes, tools", Effects(|s, ui| scene::select_neighbour(&mut s.scene, ui, 1))),
@@ -102,7 +101,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     ]),
     (Hand, &[
         ("hand-place", "enter space", "place", "place", "", Effects(|s, _| scene::place(&s.scene))),
-        ("hand-tool", "T", "tool", "place", "choose the tool in hand among CREATE's", Effects(|_, ui| tools::choose_in_hand(ui.subject.task()))),
         ("hand-restart", "r", "again", "reset", "", Verb),
     ]),
     (Schedule, &[
@@ -118,7 +116,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s, ui, 0.5))),
         ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0))),
         ("whole-range", "0", "", "", "show all episodes", Effects(training::show_all_episodes)),
-        ("recent-range", "9", "", "", "show the latest episodes", Change(|s, _| s.curves.show_recent())),
+        ("recent-range", "9", "", "", "show the latest episodes", Change(|s, _| s.curves.range = Range::Recent)),
         ("smoothing", "s", "smooth", "", "average over 1, 10, 50 or 200 episodes", Change(|s, _| s.curves.next_smoothing())),
         ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Effects(|s, _| s.curves.next_axis())),
         ("log-axis", "g", "", "", "a logarithmic axis for the selected curve, or a linear one", Change(|s, _| s.curves.switch_scale())),
@@ -133,7 +131,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("reverse-runs", "S", "", "", "reverse the order", Change(|s, _| s.runs.reversed ^= true)),
         ("choose-columns", "|", "", "", "choose the columns of the list, including settings in which runs differ", Effects(|s, ui| runs::ask_for_columns(&s.runs, ui))),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
-        ("pin-baseline", "B", "", "", "compare groups with the selected one", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::pin_baseline))),
         ("export-runs", "f", "figures", "figure", "export the dashboards of the runs as PNG", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::export))),
         ("rename-run", "n", "", "rename", "", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::rename))),
         ("edit-note", "i", "", "note", "write a note on the run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::edit_note))),

@@ -13,7 +13,7 @@ mod tick;
 mod unsaved;
 
 pub use remembered::Remembered;
-pub use unsaved::{Guarded, report_recovered_edits};
+pub use unsaved::report_recovered_edits;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -52,20 +52,21 @@ pub struct App {
     regions: HitRegions,
     /// What the mouse is dragging.
     drag: Option<Drag>,
-    request: Option<TerminalRequest>,
+    /// What only the owner of the terminal can fulfil.
+    pub(super) request: Option<TerminalRequest>,
     /// Whether the mouse is captured.
-    mouse: bool,
+    pub(super) mouse: bool,
     /// Whether the palette follows the terminal's background, as long as the user has chosen none.
-    follows_background: bool,
+    pub(super) follows_background: bool,
+    /// Whether unsaved edits are saved to a new file if the app is dropped without having been left.
+    pub(super) keeps_edits: bool,
     leaving: QuitState,
     /// The runs that were being trained at the last poll, and whether they had been solved by then.
     training: BTreeMap<PathBuf, bool>,
     /// Whether a model was being trained or evaluated at the last poll.
     had_model_work: bool,
-    /// Whether ends of trainings are not announced.
-    pub(super) silent: bool,
-    /// Runs to continue in the background after the workbench is left.
-    background: Vec<PathBuf>,
+    /// Runs to continue in the background after the workbench is left and its trainings have stopped.
+    pub(super) background: Vec<PathBuf>,
     /// The greedy episode that was shown last.
     greedy: Option<Arc<Episode>>,
     /// The past episode to show once it has been read.
@@ -144,10 +145,10 @@ impl App {
             request: None,
             mouse: true,
             follows_background: false,
+            keeps_edits: false,
             leaving: QuitState::No,
             training: BTreeMap::new(),
             had_model_work: false,
-            silent: false,
             background: Vec::new(),
             greedy: None,
             awaited: None,
@@ -160,18 +161,6 @@ impl App {
         }
     }
 
-    /// Leaves the mouse to the terminal.
-    pub fn without_mouse(mut self) -> Self {
-        self.mouse = false;
-        self
-    }
-
-    /// Chooses the palette by the terminal's background, once that is known.
-    pub fn following_background(mut self) -> Self {
-        self.follows_background = true;
-        self
-    }
-
     /// Opens the tour over the screen.
     pub fn show_tour(&mut self) {
         self.open(Tour::default());
@@ -180,16 +169,6 @@ impl App {
     /// Whether the workbench is to be left.
     pub fn is_leaving(&self) -> bool {
         self.leaving == QuitState::Now
-    }
-
-    /// Runs to continue in the background once the workbench is left and its trainings have stopped.
-    pub fn background_runs(&self) -> Vec<PathBuf> {
-        self.background.clone()
-    }
-
-    /// Takes the pending request to the owner of the terminal, if there is one.
-    pub fn take_request(&mut self) -> Option<TerminalRequest> {
-        self.request.take()
     }
 
     /// Whether there is something new to draw.
@@ -229,11 +208,6 @@ impl App {
                 }
             }
         }
-    }
-
-    /// Whether the palette follows the terminal's background.
-    pub fn follows_background(&self) -> bool {
-        self.follows_background
     }
 
     /// Whether runs are being read from their folder.
@@ -283,7 +257,6 @@ impl App {
             Event::Resize(..) => self.changed = true,
             _ => {}
         }
-        self.show_beside();
     }
 
     fn key(&mut self, key: KeyEvent) {

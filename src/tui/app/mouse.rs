@@ -4,6 +4,7 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
 use super::{App, Drag};
 use crate::tui::actions::Tab;
+use crate::tui::chart::Axes;
 use crate::tui::screens::{HitRegion, edit, scene, scene_actions, schedule, tools, training};
 use mge_task::Property;
 
@@ -53,14 +54,20 @@ impl App {
             Some(HitRegion::Chart(axes, metric)) => {
                 self.screens.curves.select(metric);
                 self.drag = Some(Drag::Crosshair);
-                self.move_crosshair(axes.x_at(at.0));
+                self.move_crosshair(&axes, at.0);
             }
             Some(HitRegion::Preview) | None => {}
         }
         true
     }
 
-    fn move_crosshair(&mut self, to: f32) {
+    /// The episode in a column of a chart.
+    fn episode_at(&self, axes: &Axes, column: u16) -> f32 {
+        training::episode_at(&self.screens.curves, &self.screens.runs, &self.ui(), axes.x_at(column))
+    }
+
+    fn move_crosshair(&mut self, axes: &Axes, column: u16) {
+        let to = self.episode_at(axes, column);
         let (screens, ui) = self.screens_and_ui();
         let effects = training::move_crosshair(&mut screens.curves, &screens.runs, &ui, to);
         self.carry_out(effects);
@@ -69,7 +76,7 @@ impl App {
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
         if self.drag == Some(Drag::Crosshair) {
             if let Some(HitRegion::Chart(axes, _)) = self.regions.at((column, row)) {
-                self.move_crosshair(axes.x_at(column));
+                self.move_crosshair(&axes, column);
             }
             return true;
         }
@@ -95,7 +102,7 @@ impl App {
             return true;
         }
         let crosshair = match region {
-            Some(HitRegion::Chart(axes, _)) => Some(axes.x_at(at.0).round()),
+            Some(HitRegion::Chart(axes, _)) => Some(self.episode_at(&axes, at.0).round()),
             _ => None,
         };
         std::mem::replace(&mut self.screens.curves.hovered, crosshair) != crosshair
@@ -115,9 +122,10 @@ impl App {
         match region {
             Some(HitRegion::Chart(axes, _)) => {
                 let factor = if up { 0.5 } else { 2.0 };
+                let centre = self.episode_at(&axes, at.0);
                 let screens = &self.screens;
                 let episodes = training::episodes(&screens.curves, &screens.runs, &self.ui());
-                let range = screens.curves.range.zoom(factor, Some(axes.x_at(at.0)), episodes);
+                let range = screens.curves.range.zoom(factor, Some(centre), episodes);
                 self.screens.curves.range = range;
             }
             Some(HitRegion::Scene(..)) => self.screens.scene.player.change_speed(up),

@@ -2,16 +2,13 @@
 
 use std::path::Path;
 
-use rand::Rng;
-
 use super::{App, Awaited, TerminalRequest};
 use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Arguments, CommandPalette};
 use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
-use crate::tui::view::{Choice, ComparedEpisode, Level, RunSummary};
-use mge_env::Placement;
+use crate::tui::view::{Choice, Level, RunSummary};
 use mge_task as task;
 use mge_trainer::non_default_settings;
 use mge_workbench::{Command, FigureKind, command};
@@ -52,7 +49,7 @@ impl App {
     pub fn try_apply(&mut self, command: Command) -> Result<(), String> {
         match command {
             Command::Quit(_) => self.quit(),
-            Command::Task(_) | Command::Puzzle(_) if self.workspace.view().dirty => self.ask_to_discard(command),
+            Command::Task(_) if self.workspace.view().dirty => self.ask_to_discard(command),
             command => match self.would_overwrite(&command) {
                 Some(path) => self.ask_to_overwrite(&path, command),
                 None => return self.apply_confirmed(command),
@@ -66,12 +63,18 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn apply_confirmed(&mut self, command: Command) -> Result<(), String> {
-        let places = matches!(command, Command::Place(_));
-        let report = self.workspace.apply(command)?;
-        let latest = self.workspace.view().hand.trace.steps.last().map(|step| step.placement);
-        // The command succeeds even if the tool could not be placed; that is shown as an error.
-        let is_refused = places && latest.is_some_and(|placement| placement != Placement::Placed);
-        self.show_message(if is_refused { Level::Error } else { Level::Good }, report);
+        let is_schedule = match &command {
+            Command::Epsilon(_) => true,
+            Command::Set(set) => set.key == "epsilon",
+            _ => false,
+        };
+        let mut report = self.workspace.apply(command)?;
+        if is_schedule && self.screens.schedule.give_way() {
+            report += &self.keymap.fill("; the drawn schedule gives way: {undo} on the Schedule screen brings it back");
+        }
+        // The command succeeds even if the tool could not be placed.
+        let level = if report.starts_with("not placed") { Level::Warning } else { Level::Good };
+        self.show_message(level, report);
         // Update the subject at once: the next effect may refer to it.
         self.choose_subject(None, false);
         Ok(())
@@ -80,6 +83,10 @@ impl App {
     /// Opens the dialog that starts a training.
     pub fn ask_to_train(&mut self) {
         self.open(run_form::form(&self.ui(), self.seeds));
+        if self.screens.schedule.is_edited() {
+            let text = self.keymap.fill("the drawn schedule is not in use: {apply} on the Schedule screen uses it");
+            self.show_message(Level::Warning, text);
+        }
     }
 
     /// Carries out an action on runs: on the Runs screen on the marked ones or those of the selected line, elsewhere on
@@ -99,12 +106,6 @@ impl App {
         let format = if kind == FigureKind::Episode { "gif" } else { format };
         let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
         self.apply(figure);
-    }
-
-    /// Searches for a random puzzle.
-    pub fn search_puzzle(&mut self) {
-        // A short number, easy to note and to type.
-        self.apply(command::Puzzle(rand::thread_rng().gen_range(0..100_000)));
     }
 
     /// Undoes the latest edit of the schedule on its screen, the latest deletion on the Runs screen, or else the latest
@@ -135,6 +136,11 @@ impl App {
         self.open(if words.is_empty() { palette } else { palette.with_text(words) });
     }
 
+    /// Opens the palette with the keys of the screen first.
+    pub fn show_help(&mut self) {
+        self.open(self.palette().with_screen_first(&self.contexts()));
+    }
+
     fn palette(&self) -> CommandPalette {
         CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
     }
@@ -144,11 +150,6 @@ impl App {
         self.typed.retain(|known| *known != line);
         self.typed.push(line);
         self.typed.drain(..self.typed.len().saturating_sub(MAX_HISTORY));
-    }
-
-    /// Opens the palette with all actions and their keys, those of the screen first.
-    pub fn show_help(&mut self) {
-        self.open(self.palette().with_all(&self.contexts()));
     }
 
     /// Shows another screen.
@@ -208,11 +209,11 @@ impl App {
 
     /// Changes the playback of the episode that is shown, given its number of steps.
     pub fn play(&mut self, change: fn(&mut Player, usize)) {
-        if self.tab == Tab::Training && !matches!(self.subject.choice(), Choice::Past(_)) {
+        if self.tab == Tab::Training && !matches!(self.subject.choice, Choice::Past(_)) {
             let text = self.keymap.fill("no episode is beside the curves: {left} moves the crosshair to one");
             return self.show_message(Level::Info, text);
         }
-        change(&mut self.screens.scene.player, self.subject.episode().steps());
+        change(&mut self.screens.scene.player, self.subject.episode.steps());
     }
 
     /// Plays faster or slower.
@@ -256,39 +257,9 @@ impl App {
         }
         self.choose_subject(Some(Choice::Past(episode)), false);
         if keeps_step {
-            self.screens.scene.player.seek(step.min(self.subject.episode().steps()));
+            self.screens.scene.player.seek(step.min(self.subject.episode.steps()));
         }
         Ok(())
-    }
-
-    /// Shows the same episode of the compared run beside a past episode of the watched run, as soon as it has been
-    /// read.
-    pub(super) fn show_beside(&mut self) {
-        let other = training::pair(&self.screens.curves, &self.screens.runs, &self.ui()).map(|[_, other]| &other.path);
-        let wanted = other.cloned().zip(self.subject.past_episode());
-        let shown = self.subject.beside();
-        let is_shown = match (&wanted, shown) {
-            (Some((run, number)), Some(shown)) => {
-                shown.run == *run && shown.number == *number && shown.episode.is_some()
-            }
-            (wanted, shown) => wanted.is_none() && shown.is_none(),
-        };
-        if is_shown {
-            return;
-        }
-        let beside = wanted.map(|(run, number)| ComparedEpisode {
-            episode: self.workspace.past_episode(&run, number),
-            run,
-            number,
-        });
-        self.changed |= beside.as_ref().is_none_or(|beside| beside.episode.is_some());
-        self.subject.set_beside(beside);
-    }
-
-    /// Makes the groups with a label the baseline of comparisons.
-    pub fn pin_baseline(&mut self, label: &str) {
-        let report = self.workspace.pin_baseline(label);
-        self.show_message(Level::Info, report);
     }
 
     /// Copies the command that trains the next run to the clipboard.
@@ -317,9 +288,9 @@ impl App {
         self.request = Some(TerminalRequest::Copy(text));
     }
 
-    /// Leaves what is open or selected on the screen, or else the screen.
+    /// Leaves what is open or selected on the screen; never the screen itself.
     pub fn back(&mut self) {
-        let is_past = matches!(self.subject.choice(), Choice::Past(_));
+        let is_past = matches!(self.subject.choice, Choice::Past(_));
         let choice = match self.tab {
             Tab::Scene | Tab::Edit if self.screens.scene.drop_dragged().is_some() => None,
             Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => Some(self.screens.scene.put_tool_down()),
@@ -331,7 +302,10 @@ impl App {
             Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
             Tab::Log if self.screens.lists.log.leave() => None,
-            _ => return self.show(Tab::Scene),
+            _ => {
+                let text = self.keymap.fill("nothing is open: {screen-scene} shows the scene, {quit} leaves");
+                return self.show_message(Level::Info, text);
+            }
         };
         if let Some(choice) = choice {
             self.choose_subject(Some(choice), false);
@@ -358,7 +332,9 @@ impl App {
                 self.carry_out(effects);
             }
             Tab::Runs => screens.runs.select(&ui, row),
-            tab => lists::select_row(&mut screens.lists, tab, row),
+            Tab::Models => screens.lists.model = row,
+            Tab::Figures => screens.lists.figure = row,
+            _ => {}
         }
     }
 }

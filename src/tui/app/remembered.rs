@@ -34,8 +34,6 @@ pub struct Remembered {
     columns: String,
     /// Number of seeds of the training started last.
     seeds: u32,
-    /// Whether ends of trainings are not announced.
-    silent: bool,
     /// The method of the next run, and settings that are not its defaults.
     settings: Vec<(String, String)>,
 }
@@ -66,15 +64,14 @@ impl App {
         kept.retain(|(key, _)| SETTINGS.contains(&&**key));
         kept.insert(0, ("method".to_owned(), settings.method.to_string()));
         let (sort, reversed, columns) = (runs.sort, runs.reversed, runs.columns());
-        let (screen, seeds, silent) = (self.tab, self.seeds, self.silent);
-        Remembered { screen, sort, reversed, columns, seeds, silent, settings: kept }
+        Remembered { screen: self.tab, sort, reversed, columns, seeds: self.seeds, settings: kept }
     }
 
     /// Makes remembered choices again. Those that are no longer possible are logged.
     pub fn restore(&mut self, remembered: Remembered) {
-        let Remembered { screen, sort, reversed, columns, seeds, silent, settings } = remembered;
+        let Remembered { screen, sort, reversed, columns, seeds, settings } = remembered;
         let runs = &mut self.screens.runs;
-        (runs.sort, runs.reversed, self.seeds, self.silent) = (sort, reversed, seeds.max(1), silent);
+        (runs.sort, runs.reversed, self.seeds) = (sort, reversed, seeds.max(1));
         let mut outcomes = vec![runs.show_columns(&columns)];
         for (key, value) in settings {
             let command: Command = match key.as_str() {

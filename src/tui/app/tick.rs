@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
-use crate::tui::screens::{runs, training};
+use crate::tui::screens::{run_form, runs, training};
 use crate::tui::view::{Choice, Level, RunSummary, Subject};
 use mge_run::RunState;
 use mge_stats::rolling::WINDOW;
@@ -52,7 +52,6 @@ impl App {
         if let Err(reason) = self.show_awaited() {
             self.show_message(Level::Error, reason);
         }
-        self.show_beside();
         if self.shows_scene() {
             self.tick_scene(elapsed);
         }
@@ -102,16 +101,9 @@ impl App {
             self.workspace.log(Level::Good, text.clone());
         }
         news.append(&mut solved);
-        if !news.is_empty() && !self.silent {
+        if !news.is_empty() {
             self.request = Some(TerminalRequest::Notify(news.join(", ")));
         }
-    }
-
-    /// Announces ends of trainings, or no longer.
-    pub fn switch_bell(&mut self) {
-        self.silent ^= true;
-        let text = if self.silent { "ends of trainings are not announced" } else { "ends of trainings are announced" };
-        self.show_message(Level::Info, text);
     }
 
     /// Whether to request the visible curves again. This is not done at every tick: finding out which they are
@@ -128,17 +120,21 @@ impl App {
     /// Requests the curves of the visible runs.
     fn request_curves(&mut self) {
         let ui = self.ui();
-        let wanted = match self.tab {
+        let mut wanted = match self.tab {
             Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
+        // The dialog that starts a training tells from them what it will cost.
+        let measured = run_form::measured(ui.view).map(|run| run.path.clone());
+        let further: Vec<_> = measured.filter(|path| !wanted.contains(path)).collect();
+        wanted.extend(further);
         self.workspace.request_curves(wanted);
     }
 
     /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
     fn shows_scene(&self) -> bool {
-        self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice(), Choice::Past(_)))
+        self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice, Choice::Past(_)))
     }
 
     /// Shows a requested greedy episode once it is available.
@@ -153,13 +149,13 @@ impl App {
     }
 
     fn tick_scene(&mut self, elapsed: Duration) {
-        self.screens.scene.show_all(self.tab == Tab::Training);
+        self.screens.scene.all = self.tab == Tab::Training;
         if let Some(episode) = self.subject.needed_agent() {
             self.workspace.request_agent(episode);
         }
         if self.screens.scene.needs_model(&self.subject) {
             let had_model = self.subject.model().is_some();
-            if let Some(model) = self.workspace.model_for(&self.subject.task().clone()) {
+            if let Some(model) = self.workspace.model_for(&self.subject.task.clone()) {
                 self.subject.set_model(model);
             }
             if self.subject.model().is_some() != had_model {
@@ -178,11 +174,11 @@ impl App {
 
     /// Updates what the scene shows from the current view.
     pub fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
-        let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
+        let choice = choice.unwrap_or_else(|| self.subject.choice.clone());
         // A player that has stopped repeating its episode moves on as soon as there is another.
         let next = next || self.screens.scene.player.is_resting();
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
-        let is_other = !Arc::ptr_eq(subject.episode(), self.subject.episode());
+        let is_other = !Arc::ptr_eq(&subject.episode, &self.subject.episode);
         if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
             self.screens.curves.forget_window();
         }

@@ -1,7 +1,6 @@
 //! Recovery of unsaved edits: when a signal or a panic ends the workbench, the task is saved to a new file in the
 //! current folder, or else in the folder for temporary files. The next start in the current folder reports it.
 
-use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
 use super::App;
@@ -12,28 +11,11 @@ use mge_task as task;
 /// Prefix of the file names of saved tasks.
 const NAME: &str = "unsaved-";
 
-/// The running workbench. If it is dropped without having been left, as after a signal or a panic, it saves unsaved
-/// edits.
-pub struct Guarded(pub App);
-
-impl Deref for Guarded {
-    type Target = App;
-
-    fn deref(&self) -> &App {
-        &self.0
-    }
-}
-
-impl DerefMut for Guarded {
-    fn deref_mut(&mut self) -> &mut App {
-        &mut self.0
-    }
-}
-
-impl Drop for Guarded {
+impl Drop for App {
+    /// Saves unsaved edits, as after a signal or a panic.
     fn drop(&mut self) {
-        if !self.0.is_leaving() && self.0.workspace.view().dirty {
-            terminal::report_at_the_end(keep(self.0.workspace.view(), &[PathBuf::new(), std::env::temp_dir()]));
+        if self.keeps_edits && !self.is_leaving() && self.workspace.view().dirty {
+            terminal::report_at_the_end(keep(self.workspace.view(), &[PathBuf::new(), std::env::temp_dir()]));
         }
     }
 }
@@ -96,7 +78,7 @@ mod tests {
         }
         let (mut app, _) = app(empty());
         report_recovered_edits(&mut app, folder.path());
-        assert!(app.message.unwrap().0.text.contains("`task unsaved-task1"));
+        assert!(app.message().contains("`task unsaved-task1"));
         assert!(keep(&typical(), &["/nowhere".into()]).contains("are lost"));
         let fallback = keep(&typical(), &["/nowhere".into(), folder.path().to_owned()]);
         assert!(fallback.contains("are kept in") && fallback.contains("unsaved-task1-3.json"), "{fallback}");
@@ -108,11 +90,16 @@ mod tests {
             Arc::make_mut(&mut view.task).name = "never-kept".to_owned();
             view
         };
-        drop(Guarded(app(named(empty())).0));
-        let (mut left, _) = app(named(typical()));
+        let guarded = |view| {
+            let (mut app, _) = app(named(view));
+            app.keeps_edits = true;
+            app
+        };
+        drop(guarded(empty()));
+        let mut left = guarded(typical());
         press(&mut left, "q y");
         assert!(left.is_leaving());
-        drop(Guarded(left));
+        drop(left);
         assert!(std::fs::remove_file(format!("{NAME}never-kept.json")).is_err(), "it was kept");
     }
 }

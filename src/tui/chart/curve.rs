@@ -108,7 +108,7 @@ fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
             buffer.set_string(column, row, sign, Style::new().fg(*colour));
         }
     }
-    let Some(column) = plot.crosshair.and_then(|at| axes.column(at)) else { return };
+    let Some(column) = plot.crosshair.and_then(|[x, _]| axes.column(x)) else { return };
     let here = plot.marks.iter().filter(|(episode, ..)| axes.column(*episode as f32) == Some(column));
     let texts: Vec<&str> = here.map(|(.., text)| *text).collect();
     let text = columns::shortened(&texts.join(", "), usize::from(axes.plot.width), false);
@@ -130,7 +130,7 @@ fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 }
 
 fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let Some(column) = plot.crosshair.and_then(|at| axes.column(at)) else { return };
+    let Some(column) = plot.crosshair.and_then(|[x, _]| axes.column(x)) else { return };
     let bar = theme.symbol("┊", "|");
     for row in axes.plot.top()..axes.plot.bottom() {
         if buffer[(column, row)].symbol() == " " {
@@ -257,11 +257,11 @@ mod tests {
         plot.marks = vec![(10, Color::Red, "epsilon 0.1")];
         let without = lines(&plot, Marker::Ascii);
         assert!(without[4].contains('^') && !without.concat().contains("epsilon"), "{without:#?}");
-        plot.crosshair = Some(10.0);
+        plot.crosshair = Some([10.0; 2]);
         assert!(lines(&plot, Marker::Ascii)[3].contains("epsilon 0.1"));
-        plot.crosshair = Some(17.0);
+        plot.crosshair = Some([17.0; 2]);
         assert_eq!(lines(&plot, Marker::Ascii).concat().matches("epsilon").count(), 0);
-        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some(3.0));
+        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some([3.0; 2]));
         let early = lines(&plot, Marker::Ascii);
         let column = early[4].find('^').unwrap();
         assert_eq!(early[3].find("epsilon 0.1"), Some(column + 2), "{early:#?}");
@@ -280,7 +280,7 @@ mod tests {
     fn a_low_chart_leaves_out_the_names_of_marks_then_the_plot_then_everything() {
         let values: Vec<f32> = (0..20).map(|i| i as f32).collect();
         let mut plot = plot(&values, &[]);
-        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some(3.0));
+        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some([3.0; 2]));
         assert!(of_height(&plot, 5).contains("epsilon 0.1"));
         let low = of_height(&plot, 4);
         assert!(low.contains('^') && !low.contains("epsilon"), "{low}");
@@ -293,7 +293,7 @@ mod tests {
     fn evaluations_are_points_and_the_legend_shows_values_at_the_crosshair() {
         let values: Vec<f32> = (0..20).map(|i| i as f32 / 20.0).collect();
         let mut plot = plot(&values, &[(10, 0.5)]);
-        plot.crosshair = Some(11.0);
+        plot.crosshair = Some([11.0; 2]);
         let lines = lines(&plot, Marker::Braille);
         assert!(lines.concat().contains('◇') && lines.concat().contains('┊'));
         assert!(lines[0].contains("a: 0.50") && lines[0].contains("episode 11"), "{}", lines[0]);

@@ -70,7 +70,7 @@ pub fn place(episodes: &[u64], episode: u64) -> usize {
 }
 
 /// For each finite value the mean of the finite ones among it and those before it, `width` in all.
-fn smoothed(values: &[f32], width: usize) -> impl Iterator<Item = f32> {
+pub fn smoothed(values: &[f32], width: usize) -> impl Iterator<Item = f32> {
     let finite = |value: &f32| if value.is_finite() { (f64::from(*value), 1) } else { (0.0, 0) };
     let (mut sum, mut count) = (0.0, 0u32);
     values.iter().enumerate().map(move |(index, value)| {

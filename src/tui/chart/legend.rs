@@ -19,7 +19,7 @@ const COUNT: usize = 10;
 pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     let most = usize::from(area.height / 5).max(1) + usize::from(area.height >= 6);
     let mut lines = vec![Line::styled(columns::shortened(plot.title, usize::from(area.width), false), theme.strong())];
-    if let Some(at) = plot.crosshair {
+    if let Some([_, at]) = plot.crosshair {
         lines[0].push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
     }
     let named: Vec<&Curve> = plot.curves.iter().filter(|curve| !curve.values.is_empty()).collect();
@@ -27,7 +27,7 @@ pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         let left = named.len() - index;
         let name = columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true);
         let colon = if name.is_empty() { "" } else { ": " };
-        let text = format!("  {name}{colon}{}", number(curve.value(plot.crosshair)));
+        let text = format!("  {name}{colon}{}", number(curve.value(plot.crosshair.map(|[x, _]| x))));
         let fits = |line: &Line, lines: usize| {
             let count = if lines == most && left > 1 { COUNT } else { 0 };
             line.width() + columns::width(&text) + count <= usize::from(area.width)

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ratatui::style::Color;
 
 use super::axes::Scale;
-use super::decimated::place;
+use super::decimated::{place, smoothed};
 use super::range::Window;
 
 /// A curve.
@@ -29,13 +29,15 @@ pub struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// Its value at the crosshair, or its latest one; NaN if there is none.
+    /// Its smoothed value at the crosshair, or its latest one; NaN if there is none.
     pub fn value(&self, crosshair: Option<f32>) -> f32 {
-        let found = match crosshair {
-            None => self.values.iter().rev().copied().find(|value| value.is_finite()),
-            Some(at) => self.values.get(place(self.episodes, at.round() as u64)).copied(),
+        let last = match crosshair {
+            None => self.values.iter().rposition(|value| value.is_finite()),
+            Some(at) => Some(place(self.episodes, at.round() as u64)).filter(|last| *last < self.values.len()),
         };
-        found.unwrap_or(f32::NAN)
+        let Some(last) = last else { return f32::NAN };
+        let window = &self.values[(last + 1).saturating_sub(self.smoothing)..=last];
+        smoothed(window, self.smoothing).last().unwrap_or(f32::NAN)
     }
 }
 
@@ -53,8 +55,8 @@ pub struct Plot<'a> {
     pub y: Option<[f32; 2]>,
     /// How values map to heights.
     pub scale: Scale,
-    /// The episode whose values the legend shows.
-    pub crosshair: Option<f32>,
+    /// Where the values are that the legend shows, on the x axis and as an episode.
+    pub crosshair: Option<[f32; 2]>,
     /// Interventions: episode, colour and description.
     pub marks: Vec<(u64, Color, &'a str)>,
     /// The text shown without data.

@@ -33,6 +33,10 @@ pub struct Form {
     /// What the words of a prompt may be, and the place of the one that was chosen among those that fit.
     completions: Vec<Value>,
     picked: Option<usize>,
+    /// The letters typed at the choices of the selected field.
+    typed: String,
+    /// What Enter does.
+    enter: &'static str,
     /// Why the latest answer was refused.
     error: Option<String>,
     /// Where each field was last drawn.
@@ -67,9 +71,17 @@ impl Form {
             read,
             completions: Vec::new(),
             picked: None,
+            typed: String::new(),
+            enter: "done",
             error: None,
             rows: Vec::new(),
         }
+    }
+
+    /// The form, with a word for what Enter does.
+    #[must_use]
+    pub fn with_enter(self, enter: &'static str) -> Self {
+        Self { enter, ..self }
     }
 
     /// A question with a line for the answer, which begins as `text`.
@@ -133,6 +145,7 @@ impl Form {
     /// Selects a field. What was wrong with the latest answer gives way to its explanation.
     fn select(&mut self, place: usize) {
         (self.selected, self.error) = (place, None);
+        self.typed.clear();
     }
 
     /// Chooses the text that is `by` after the present one.
@@ -143,6 +156,12 @@ impl Form {
         self.error = None;
     }
 
+    /// Chooses another text by an arrow key.
+    fn turn(&mut self, by: usize) {
+        self.typed.clear();
+        self.choose(by);
+    }
+
     /// The place of the present text among the choices.
     fn chosen(&self) -> usize {
         let [shown, _] = (self.explain)(self.selected, &self.texts());
@@ -151,13 +170,13 @@ impl Form {
         choices.iter().position(is_now).unwrap_or(0)
     }
 
-    /// Chooses the next text that begins with a letter, or says that there is none.
-    fn choose_letter(&mut self, letter: char) {
+    /// Chooses the text that begins with what has been typed, or says that there is none.
+    fn choose_typed(&mut self) {
         let (now, choices) = (self.chosen(), &self.fields[self.selected].choices);
-        let count = choices.len();
-        match (1..=count).find(|by| choices[(now + by) % count].starts_with(letter)) {
-            Some(by) => self.choose(by),
-            None => self.error = Some(format!("no choice begins with `{letter}`: {}", choices.join(", "))),
+        let place = choices.iter().position(|choice| *choice == self.typed);
+        match place.or_else(|| choices.iter().position(|choice| choice.starts_with(&self.typed))) {
+            Some(place) => self.choose(place + choices.len() - now),
+            None => self.error = Some(format!("no choice begins with `{}`: {}", self.typed, choices.join(", "))),
         }
     }
 }
@@ -168,6 +187,8 @@ impl Layer for Form {
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Enter if self.picked.is_some() => self.complete(),
+            // What was typed is not what is chosen.
+            KeyCode::Enter if self.error.is_some() && !self.typed.is_empty() => {}
             KeyCode::Enter => match (self.read)(&self.texts()) {
                 Ok(effect) => return Response::Try(effect),
                 Err(error) => self.error = Some(error),
@@ -177,10 +198,15 @@ impl Layer for Form {
             KeyCode::Tab if !self.completions.is_empty() => self.complete(),
             KeyCode::Up | KeyCode::BackTab => self.go(self.fields.len() - 1),
             KeyCode::Down | KeyCode::Tab => self.go(1),
-            KeyCode::Left if choices > 0 => self.choose(choices - 1),
-            KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
+            KeyCode::Left if choices > 0 => self.turn(choices - 1),
+            KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.turn(1),
+            KeyCode::Backspace if choices > 0 => {
+                self.typed.pop();
+                self.choose_typed();
+            }
             KeyCode::Char(letter) if choices > 0 && !key.modifiers.contains(KeyModifiers::CONTROL) => {
-                self.choose_letter(letter);
+                self.typed.push(letter);
+                self.choose_typed();
             }
             _ if choices == 0 && self.fields[self.selected].input.key(key) => (self.error, self.picked) = (None, None),
             _ => {}
@@ -222,7 +248,7 @@ impl Layer for Form {
         };
         let about = wrap(about, usize::from(width));
         let tab = if self.completions.is_empty() { "" } else { "   tab: complete" };
-        let title = format!("{} · enter: done{tab}   esc: close", self.title);
+        let title = format!("{} · enter: {}{tab}   esc: close", self.title, self.enter);
         // The popup keeps its height while one types.
         let listed = self.completions.len().min(LISTED);
         let inside = frame(&title, (width, (count + 1 + about.len() + listed) as u16), area, theme, buffer);

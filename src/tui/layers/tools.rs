@@ -26,8 +26,6 @@ use mge_task::Property;
 pub struct ToolItem {
     /// The tool; its position does not matter.
     pub tool: Tool,
-    /// Its number in CREATE's catalogue, if it is from there.
-    pub number: Option<usize>,
     /// Its description.
     text: String,
     /// The text that is searched.
@@ -36,29 +34,25 @@ pub struct ToolItem {
 
 impl ToolItem {
     /// A tool; `about` is appended to its description.
-    pub fn new(tool: Tool, number: Option<usize>, about: &str) -> Self {
+    fn new(tool: Tool, about: &str) -> Self {
         let text = [tool_text(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
         // `seesaw` finds a see_saw, too.
         let words = format!("{text} {}", tool.kind.name().replace('_', ""));
-        Self { tool, number, text, words }
+        Self { tool, text, words }
     }
 
     /// Every type, then the tools of CREATE's catalogue.
     pub fn all() -> Vec<Self> {
-        let usual = |kind| Self::new(Tool::new(kind, [0.0; 2]), None, "");
-        ToolKind::ALL.into_iter().map(usual).chain(Self::catalogue()).collect()
-    }
-
-    /// The tools of CREATE's catalogue.
-    pub fn catalogue() -> impl Iterator<Item = Self> {
-        let item = |number| Some(Self::new(*catalogue_tool(number)?, Some(number), &format!("#{number}")));
-        (0..NO_OP).filter_map(item)
+        let usual = |kind| Self::new(Tool::new(kind, [0.0; 2]), "");
+        let of_catalogue = |number| Some(Self::new(*catalogue_tool(number)?, &format!("#{number}")));
+        ToolKind::ALL.into_iter().map(usual).chain((0..NO_OP).filter_map(of_catalogue)).collect()
     }
 
     /// Its name, shortened to the columns below its picture.
     fn name(&self, columns: u16) -> String {
-        let is_usual = self.number.is_none() && Property::unusual(&self.tool).is_empty();
-        let name = if is_usual { self.tool.kind.name().to_owned() } else { tool_text(&self.tool, false) };
+        // One of the catalogue is told apart from its type.
+        let is_type = !self.text.contains('#') && Property::unusual(&self.tool).is_empty();
+        let name = if is_type { self.tool.kind.name().to_owned() } else { tool_text(&self.tool, false) };
         shortened(&name, usize::from(columns), false)
     }
 }
@@ -217,19 +211,18 @@ mod tests {
 
     #[test]
     fn matches_at_the_beginning_of_a_word_come_first() {
-        let item =
-            |number: usize| ToolItem::new(Tool::new(ToolKind::Box, [0.0; 2]), Some(number), &format!("#{number}"));
+        let item = |number: usize| ToolItem::new(Tool::new(ToolKind::Box, [0.0; 2]), &format!("#{number}"));
         let mut tools = ToolPalette::new("", vec![item(1234), item(23)], |_| Effect::info(""));
         tools.paste("23");
-        assert_eq!(tools.chosen().unwrap().number, Some(23));
+        assert!(tools.chosen().unwrap().text.ends_with("#23"));
     }
 
     #[test]
     fn only_a_tool_of_the_catalogue_is_named_with_its_size() {
         let tool = Tool::new(ToolKind::Box, [0.0; 2]);
-        let name = |number: Option<usize>| ToolItem::new(tool, number, "").name(30);
-        assert_eq!(name(None), "box");
-        let size = name(Some(3)).strip_prefix("box ").map(str::to_owned);
-        assert!(size.is_some_and(|size| size.parse::<f64>().is_ok()), "{}", name(Some(3)));
+        let name = |about: &str| ToolItem::new(tool, about).name(30);
+        assert_eq!(name(""), "box");
+        let size = name("#3").strip_prefix("box ").map(str::to_owned);
+        assert!(size.is_some_and(|size| size.parse::<f64>().is_ok()), "{}", name("#3"));
     }
 }

@@ -9,7 +9,7 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart, number, union};
+use crate::tui::chart::{Curve, Plot, Range, Scale, Window, draw as draw_chart, number, union};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel, XAxis};
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::counted;
@@ -85,6 +85,8 @@ pub struct Charts<'a> {
     /// Names that set the curves apart; empty if there is only one curve.
     names: Vec<String>,
     colours: Vec<Color>,
+    /// The episodes that the crosshair and the window are of.
+    reference: Positions<'a>,
     ui: &'a Ui<'a>,
 }
 
@@ -93,7 +95,8 @@ impl<'a> Charts<'a> {
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
         let names = names(&shown);
         let colours = colours(&shown, ui.theme);
-        Self { state, shown, names, colours, ui }
+        let reference = reference(&shown, state.axis, ui);
+        Self { state, shown, names, colours, reference, ui }
     }
 
     /// The curves that have one value throughout, the same for all that is shown, with that value; a dash if they have
@@ -109,15 +112,24 @@ impl<'a> Charts<'a> {
         Metric::CURVES.iter().filter(|_| is_begun).filter_map(constant).collect()
     }
 
-    /// The episode at the crosshair, or under the mouse; none if the curves are not drawn against episodes.
+    /// The episode at the crosshair, or under the mouse.
     pub fn crosshair(&self) -> Option<f32> {
-        self.state.hovered.or(self.state.crosshair).filter(|_| self.state.axis == XAxis::Episodes)
+        self.state.hovered.or(self.state.crosshair)
     }
 
-    /// The value of a metric of everything shown at an episode, in the order of the legend.
+    /// The place of an episode on the x axis.
+    fn x_of(&self, episode: f32) -> f32 {
+        self.reference.at(episode.round() as u64) as f32
+    }
+
+    /// The value of a metric of everything shown at the place of an episode, in the order of the legend.
     pub fn values_at(&self, metric: Metric, episode: f32) -> String {
-        let value = |shown: &Shown| shown.curves().at(metric, episode.round() as u64).unwrap_or(f32::NAN);
-        self.shown.iter().map(|shown| number(value(shown))).collect::<Vec<_>>().join(" / ")
+        let x = self.x_of(episode) as u64;
+        let value = |shown: &Shown| {
+            let place = shown.curves().positions(self.state.axis).partition_point(|known| *known < x);
+            number(shown.curves().get(metric).get(place).copied().unwrap_or(f32::NAN))
+        };
+        self.shown.iter().map(value).collect::<Vec<_>>().join(" / ")
     }
 
     /// Draws the chart of a metric.
@@ -146,23 +158,30 @@ impl<'a> Charts<'a> {
             _ => self.ui.text("no episodes yet: {train} trains"),
         };
         let smoothing = self.state.smoothing(metric);
-        let mean = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
+        let averaged = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
         let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
-        let x = match axis {
-            XAxis::Episodes => self.state.range.window(episodes(&self.shown)),
-            _ => Range::Whole.window(axes.iter().filter_map(Positions::last).max().unwrap_or(0) as usize),
+        let window = self.state.range.window(episodes(&self.shown));
+        let x = match (axis, self.state.range) {
+            (XAxis::Episodes, _) => window,
+            (_, Range::Whole) => {
+                Range::Whole.window(axes.iter().filter_map(Positions::last).max().unwrap_or(0) as usize)
+            }
+            _ => Window { from: self.x_of(window.from), to: self.x_of(window.to) },
         };
+        let has_groups = self.shown.iter().any(|shown| matches!(shown, Shown::Group(..)));
+        // The place of an episode of a group.
+        let mean = if has_groups { "mean " } else { "" };
         let (unit, by) = match axis {
             XAxis::Episodes => (1.0, String::new()),
             XAxis::Time => {
                 let (unit, name) = time_unit(x.to);
-                (unit, format!(", by {name} of training"))
+                (unit, format!(", by {mean}{name} of training"))
             }
-            _ => (1.0, format!(", by {}", axis.name())),
+            _ => (1.0, format!(", by {mean}{}", axis.name())),
         };
         let is_evaluated = metric == Metric::Success && self.shown.iter().any(|shown| !shown.evaluations().is_empty());
         let greedy = if is_evaluated { self.ui.theme.symbol(", ◇ greedy", ", o greedy") } else { "" };
-        let title = format!("{}{mean}{log}{by}{greedy}", metric.title());
+        let title = format!("{}{averaged}{log}{by}{greedy}", metric.title());
         // The marks of many curves could not be told apart.
         let marked = self.shown.iter().zip(&axes).zip(self.colours.iter().copied());
         let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|((shown, axis), colour)| {
@@ -177,12 +196,10 @@ impl<'a> Charts<'a> {
             unit,
             y: metric.info().range,
             scale: self.state.scale(metric),
-            crosshair: self.crosshair(),
+            crosshair: self.crosshair().map(|episode| [self.x_of(episode), episode]),
             empty: &empty,
         };
-        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer)
-            && axis == XAxis::Episodes
-        {
+        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
             regions.add(axes.plot, HitRegion::Chart(axes, metric));
         }
     }
@@ -202,8 +219,17 @@ fn smoothed_values(curves: &Curves, episodes: usize) -> usize {
     (episodes * curves.episodes().len()).checked_div(curves.last_episode()).unwrap_or(episodes).max(1)
 }
 
+/// Where the episodes of the watched run are on the x axis, or else of what has most episodes.
+pub fn reference<'a>(shown: &[Shown<'a>], axis: XAxis, ui: &Ui) -> Positions<'a> {
+    let is_watched = |shown: &&Shown| matches!(shown, Shown::Run(run, _) if ui.is_watched(run));
+    let longest = || shown.iter().max_by_key(|shown| shown.curves().last_episode());
+    let chosen = shown.iter().find(is_watched).or_else(longest);
+    chosen.map_or_else(Positions::default, |chosen| Positions::of(chosen.curves(), axis))
+}
+
 /// Where the episodes of a curve are on the x axis.
-struct Positions<'a> {
+#[derive(Default)]
+pub struct Positions<'a> {
     episodes: &'a [u64],
     positions: Cow<'a, [u64]>,
 }
@@ -220,6 +246,15 @@ impl<'a> Positions<'a> {
         }
         let kept = self.episodes.partition_point(|known| *known <= episode);
         kept.checked_sub(1).map_or(0, |last| self.positions[last])
+    }
+
+    /// The episode at a position, or the next one that is kept.
+    pub fn episode_at(&self, position: f32) -> f32 {
+        if matches!(self.positions, Cow::Borrowed(_)) {
+            return position;
+        }
+        let place = self.positions.partition_point(|known| (*known as f32) < position);
+        self.episodes.get(place).or(self.episodes.last()).map_or(0.0, |episode| *episode as f32)
     }
 
     fn last(&self) -> Option<u64> {

@@ -18,7 +18,7 @@ pub struct CurvesState {
     pub hovered: Option<f32>,
     /// The selected curve.
     pub(super) selected: usize,
-    /// What the curves are drawn against. Windows, the crosshair and the scene are of episodes only.
+    /// What the curves are drawn against. Windows and the crosshair are of episodes.
     pub axis: XAxis,
     /// Whether only the selected curve is shown.
     pub alone: bool,
@@ -91,11 +91,6 @@ impl CurvesState {
         self.selected = (self.selected + count).wrapping_add_signed(by) % count;
     }
 
-    /// Shows the latest episodes.
-    pub fn show_recent(&mut self) {
-        self.range = Range::Recent;
-    }
-
     /// Averages over the next number of episodes.
     pub fn next_smoothing(&mut self) {
         let index = SMOOTHINGS.iter().position(|count| *count == self.smoothing).unwrap_or(0);
@@ -104,7 +99,6 @@ impl CurvesState {
 
     /// Draws the curves against the next quantity.
     pub fn next_axis(&mut self) -> Vec<Effect> {
-        self.forget_window();
         self.axis = XAxis::ALL[(self.axis as usize + 1) % XAxis::ALL.len()];
         let without = if self.axis == XAxis::Time { ", without its pauses and interruptions" } else { "" };
         vec![Effect::info(format!("curves against {}{without}", self.axis.name()))]

@@ -21,15 +21,6 @@ pub struct Lists {
     pub log: LogState,
 }
 
-/// Selects a row of a list of the Models or the Figures screen.
-pub fn select_row(lists: &mut Lists, tab: Tab, row: usize) {
-    match tab {
-        Tab::Models => lists.model = row,
-        Tab::Figures => lists.figure = row,
-        _ => {}
-    }
-}
-
 /// Selects the line of the list on a screen that `line` returns for the selected and the last one, or the last one.
 pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize, usize) -> usize) {
     let line = |now: usize, last: usize| line(now.min(last), last).min(last);

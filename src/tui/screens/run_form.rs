@@ -1,11 +1,12 @@
 //! The form that starts a training: the settings of the next run, what each means, and what the runs will cost.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::Ui;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Field, Form, tool_text};
-use crate::tui::view::span;
+use crate::tui::view::{Curves, RunSummary, ViewModel, XAxis, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig};
@@ -39,8 +40,18 @@ const SEEDS: usize = 2;
 const MODEL: usize = 5;
 const NAME: usize = 8;
 
-/// What an earlier run on the task has cost: its method, episodes, actions and seconds.
-type Cost = (Method, f64, f64, f64);
+/// Most runs of a method whose cost counts.
+const MEASURED: usize = 5;
+
+/// The latest runs on the task, of each method, that have got far enough to tell what others will cost.
+pub fn measured(view: &ViewModel) -> impl Iterator<Item = &RunSummary> {
+    let tells =
+        |run: &&RunSummary| run.config.task.name == view.task.name && run.done > 0 && 2 * run.done >= run.episodes();
+    let of_task = move || view.runs.iter().rev().map(|run| &**run).filter(tells);
+    Method::ALL
+        .into_iter()
+        .flat_map(move |method| of_task().filter(move |run| run.config.method == method).take(MEASURED))
+}
 
 /// The form, with the settings of the session and a number of seeds.
 pub fn form(ui: &Ui, seeds: u32) -> Form {
@@ -49,10 +60,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     fields[0].input = TextInput::new(view.settings.method.to_string());
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
-    let of_task = view.runs.iter().rev().filter(|run| run.config.task.name == view.task.name && run.done > 0);
-    let costs: Vec<Cost> = of_task
-        .map(|run| (run.config.method, run.done as f64, run.actions as f64, run.seconds.unwrap_or(f64::NAN)))
-        .collect();
+    let measured: Vec<_> = measured(view).map(|run| (run.config.method, run.curves.clone())).collect();
     let (settings, folder, now) = (view.settings.clone(), view.folder.clone(), view.settings.method);
     let runs_folder = folder.clone();
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
@@ -63,7 +71,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
             ("epsilon", ..) if !settings.method.uses("epsilon") => format!("Not used by {}.", settings.method.label()),
             (.., about) => about.to_owned(),
         };
-        let cost = cost(&settings, &costs, texts, seeds);
+        let cost = cost(&settings, &measured, texts, seeds);
         let value = match place {
             SEEDS => seeds.to_string(),
             NAME => free_name(&runs_folder, &usual_name(&settings)),
@@ -72,7 +80,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         [value, format!("{about}\nThe agent places: {tool}.\n{cost}")]
     };
     let title = format!("train on {}", view.task.name);
-    Form::new(title, fields, explain, move |texts| read(texts, (now, seeds), &folder))
+    Form::new(title, fields, explain, move |texts| read(texts, (now, seeds), &folder)).with_enter("start")
 }
 
 /// Sets what the fields say and starts the runs in a folder, given the method of the session and the usual seeds.
@@ -95,7 +103,9 @@ fn read(texts: &[&str], (now, seeds): (Method, u32), folder: &Path) -> Result<Ef
     let commands: Vec<Option<Command>> = parsed.collect::<Result<_, String>>()?;
     let seeds = count.parse().unwrap_or(1);
     let remember = Effect::call(move |app| app.seeds = seeds);
-    Ok(Effect::all(commands.into_iter().flatten().map(Effect::apply).chain([remember]).collect()))
+    let all = Effect::all(commands.into_iter().flatten().map(Effect::apply).chain([remember]).collect());
+    // The errors of settings have the words of their files.
+    Ok(Effect::new(|app| all.carry_out(app).map_err(|error| error.replace("or null", "or none"))))
 }
 
 /// The value of a field in settings.
@@ -113,25 +123,25 @@ fn value(settings: &RunConfig, place: usize) -> String {
 }
 
 /// What the runs will cost, from the latest runs of the method on the task.
-fn cost(settings: &RunConfig, costs: &[Cost], texts: &[&str], seeds: u32) -> String {
-    let episodes: f64 = texts[1].parse().unwrap_or(settings.episodes).into();
+fn cost(settings: &RunConfig, measured: &[(Method, Arc<Curves>)], texts: &[&str], seeds: u32) -> String {
+    let episodes: u32 = texts[1].parse().unwrap_or(settings.episodes);
     let seeds: u32 = texts[SEEDS].parse().unwrap_or(seeds);
-    let of_method = costs.iter().filter(|(method, ..)| *method == settings.method).take(5);
-    // A run that was interrupted for long does not count much in the median.
-    let median = |of: fn(&Cost) -> f64| {
-        let mut all: Vec<f64> = of_method.clone().map(of).filter(|cost| cost.is_finite()).collect();
+    let of_method = || measured.iter().filter(|(method, _)| *method == settings.method);
+    let median = |axis: XAxis| {
+        let costs = of_method().filter_map(|(_, curves)| curves.expected(axis, episodes.into()));
+        let mut all: Vec<f64> = costs.filter(|cost| *cost > 0.0).collect();
         all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).map(|each| each * episodes)
+        all.get(all.len() / 2).copied()
     };
-    let actions = median(|(_, episodes, actions, _)| actions / episodes).map(|all| all * f64::from(seeds));
-    let actions = actions.map_or("unknown".to_owned(), |all| format!("about {all:.0}"));
-    let seconds = median(|(_, episodes, _, seconds)| seconds / episodes).map_or("unknown".to_owned(), span);
-    let known = of_method.clone().count();
-    if known == 0 {
-        return format!("{seeds} x {episodes} episodes: no run of this method tells yet what they cost");
+    let runs = format!("{seeds} x {episodes} episodes");
+    let known = of_method().count();
+    match (median(XAxis::Charged), median(XAxis::Time)) {
+        _ if known == 0 => format!("{runs}: no run of this method has got far enough to tell what they cost"),
+        (Some(actions), Some(milliseconds)) => {
+            let (actions, time) = (actions * f64::from(seeds), span(milliseconds / 1000.0));
+            let known = counted(known, "run");
+            format!("{runs}: about {actions:.0} charged actions, {time} for each run (from {known} of this method)")
+        }
+        _ => format!("{runs}: the runs that tell what they cost are being read"),
     }
-    let known = counted(known, "run");
-    format!(
-        "{seeds} x {episodes} episodes: {actions} actions, time of each run {seconds} (from {known} of this method)"
-    )
 }

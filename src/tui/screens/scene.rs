@@ -25,7 +25,7 @@ pub struct Scene {
     /// The chosen overlays.
     pub chosen: Overlays,
     /// Whether agent and prediction are shown regardless of `chosen`, as beside the curves.
-    all: bool,
+    pub all: bool,
     selected: Option<Object>,
     /// Where the selected object is being dragged to.
     dragged_to: Option<[f32; 2]>,
@@ -37,8 +37,6 @@ pub struct Scene {
 pub struct Hand {
     /// Where it is held, normalised.
     pub(super) cursor: Action,
-    /// The number of a tool of CREATE's catalogue; None for the task's own.
-    pub(super) tool: Option<usize>,
     /// Whether it can be placed there, and the predicted path of the ball.
     pub(super) ghost: Option<Ghost>,
 }
@@ -75,7 +73,7 @@ fn is_same<P: ?Sized>(a: &DerivedKey<P>, b: &DerivedKey<P>) -> bool {
 
 /// The key for an action of the episode; None unless an agent acts in it.
 fn key<P: ?Sized>(subject: &Subject, action: usize, part: Option<&Arc<P>>) -> Option<DerivedKey<P>> {
-    subject.is_of_run().then(|| (subject.episode().trace.clone(), action, part.cloned()))
+    subject.is_of_run().then(|| (subject.episode.trace.clone(), action, part.cloned()))
 }
 
 impl<T, P: ?Sized> Default for Derived<T, P> {
@@ -117,11 +115,6 @@ impl Scene {
         Overlays { critic: critic || all, actor: actor || all, model: model || all, ..self.chosen }
     }
 
-    /// Sets whether agent and prediction are shown regardless of the chosen overlays.
-    pub fn show_all(&mut self, all: bool) {
-        self.all = all;
-    }
-
     /// The selected object.
     pub fn selected(&self) -> Option<Object> {
         self.selected
@@ -131,13 +124,6 @@ impl Scene {
     pub fn select(&mut self, object: Option<Object>) {
         self.selected = object;
         self.dragged_to = None;
-    }
-
-    /// Changes the held tool to one of CREATE's catalogue, or to the task's own.
-    pub fn hold(&mut self, number: Option<usize>) {
-        if let Some(hand) = &mut self.hand {
-            (hand.tool, hand.ghost) = (number, None);
-        }
     }
 
     /// Drags the selected object to a position.
@@ -173,7 +159,7 @@ impl Scene {
     /// What cannot be shown, and why.
     pub(super) fn missing(&self, subject: &Subject) -> Vec<String> {
         let overlays = self.overlays();
-        let mut missing: Vec<String> = subject.note().map(str::to_owned).into_iter().collect();
+        let mut missing: Vec<String> = subject.note.clone().into_iter().collect();
         if subject.is_of_run() {
             missing.extend(self.agent_view.problem().map(|reason| format!("no critic or actor: {reason}")));
             missing.extend(self.prediction.problem().map(|reason| format!("no prediction: {reason}")));
@@ -197,9 +183,9 @@ impl Scene {
 
     /// Starts to play another episode, or the same one again.
     pub fn begin(&mut self, subject: &Subject, is_other: bool) {
-        if matches!(subject.choice(), Choice::Hand) {
+        if matches!(subject.choice, Choice::Hand) {
             // Play only the latest action; those before it have been seen.
-            let steps = &subject.episode().trace.steps;
+            let steps = &subject.episode.trace.steps;
             let before = steps.iter().take(steps.len().saturating_sub(1)).map(|step| step.path.len()).sum();
             self.player.play_from(before);
         } else {
@@ -211,7 +197,7 @@ impl Scene {
 
     /// Advances playback; returns whether the picture changed, and effects.
     pub fn update(&mut self, subject: &Subject, elapsed: Duration) -> (bool, Vec<Effect>) {
-        let steps = subject.episode().steps();
+        let steps = subject.episode.steps();
         let step = self.player.step();
         let over = self.player.advance(elapsed, steps);
         let mut effects = Vec::new();
@@ -221,16 +207,16 @@ impl Scene {
             effects.push(Effect::call(|app| app.choose_subject(None, true)));
         }
         let mut changed = step.min(steps) != self.player.step().min(steps);
-        let action = subject.episode().at(self.player.step()).action.saturating_sub(1);
+        let action = subject.episode.at(self.player.step()).action.saturating_sub(1);
         let overlays = self.overlays();
-        let networks = key(subject, action, subject.networks()).filter(|_| overlays.critic || overlays.actor);
+        let networks = key(subject, action, subject.networks.as_ref()).filter(|_| overlays.critic || overlays.actor);
         changed |= self.agent_view.renew(networks, |action| subject.agent_view(action));
         let model = key(subject, action, subject.model()).filter(|_| overlays.model);
         changed |= self.prediction.renew(model, |action| subject.predict(action));
         if let Some(hand) = &mut self.hand
             && hand.ghost.as_ref().is_none_or(|ghost| ghost.action != hand.cursor)
         {
-            hand.ghost = subject.ghost(hand.cursor, hand.tool);
+            hand.ghost = subject.ghost(hand.cursor);
             changed = true;
         }
         (changed, effects)
@@ -239,7 +225,7 @@ impl Scene {
     /// Begins hand play, with the tool below the ball; returns what is shown then.
     pub(super) fn take_tool(&mut self, view: &ViewModel) -> Choice {
         let [x, y] = view.task.ball.position;
-        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], tool: None, ghost: None });
+        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None });
         self.select(None);
         Choice::Hand
     }

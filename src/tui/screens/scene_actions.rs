@@ -17,7 +17,7 @@ pub fn move_by(scene: &mut Scene, ui: &Ui, direction: [f32; 2], far: bool) -> Ve
 
 /// Leaves a past episode, to show the task that is edited.
 fn leave_past(subject: &Subject) -> Vec<Effect> {
-    let is_past = matches!(subject.choice(), Choice::Past(_));
+    let is_past = matches!(subject.choice, Choice::Past(_));
     is_past.then(|| Effect::show(Choice::Latest)).into_iter().collect()
 }
 
@@ -33,7 +33,7 @@ pub fn select_neighbour(scene: &mut Scene, ui: &Ui, by: isize) -> Vec<Effect> {
 
 /// Shows the latest training episode, or if that is shown the scene without tools.
 pub fn next_source(ui: &Ui) -> Vec<Effect> {
-    vec![match ui.subject.choice() {
+    vec![match ui.subject.choice {
         // The scene is untouched already, and the next training's episodes are to appear in it.
         Choice::Latest if !ui.subject.is_of_run() => Effect::info(no_episode(ui)),
         Choice::Latest => Effect::show(Choice::Untouched),
@@ -47,7 +47,7 @@ pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -
         return vec![Effect::info("no run with episodes is being watched: the Runs screen has them")];
     };
     scene.select(None);
-    let now = match ui.subject.choice() {
+    let now = match &ui.subject.choice {
         Choice::Past(episode) => Some(episode.trace.episode),
         _ => None,
     };
@@ -57,17 +57,15 @@ pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -
 
 /// Why no training episode is shown.
 fn no_episode(ui: &Ui) -> String {
-    match ui.subject.note() {
-        Some(note) => note.to_owned(),
-        None => ui.text("there is no training episode yet: {train} trains one"),
-    }
+    let untrained = || ui.text("there is no training episode yet: {train} trains one");
+    ui.subject.note.clone().unwrap_or_else(untrained)
 }
 
 /// Shows or hides an overlay of the clusters; says why nothing is to be seen.
 pub fn show_clusters(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
     *overlay = !*overlay;
     let missing = || Effect::info(ui.text("no action clusters yet: {clusters} computes them"));
-    ui.subject.clusters().is_none().then(missing).into_iter().collect()
+    ui.subject.clusters.is_none().then(missing).into_iter().collect()
 }
 
 /// Shows or hides an overlay of the agent or the model; says why nothing is to be seen.
@@ -78,7 +76,7 @@ pub fn show_agent(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
 
 /// Shows the clusters of the next stage, or after the last one those of all stages.
 pub fn show_next_stage(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
-    let task = ui.subject.task();
+    let task = &ui.subject.task;
     let next = scene.chosen.stage.map_or(0, |stage| stage + 1);
     scene.chosen.stage = Some(next).filter(|stage| *stage < task.stage_count());
     vec![Effect::info(match scene.chosen.stage {
@@ -99,7 +97,7 @@ pub fn play_by_hand(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
 
 /// Places the tool in hand.
 pub fn place(scene: &Scene) -> Vec<Effect> {
-    scene.hand.iter().map(|hand| Effect::apply(command::Place(hand.cursor, hand.tool))).collect()
+    scene.hand.iter().map(|hand| Effect::apply(command::Place(hand.cursor, None))).collect()
 }
 
 /// Handles a mouse press in the scene: places the held tool, or selects an object.

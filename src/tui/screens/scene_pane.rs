@@ -8,15 +8,13 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
-use super::pane::{hint, lines, pane};
+use super::pane::{lines, pane};
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::layers::tool_text;
-use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene, legend};
+use crate::tui::scene::{Content, Object, Objects, draw as draw_scene, legend};
+use crate::tui::view::Choice;
 use crate::tui::view::playback::PlaybackFrame;
-use crate::tui::view::{Choice, ComparedEpisode};
 use crate::tui::widgets::columns::{fitting, shortened};
-use mge_physics::catalogue_tool;
 use mge_task::{Region, Task};
 
 /// Draws the scene. Returns its legend, if that is to be shown.
@@ -30,11 +28,11 @@ pub fn scene_pane(
     let subject = ui.subject;
     let inside = pane(&title(ui), area, ui.theme, buffer);
     // A past episode has its own task; edits apply to the session's.
-    let (task, proposed) = match subject.choice() {
-        Choice::Past(_) => (subject.task().clone(), Vec::new()),
+    let (task, proposed) = match subject.choice {
+        Choice::Past(_) => (subject.task.clone(), Vec::new()),
         _ => while_dragging(ui, scene),
     };
-    let mut frame = subject.episode().at(scene.player.step());
+    let mut frame = subject.episode.at(scene.player.step());
     if matches!(scene.dragged(), Some((Object::Ball, _))) {
         frame = PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() };
     }
@@ -44,7 +42,7 @@ pub fn scene_pane(
         objects: Objects { task: &task, proposed: &proposed },
         frame: &frame,
         overlays: scene.overlays(),
-        prior: subject.clusters().map(|clusters| (&*clusters.prior, clusters.stale)),
+        prior: subject.clusters.as_ref().map(|clusters| (&*clusters.prior, clusters.stale)),
         heat: agent_view.map(|view| &view.heat),
         choice: agent_view.map(|view| view.choice),
         predicted,
@@ -58,38 +56,6 @@ pub fn scene_pane(
     Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
     caption(ui, scene, &frame, area, buffer);
     content.overlays.legend.then(|| legend(&content, ui.theme))
-}
-
-/// Draws the same episode of another run, at the same step.
-pub fn beside_pane(ui: &Ui, scene: &Scene, beside: &ComparedEpisode, area: Rect, buffer: &mut Buffer) {
-    let name = ui.view.run(&beside.run).map_or("", |run| &run.name);
-    let title = format!("episode {} of {name}", beside.number);
-    let episode = match &beside.episode {
-        Some(Ok(episode)) => episode,
-        missing => {
-            let inside = pane(&title, area, ui.theme, buffer);
-            let reason = missing.as_ref().map_or("reading", |outcome| outcome.as_ref().err().map_or("", |why| why));
-            return hint(reason, inside, ui.theme, buffer);
-        }
-    };
-    let inside = pane(&format!("{} · {title}", episode.task.name), area, ui.theme, buffer);
-    let frame = episode.at(scene.player.step());
-    let content = Content {
-        objects: Objects { task: &episode.task, proposed: &[] },
-        frame: &frame,
-        overlays: Overlays { legend: false, ..scene.overlays() },
-        prior: None,
-        heat: None,
-        choice: None,
-        predicted: &[],
-        truth: &[],
-        selected: None,
-        ghost: None,
-    };
-    draw_scene(&content, inside, ui.theme, buffer);
-    let text = format!(" action {} · reward {:.2} ", frame.action, frame.reward);
-    let room = usize::from(area.width.saturating_sub(4));
-    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, ui.theme.faint());
 }
 
 /// The task and the proposed subgoals, with the dragged object at the mouse.
@@ -130,10 +96,7 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
         }
         let [x, y] = hand.cursor;
         text = format!(" x {x:.2}, y {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
-        if let Some(tool) = hand.tool.and_then(catalogue_tool) {
-            text += &format!("· {} ", tool_text(tool, true));
-        }
-        if let Some(end) = ui.view.hand.end() {
+        if let Some(end) = ui.view.hand.snapshot.end() {
             text = format!(" the episode is over: {end} ");
         }
     }
@@ -142,5 +105,6 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
 
 /// Title of the scene: its task and episode.
 fn title(ui: &Ui) -> String {
-    format!("{} · {}", ui.subject.task().name, ui.subject.episode().title)
+    let run = ui.subject.run().map_or("", |run| &run.name);
+    format!("{} · {}", ui.subject.task.name, ui.subject.episode.title(run))
 }

@@ -52,6 +52,16 @@ impl Schedule {
         false
     }
 
+    /// Gives way to another schedule in use; undo brings the draft back. False if there is none.
+    pub fn give_way(&mut self) -> bool {
+        let is_edited = self.is_edited();
+        if is_edited {
+            self.remember();
+            self.draft = None;
+        }
+        is_edited
+    }
+
     /// Goes back to the schedule in use.
     pub fn discard(&mut self) {
         (self.draft, self.before) = (None, Vec::new());

@@ -31,7 +31,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     if settings.method.uses("epsilon") {
         next.push(("epsilon", settings.epsilon.describe(), Style::new()));
     }
-    next.extend([("clusters", clusters, colour), ("model", ui.view.model_name(), Style::new())]);
+    next.extend([("clusters", clusters, colour), ("model", ui.view.settings.prior.name(), Style::new())]);
     for (label, text, style) in next {
         // With a run, each takes one line, to leave room for it; the Edit screen and the log show the full text.
         if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }
@@ -64,7 +64,7 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
         };
         return (what, Some(theme.warn));
     }
-    match ui.subject.clusters() {
+    match &ui.subject.clusters {
         Some(clusters) if clusters.of_run => (format!("{}, used by the run", count(&clusters.prior)), None),
         // The workspace computes outdated clusters again by itself.
         Some(clusters) if clusters.stale => ("out of date; soon computed again".to_owned(), Some(theme.warn)),
@@ -104,6 +104,7 @@ impl Rows<'_> {
         self.add("run", &shortened(&run.name, self.room, true), plain);
         self.line("", &run.label, plain);
         let state = match (&run.state, &run.preparing) {
+            (RunState::Running, Some(work)) if run.pausing => format!("pausing; {work}"),
             (RunState::Running, Some(work)) => work.clone(),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),
             _ => run.state_word().to_owned(),
@@ -122,7 +123,7 @@ impl Rows<'_> {
         let text = format!("{}, {now} {}", latest(Metric::Return), latest(Metric::Epsilon));
         self.line("return", &text, plain);
         if run.active {
-            let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
+            let speed = run.rate().map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
             let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
             self.line("speed", &format!("{speed}{left}"), plain);
         }

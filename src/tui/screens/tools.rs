@@ -1,7 +1,5 @@
 //! The tools of a task on the Scene and Edit screens: palettes to choose from, and changes to their properties.
 
-use std::sync::Arc;
-
 use super::Ui;
 use super::scene::Scene;
 use crate::tui::effect::Effect;
@@ -53,17 +51,6 @@ pub fn choose_placeable() -> Vec<Effect> {
         Effect::apply(Edit::SetPlaceable { kind: item.tool.kind, size, values })
     };
     vec![Effect::open(ToolPalette::new("the agent's tool", ToolItem::all(), give))]
-}
-
-/// Opens the palette to choose the tool for hand play: the task's own, or one of CREATE's.
-pub fn choose_in_hand(task: &Arc<Task>) -> Vec<Effect> {
-    let own = ToolItem::new(task.placeable.tool([0.0; 2]), None, "the task's own");
-    let items = [own].into_iter().chain(ToolItem::catalogue()).collect();
-    let hold = |item: &ToolItem| {
-        let number = item.number;
-        Effect::call(move |app| app.screens.scene.hold(number))
-    };
-    vec![Effect::open(ToolPalette::new("the tool in your hand", items, hold))]
 }
 
 /// Opens the palette with the properties of the selected tool.

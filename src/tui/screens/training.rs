@@ -13,7 +13,7 @@ use super::charts::{self, Charts, Shown};
 use super::curves::CurvesState;
 use super::pane::{hint, pane, queue_line};
 use super::runs::Runs;
-use super::scene_pane::{beside_pane, scene_pane};
+use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui};
 use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
@@ -26,17 +26,15 @@ use mge_run::Metric;
 /// Width from which the scene fits beside the curves.
 const BESIDE: u16 = 80;
 
-/// The runs whose curves are shown: the watched one, or in a comparison the marked ones.
+/// The runs whose curves are shown: in a comparison the marked ones, or else the watched one.
 fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
-    let watched = ui.subject.run();
-    if !curves.comparing {
-        return watched.into_iter().collect();
-    }
-    runs.marked(ui.view)
+    let marked = if curves.comparing { runs.marked(ui.view) } else { Vec::new() };
+    // The marks may have been removed since.
+    if marked.is_empty() { ui.subject.run().into_iter().collect() } else { marked }
 }
 
 /// The two compared runs, the watched one first, if there are exactly two.
-pub fn pair<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Option<[&'a RunSummary; 2]> {
+fn pair<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Option<[&'a RunSummary; 2]> {
     let watched = ui.subject.run().filter(|_| curves.comparing)?;
     match chosen(curves, runs, ui).as_slice() {
         [first, second] if first.path == watched.path => Some([*first, *second]),
@@ -97,6 +95,11 @@ pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
     charts::episodes(&shown(curves, runs, ui))
 }
 
+/// The episode at a place on the x axis.
+pub fn episode_at(curves: &CurvesState, runs: &Runs, ui: &Ui, x: f32) -> f32 {
+    charts::reference(&shown(curves, runs, ui), curves.axis, ui).episode_at(x)
+}
+
 /// Draws charts below one another.
 pub fn stack(
     curves: &CurvesState,
@@ -122,16 +125,10 @@ pub fn stack(
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let (curves, marked) = (&screens.curves, &screens.runs);
     let mut area = area;
-    if matches!(ui.subject.choice(), Choice::Past(_)) && area.width >= BESIDE {
-        let scenes: u16 = if ui.subject.beside().is_some() { 2 } else { 1 };
-        let width = (2 * (area.height / scenes - 2) + 2).min(area.width / 2);
+    if matches!(ui.subject.choice, Choice::Past(_)) && area.width >= BESIDE {
+        let width = (2 * (area.height - 2) + 2).min(area.width / 2);
         let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
-        let [above, below] =
-            Layout::vertical([Constraint::Length(right.height / scenes), Constraint::Fill(1)]).areas(right);
-        let _ = scene_pane(ui, &screens.scene, above, buffer, regions);
-        if let Some(beside) = ui.subject.beside() {
-            beside_pane(ui, &screens.scene, beside, below, buffer);
-        }
+        let _ = scene_pane(ui, &screens.scene, right, buffer, regions);
         area = left;
     }
     let shown = shown(curves, marked, ui);
@@ -236,7 +233,7 @@ fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
 
 /// The title of the curves of one run.
 fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
-    let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
+    let speed = run.rate().map(|rate| format!("{rate:.1} episodes/s"));
     let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
     let practice = run.practice_text().map(|practice| format!("practice {practice}"));
     let before = run.preparing.clone().or(practice).unwrap_or_default();
@@ -250,7 +247,9 @@ fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
 
 /// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.
 fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
-    let all = mge_results::differences(&pair[0].config, &pair[1].config);
+    let mut all = mge_results::differences(&pair[0].config, &pair[1].config);
+    // What does not fit is counted: what matters most comes first.
+    all.sort_by_key(|(path, _)| ["task.name", "method"].iter().position(|first| first == path).unwrap_or(usize::MAX));
     let most = usize::from(area.height / 3);
     let left = (all.len() + 1).saturating_sub(most);
     let room = most.saturating_sub(1 + usize::from(left > 0));

@@ -15,7 +15,7 @@ use crate::tui::scene::Object;
 use crate::tui::view::RunSummary;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
-use mge_base::text::{counted, printable};
+use mge_base::text::printable;
 use mge_run::Metric;
 use mge_task::is_built_in;
 
@@ -121,12 +121,9 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     text
 }
 
-/// The proposed subgoals or the search for them, with the keys to answer, or the search for a puzzle.
+/// The proposed subgoals or the search for them, with the keys to answer.
 fn proposals(ui: &Ui) -> Option<String> {
     let view = ui.view;
-    if let Some(tried) = view.searching {
-        return Some(format!("looking for a puzzle: {} tried", counted(tried, "layout")));
-    }
     if let Some((tried, count)) = view.proposing {
         // The number is unknown before the first report.
         let number =

@@ -9,13 +9,13 @@ mod workspace;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use subject::{AgentView, Choice, ComparedEpisode, Subject};
+pub use subject::{AgentView, Choice, Subject};
 pub use task_model::TaskModel;
 pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::tui::scene::Objects;
 use mge_agent::Ddpg;
-use mge_env::{EndReason, Snapshot};
+use mge_env::Snapshot;
 use mge_guidance::ActionPrior;
 use mge_run::RunState;
 use mge_task::{Region, Task};
@@ -40,8 +40,6 @@ pub struct ViewModel {
     pub proposed: Vec<Region>,
     /// Proposals tried so far and their maximum number, while subgoals are being searched for.
     pub proposing: Option<(usize, usize)>,
-    /// Layouts tried so far, while a random puzzle is being searched for.
-    pub searching: Option<usize>,
     /// The settings of the next run.
     pub settings: RunConfig,
     /// The number of episodes to which continuing extends a run that has fewer, if it was set.
@@ -120,13 +118,6 @@ pub struct HandEpisode {
     pub snapshot: Arc<Snapshot>,
 }
 
-impl HandEpisode {
-    /// Why the episode has ended, if it has.
-    pub fn end(&self) -> Option<EndReason> {
-        self.snapshot.end()
-    }
-}
-
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogLine {
@@ -163,11 +154,6 @@ impl ViewModel {
         self.watched.as_ref().map(|watched| &*watched.run)
     }
 
-    /// Name of the model that predicts the rollouts of guidance.
-    pub fn model_name(&self) -> String {
-        self.settings.prior.name()
-    }
-
     /// The objects of the edited task.
     pub fn objects(&self) -> Objects<'_> {
         Objects { task: &self.task, proposed: &self.proposed }
@@ -181,15 +167,16 @@ impl ViewModel {
     /// The state of this program's trainings in short phrases: number of runs, speed and time left for all of them.
     /// Empty without trainings.
     pub fn queue(&self) -> Vec<String> {
-        let (mut training, mut queued, mut left, mut rate) = (0, 0, 0, 0.0);
+        let (mut training, mut queued, mut left, mut rate, mut is_known) = (0, 0, 0, 0.0, true);
         for run in self.training_runs() {
             *(if run.queued { &mut queued } else { &mut training }) += 1;
             left += run.episodes().saturating_sub(run.done);
-            rate += run.rate.filter(|_| !run.queued).unwrap_or(0.0);
+            rate += run.rate().unwrap_or(0.0);
+            is_known &= run.queued || run.seconds_left().is_some();
         }
         let count = |count: usize, word: &str| Some(format!("{count} {word}")).filter(|_| count > 0);
         let speed = Some(format!("{rate:.1} episodes/s")).filter(|_| rate > 0.0);
-        let time = Some(format!("{} left", span(left as f64 / rate))).filter(|_| rate > 0.0);
+        let time = Some(format!("{} left", span(left as f64 / rate))).filter(|_| is_known && rate > 0.0);
         [count(training, "training"), count(queued, "queued"), speed, time].into_iter().flatten().collect()
     }
 

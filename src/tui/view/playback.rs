@@ -12,8 +12,6 @@ use mge_trainer::{Source, Trace, TracedStep};
 /// An episode to be shown.
 #[derive(Debug, Clone)]
 pub struct Episode {
-    /// Short description.
-    pub title: String,
     /// The task it was played on.
     pub task: Arc<Task>,
     /// The actions and their results.
@@ -64,11 +62,16 @@ impl Episode {
         let mut trace = Trace::default();
         // NaN is not a position, so the action places nothing.
         while trace.step(&mut env, [f32::NAN; 2], Source::Policy).is_ok() {}
-        Self {
-            title: "no tool placed".to_owned(),
-            task: task.clone(),
-            trace: Arc::new(trace),
-            origin: Origin::Untouched,
+        Self { task: task.clone(), trace: Arc::new(trace), origin: Origin::Untouched }
+    }
+
+    /// What it is, given the name of its run.
+    pub fn title(&self, run: &str) -> String {
+        match (&self.origin, self.trace.episode) {
+            (Origin::Untouched, _) => "no tool placed".to_owned(),
+            (Origin::Hand, _) => "played by hand".to_owned(),
+            (Origin::Run(_), 0) => format!("the greedy policy of {run}"),
+            (Origin::Run(_), episode) => format!("episode {episode} of {run}"),
         }
     }
 

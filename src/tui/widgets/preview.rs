@@ -49,16 +49,11 @@ impl PreviewRequest {
 }
 
 /// The picture of a figure, drawn in the background.
+#[derive(Default)]
 pub struct Preview {
     /// How the terminal shows pictures.
     graphics: Graphics,
     picture: Loader<PreviewRequest, Encoded>,
-}
-
-impl Default for Preview {
-    fn default() -> Self {
-        Self { graphics: Graphics::default(), picture: Loader::new(1) }
-    }
 }
 
 /// Minimum time between two pictures of a figure whose contents change.

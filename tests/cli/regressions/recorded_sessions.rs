@@ -188,7 +188,6 @@ set ddpg.gamma 0.9
 figure dashboard %1.svg
 model train box m.safetensors 1
 wait
-puzzle 13
 quit
 ";
     // `quit` ends the script before the recording.

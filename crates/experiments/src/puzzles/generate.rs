@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::index::{Index, Puzzle, Split};
+use super::index::{Index, Puzzle};
 use crate::error::{ExperimentError, finished};
 use crate::play::play;
 use mge_base::atomic::Target;
@@ -159,17 +159,6 @@ fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, Experime
     }
     let task = task::load(&path.display().to_string()).ok().filter(|task| task.name == name);
     task.map(Some).ok_or_else(|| ExperimentError::NotThePuzzle(path.to_owned()))
-}
-
-/// The first training puzzle of a seed, with [`START_NOISE`], as `mge puzzles generate --split train` writes it.
-/// `on_progress` is called with the number of layouts tried so far.
-///
-/// # Errors
-/// When `stop` is requested.
-pub fn random_puzzle(seed: u64, stop: &Stop, on_progress: impl Fn(u64)) -> Result<Task, ExperimentError> {
-    let index = Index::new(seed, Split::Train, START_NOISE);
-    let search = Search { number: 0, index: &index, criteria: &Criteria::default() };
-    Ok(Arc::unwrap_or_clone(search.find(&mut search.rng(), stop, on_progress)?.0))
 }
 
 /// The search for one puzzle: draws layouts until one is accepted.

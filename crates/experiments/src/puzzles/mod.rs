@@ -12,5 +12,5 @@ mod index;
 mod tests;
 
 pub use bench::Bench;
-pub use generate::{Criteria, START_NOISE, generate, random_puzzle};
+pub use generate::{Criteria, START_NOISE, generate};
 pub use index::{Index, Split};

@@ -105,8 +105,11 @@ impl Argument<String> for Rest {
     }
 }
 
-/// The path of a file or folder.
-pub(super) struct Place(pub &'static str);
+/// The path of a file or folder, and whether it is the folder of a run.
+pub(super) struct Place(pub &'static str, pub bool);
+
+/// The folder of a run.
+pub(super) const RUN: Place = Place("a run's folder", true);
 
 impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
@@ -116,24 +119,11 @@ impl Argument<PathBuf> for Place {
     fn write(&self, value: &PathBuf) -> String {
         quoted(&Path::display(value).to_string())
     }
-}
-
-/// The folder of a run.
-pub(super) struct RunFolder;
-
-const RUN: Place = Place("a run's folder");
-
-impl Argument<PathBuf> for RunFolder {
-    fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
-        RUN.read(words)
-    }
-
-    fn write(&self, value: &PathBuf) -> String {
-        RUN.write(value)
-    }
 
     fn visit(&self, value: &mut PathBuf, visit: &mut dyn FnMut(Named<'_>)) {
-        visit(Named::Run(value));
+        if self.1 {
+            visit(Named::Run(value));
+        }
     }
 }
 
@@ -161,7 +151,7 @@ impl Argument<Vec<PathBuf>> for RunFolders {
 /// The path of a file to write, of a format. Followed by `force`, it replaces a file of any format.
 pub(super) struct Output(pub Format<'static>);
 
-const FILE: Place = Place("a file");
+const FILE: Place = Place("a file", false);
 
 impl Argument<Target> for Output {
     fn read(&self, words: &mut Words<'_>) -> Result<Target, String> {

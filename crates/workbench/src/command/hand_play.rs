@@ -17,7 +17,8 @@ command! {
         let step = hand.place(position, number)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
         let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed: {reason}"));
-        Ok(format!("{placed}; reward {:.2}{end}", step.reward))
+        let subgoals: String = step.subgoals.iter().map(|index| format!("; subgoal {} reached", index + 1)).collect();
+        Ok(format!("{placed}{subgoals}; reward {:.2}{end}", step.reward))
     };
 }
 

@@ -34,7 +34,7 @@ pub use runs::{
     Train, Watch,
 };
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
-pub use task::{Propose, Puzzle, Redo, Save, Task, Undo};
+pub use task::{Propose, Redo, Save, Task, Undo};
 
 /// A verb of the command language.
 #[derive(Debug, Clone, Copy)]
@@ -265,7 +265,7 @@ macro_rules! commands {
 
 // In the order of the help.
 commands! {
-    Task, Puzzle, Save, Undo, Redo, Edit, Propose,
+    Task, Save, Undo, Redo, Edit, Propose,
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
@@ -447,7 +447,6 @@ mod tests {
         "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
         "evaluate",
         "checkpoint best",
-        "puzzle 13",
         "note runs/a 'holds, but late'",
         "tag runs/a paper,best",
         "place 0.25 -0.5 371",

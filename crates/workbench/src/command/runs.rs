@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{
-    Argument, Changes, Index, Keyword, List, Named, Number, Optional, Or, Parsed, Place, Rest, RunFolder, RunFolders,
-    Within, Words, optional,
+    Argument, Changes, Index, Keyword, List, Named, Number, Optional, Or, Parsed, Place, RUN, Rest, RunFolders, Within,
+    Words, optional,
 };
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::setup::Setup;
@@ -24,7 +24,7 @@ command! {
     #[derive(Default)]
     Train {
         /// Its folder; None for a new one in the folder for runs. With several seeds, each run has a subfolder.
-        folder: Option<PathBuf> = Optional(Place("a folder"), |word| ["seeds", "until"].contains(&word)),
+        folder: Option<PathBuf> = Optional(Place("a folder", false), |word| ["seeds", "until"].contains(&word)),
         /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
         /// Pause after this many episodes.
@@ -68,7 +68,7 @@ command! {
 
 command! {
     /// Opens a run on disk.
-    Open(folder: PathBuf = RunFolder): "open" "FOLDER" "open a run that is on disk";
+    Open(folder: PathBuf = RUN): "open" "FOLDER" "open a run that is on disk";
     execute = |this, session| session.open(this);
     script_role = |_| ScriptRole { awaits: WaitFor::Result, ..ScriptRole::default() };
 }
@@ -84,7 +84,7 @@ command! {
     /// Continues a run from its checkpoint: the one in a folder, or the current one.
     Continue {
         /// Its folder; None for the current run.
-        folder: Option<PathBuf> = Optional(RunFolder, |word| word == "until"),
+        folder: Option<PathBuf> = Optional(RUN, |word| word == "until"),
         /// Pause after this many episodes in total.
         until: Option<u32> = UNTIL,
     }: "continue" "[FOLDER] [until N]" "continue a run from its checkpoint";
@@ -103,7 +103,7 @@ command! {
         /// Settings to change, and their values.
         changes: Vec<(String, String)> = Changes,
         /// The new run's folder; None for a new one in the folder for runs.
-        folder: Option<PathBuf> = Keyword("in", Place("a folder")),
+        folder: Option<PathBuf> = Keyword("in", Place("a folder", false)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
     }: "fork" "EPISODE [KEY=VALUE]... [in FOLDER] [until N]" "train a new run from an episode of the watched one, with other settings";
@@ -121,14 +121,14 @@ command! {
 
 command! {
     /// Brings back the run deleted from a folder, or else those of the last deletion.
-    Restore(folder: Option<PathBuf> = optional(RunFolder)):
+    Restore(folder: Option<PathBuf> = optional(RUN)):
         "restore" "[FOLDER]" "bring back what was deleted last, or the run deleted from a folder";
     execute = |this, session| session.restore(this.0.as_deref());
 }
 
 command! {
     /// Removes the runs in the trash of a folder of runs for good.
-    EmptyTrash(folder: Option<PathBuf> = optional(Place("a folder of runs"))):
+    EmptyTrash(folder: Option<PathBuf> = optional(Place("a folder of runs", false))):
         "empty-trash" "[FOLDER]" "remove the deleted runs of the folder for runs, or of another one, for good";
     execute = |this, session| session.empty_trash(this.0.as_deref());
 }
@@ -152,7 +152,7 @@ command! {
     /// Replaces the note on a run.
     Note {
         /// The run's folder.
-        folder: PathBuf = RunFolder,
+        folder: PathBuf = RUN,
         /// The note; empty removes it.
         text: String = Rest("a text"),
     }: "note" "FOLDER TEXT" "write a note on a run, kept in its folder; an empty text removes it";
@@ -163,7 +163,7 @@ command! {
     /// Replaces the tags of a run.
     Tag {
         /// The run's folder.
-        folder: PathBuf = RunFolder,
+        folder: PathBuf = RUN,
         /// The tags; empty removes all.
         tags: Vec<String> = Or(List("tags"), Vec::new()),
     }: "tag" "FOLDER [TAG,..]" "give a run tags to find it by, kept in its folder";
@@ -174,7 +174,7 @@ command! {
     /// Gives a run another name.
     Rename {
         /// The run's folder.
-        folder: PathBuf = RunFolder,
+        folder: PathBuf = RUN,
         /// The name; empty for that of its folder.
         name: String = Rest("a name"),
     }: "rename" "RUN NAME" "give a run another name, everywhere; an empty one is that of its folder";

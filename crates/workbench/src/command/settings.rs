@@ -93,13 +93,12 @@ command! {
 /// Checks that there is a model, if it is named or in a file.
 fn check_file(source: &PriorSource) -> Result<(), SessionError> {
     let PriorSource::ModelFile(file) = source else { return Ok(()) };
-    let found = mge_dynamics::named(&file.path, None);
-    found.map(drop).map_err(|error| SessionError::Failed(error.to_string()))
+    file.load().map(drop).map_err(|error| SessionError::Failed(error.to_string()))
 }
 
 command! {
     /// Chooses the folder for runs.
-    Out(folder: PathBuf = Place("a folder")): "out" "FOLDER" "choose the folder for runs";
+    Out(folder: PathBuf = Place("a folder", false)): "out" "FOLDER" "choose the folder for runs";
     execute = |this, session| {
         session.runs.folder.clone_from(&this.0);
         Ok(format!("runs go to {}", this.0.display()))

@@ -20,18 +20,11 @@ command! {
     prepare = |this, setup| setup.open_task(&this.0);
     execute = |this, session| {
         let report = session.change(|setup| this.prepare(setup))?;
-        session.forget_results_of_task();
+        // Those of one task are meaningless for another.
+        session.forget_clusters();
+        session.forget_proposals();
         Ok(report)
     };
-}
-
-command! {
-    /// Searches for the random puzzle of a seed and opens it.
-    Puzzle(seed: u64 = Within("seed", 0..=u64::MAX)):
-        "puzzle" "SEED" "search for the random puzzle of a seed, and open it";
-    execute = |this, session| session.search_puzzle(this);
-    // Recorded when the puzzle is opened: only later commands can refer to it.
-    script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Result, ..ScriptRole::default() };
 }
 
 command! {

@@ -28,6 +28,10 @@ impl XAxis {
     }
 }
 
+/// Seconds of training over which its pace is measured, and the least of them.
+const LATEST: f32 = 60.0;
+const LEAST: f64 = 1.0;
+
 /// One value per episode for every metric that is drawn, or drawn against; NaN where there is none. The episodes of a long run
 /// may be thinned.
 #[derive(Debug, Clone, Default)]
@@ -62,14 +66,46 @@ impl Curves {
         &self.episodes
     }
 
-    /// Where each of [`Curves::episodes`] is on an axis: numbers of episodes or actions, or milliseconds.
+    /// Where each of [`Curves::episodes`] is on an axis, in order: numbers of episodes or actions, or milliseconds.
     pub fn positions(&self, axis: XAxis) -> Cow<'_, [u64]> {
-        match axis {
-            XAxis::Episodes => Cow::Borrowed(&self.episodes),
-            XAxis::Actions => self.get(Metric::EnvironmentSteps).iter().map(|actions| *actions as u64).collect(),
-            XAxis::Charged => self.get(Metric::ChargedActions).iter().map(|actions| *actions as u64).collect(),
-            XAxis::Time => self.seconds.iter().map(|seconds| (1000.0 * seconds) as u64).collect(),
+        let (values, unit) = match axis {
+            XAxis::Episodes => return Cow::Borrowed(&self.episodes),
+            XAxis::Actions => (self.get(Metric::EnvironmentSteps), 1.0),
+            XAxis::Charged => (self.get(Metric::ChargedActions), 1.0),
+            XAxis::Time => (&*self.seconds, 1000.0),
+        };
+        // The mean of a group falls where its longest run ends.
+        let mut furthest = 0;
+        let ordered = values.iter().map(|value| {
+            furthest = furthest.max((unit * value) as u64);
+            furthest
+        });
+        ordered.collect()
+    }
+
+    /// Where an episode is on an axis: that of the next one kept, or beyond the last as if the run went on as in its
+    /// latest quarter. None without episodes.
+    pub fn expected(&self, axis: XAxis, episode: u64) -> Option<f64> {
+        let positions = self.positions(axis);
+        let last = positions.len().checked_sub(1)?;
+        let place = self.episodes.partition_point(|known| *known < episode);
+        if let Some(position) = positions.get(place) {
+            return Some(*position as f64);
         }
+        let first = last - last / 4;
+        let per_episode =
+            (positions[last] - positions[first]) as f64 / (self.episodes[last] - self.episodes[first]).max(1) as f64;
+        Some(positions[last] as f64 + per_episode * (episode - self.episodes[last]) as f64)
+    }
+
+    /// Episodes per second in the latest quarter of the episodes, of which the last minute counts. An agent needs less
+    /// time for an episode the more it has learned. None if that quarter is too short.
+    pub fn pace(&self) -> Option<f64> {
+        let (last, end) = (self.episodes.len().checked_sub(1)?, *self.seconds.last()?);
+        let recent = self.seconds.partition_point(|at| *at < end - LATEST);
+        let first = recent.min(last).max(last - last / 4);
+        let time = f64::from(end - self.seconds[first]);
+        (time >= LEAST).then(|| (self.episodes[last] - self.episodes[first]) as f64 / time)
     }
 
     /// The number of the last episode; 0 if there is none.

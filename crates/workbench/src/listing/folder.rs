@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
-use super::summary::charged;
 use mge_base::paths::entries;
 use mge_results::is_listed_run;
 use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
@@ -191,8 +190,6 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
         tags,
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
-        actions: status.last_episode.as_ref().map_or(0, charged),
-        seconds: status.latest.zip(directory.begun()).map(|(latest, begun)| latest - begun),
         success: status.last_episode.map(|record| record.rolling_success as f32),
         ..RunSummary::new(path, Arc::new(config), status.state)
     }))

@@ -38,10 +38,6 @@ pub struct RunGroup {
     counted: Vec<PathBuf>,
     /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
     pub success: Option<Estimate>,
-    /// Probability that one of its runs scores higher than one of the baseline on the same task.
-    pub improvement: Option<Estimate>,
-    /// Whether other groups are compared with it.
-    pub is_baseline: bool,
     /// The aggregated curves of its runs, as far as they have been read.
     pub curves: Option<Arc<GroupCurves>>,
 }
@@ -141,9 +137,8 @@ struct Known {
 }
 
 impl Grouping {
-    /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs. Groups are
-    /// compared with those labelled `baseline`, if there are any.
-    pub fn new(runs: &[Arc<RunSummary>], before: &Self, baseline: Option<&str>) -> Self {
+    /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs.
+    pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
         let row =
             |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
@@ -166,11 +161,9 @@ impl Grouping {
         // A run that has not begun does not count as a failure.
         let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
         let begun = Groups::new(counted.filter(|row| row.episodes > 0));
-        let baseline = baseline.filter(|label| labels.contains(label));
         let mut grouping = Self { known, ..Self::default() };
         for (task, label, color, indices, counted) in found {
             let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
-            let is_other = |other: &String| other != label && !all.indices(task, other).is_empty();
             let group = RunGroup {
                 task: task.clone(),
                 label: label.clone(),
@@ -178,12 +171,10 @@ impl Grouping {
                 runs: paths(&indices),
                 counted: paths(&counted),
                 success: None,
-                improvement: None,
-                is_baseline: Some(&**label) == baseline && all.labels().iter().any(is_other),
                 curves: None,
             };
             grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
-            let group = group.with_statistics(&begun, baseline);
+            let group = group.with_statistics(&begun);
             grouping.groups.push(group.with_curves(runs, &counted));
         }
         grouping
@@ -237,14 +228,12 @@ fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
 }
 
 impl RunGroup {
-    fn with_statistics(mut self, begun: &Groups<'_>, baseline: Option<&str>) -> Self {
+    fn with_statistics(mut self, begun: &Groups<'_>) -> Self {
         let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
         if self.is_many() {
             // There are no statistics until a run has begun.
-            let baseline = baseline.unwrap_or(&self.label);
-            let summary = begun.summary(&self.task, &self.label, baseline, FINAL, &bootstrap).ok().flatten();
-            self.success = summary.as_ref().map(|summary| summary.iqm);
-            self.improvement = summary.and_then(|summary| summary.improvement);
+            let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &bootstrap).ok().flatten();
+            self.success = summary.map(|summary| summary.iqm);
         }
         self
     }
@@ -267,33 +256,18 @@ const PAUSE_FACTOR: u32 = 20;
 const PAUSE: Duration = Duration::from_millis(500);
 
 /// Keeps a grouping up to date in the background.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Grouper {
     known: Arc<Grouping>,
-    /// The label of the groups with which the others are compared, if it is chosen.
-    baseline: Option<String>,
     /// The runs may have changed since they were grouped.
     stale: bool,
     loader: Loader<u64, Arc<Grouping>>,
-}
-
-impl Default for Grouper {
-    fn default() -> Self {
-        Self { known: Arc::default(), baseline: None, stale: false, loader: Loader::new(1) }
-    }
 }
 
 impl Grouper {
     /// The latest grouping.
     pub fn known(&self) -> &Arc<Grouping> {
         &self.known
-    }
-
-    /// Makes the groups with a label the baseline, or unpins them if they are it already. Returns the pinned label.
-    pub fn pin(&mut self, label: &str) -> Option<&str> {
-        self.stale = true;
-        self.baseline = Some(label.to_owned()).filter(|_| self.baseline.as_deref() != Some(label));
-        self.baseline.as_deref()
     }
 
     /// Says that the runs may have changed.
@@ -310,19 +284,18 @@ impl Grouper {
         }
         if self.stale && !self.loader.is_loading() && self.loader.is_rested(PAUSE, PAUSE_FACTOR) {
             self.stale = false;
-            let (runs, before, baseline) = (runs.to_vec(), self.known.clone(), self.baseline.clone());
-            let key = key_of(&runs, baseline.as_deref());
-            let group = move |_: &_| Ok(Arc::new(Grouping::new(&runs, &before, baseline.as_deref())));
+            let (runs, before) = (runs.to_vec(), self.known.clone());
+            let key = key_of(&runs);
+            let group = move |_: &_| Ok(Arc::new(Grouping::new(&runs, &before)));
             self.loader.request(key, Duration::MAX, group);
         }
         is_new
     }
 }
 
-/// A hash of the runs, their progress and the baseline.
-fn key_of(runs: &[Arc<RunSummary>], baseline: Option<&str>) -> u64 {
+/// A hash of the runs and their progress.
+fn key_of(runs: &[Arc<RunSummary>]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    baseline.hash(&mut hasher);
     for run in runs {
         (&run.path, run.done, run.episodes(), run.curves.last_episode(), run.damaged).hash(&mut hasher);
     }
@@ -363,10 +336,10 @@ mod tests {
     fn a_damaged_run_belongs_to_no_group() {
         let (mut runs, undamaged) = (runs(), runs());
         Arc::make_mut(&mut runs[0]).damaged = true;
-        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let grouping = Grouping::new(&runs, &Grouping::default());
         assert!(grouping.of(&runs[0].path).is_none());
         assert_eq!(grouping.of(&runs[1].path).map(|group| group.seeds()), Some(1));
-        assert_ne!(key_of(&runs, None), key_of(&undamaged, None));
+        assert_ne!(key_of(&runs), key_of(&undamaged));
     }
 
     fn names(group: &RunGroup) -> Vec<&str> {
@@ -376,10 +349,10 @@ mod tests {
     #[test]
     fn a_run_extended_beyond_the_others_leaves_their_group() {
         let mut runs = runs();
-        let before = Grouping::new(&runs, &Grouping::default(), None);
+        let before = Grouping::new(&runs, &Grouping::default());
         let longer = RunConfig { episodes: runs[0].config.episodes + 50, ..(*runs[0].config).clone() };
         runs[0] = Arc::new(RunSummary { config: Arc::new(longer), ..(*runs[0]).clone() });
-        let after = Grouping::new(&runs, &before, None);
+        let after = Grouping::new(&runs, &before);
         assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
         assert!(after.of(&runs[0].path).unwrap().curves.is_none(), "its own curves are enough");
     }
@@ -390,7 +363,7 @@ mod tests {
         let is_read = |run: &RunSummary| "cde".contains(&*run.name) && !run.curves.episodes().is_empty();
         let read: Vec<usize> = (0..runs.len()).filter(|place| is_read(&runs[*place])).collect();
         let has_curves = |runs: &[Arc<RunSummary>]| {
-            Grouping::new(runs, &Grouping::default(), None).of(Path::new("runs/c")).unwrap().curves.is_some()
+            Grouping::new(runs, &Grouping::default()).of(Path::new("runs/c")).unwrap().curves.is_some()
         };
         assert!(read.len() == 2 && has_curves(&runs));
         Arc::make_mut(&mut runs[read[0]]).curves = Arc::default();
@@ -400,22 +373,16 @@ mod tests {
     #[test]
     fn runs_that_differ_in_the_seed_alone_are_one_group_with_live_statistics() {
         let runs = runs();
-        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let grouping = Grouping::new(&runs, &Grouping::default());
         let of = |name: &str| grouping.of(Path::new("runs").join(name).as_path()).unwrap();
         assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
         assert!(of("f").label.contains("gamma 0.5") && !of("f").is_many(), "{}", of("f").label);
         assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
         // The run that has not begun does not count.
         assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
-        let pinned = Grouping::new(&runs, &grouping, Some(&of("a").label.clone()));
-        assert!(!of("c").is_baseline && pinned.of(Path::new("runs/a")).unwrap().is_baseline);
-        let pinned = Grouping::new(&runs, &grouping, Some(&of("c").label.clone()));
-        let a = pinned.of(Path::new("runs/a")).unwrap();
-        // 1.0 is above both; 0.25 is above one and equal to the other.
-        assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
-        let again = Grouping::new(&runs, &grouping, None);
+        let again = Grouping::new(&runs, &grouping);
         assert!(Arc::ptr_eq(&again.known, &grouping.known), "the same runs differ in the same settings");
-        let fewer = Grouping::new(&runs[..5], &grouping, None);
+        let fewer = Grouping::new(&runs[..5], &grouping);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
         for (grouping, run, gamma) in [(&grouping, 2, "0.95"), (&grouping, 5, "0.5"), (&fewer, 2, "0.95")] {
             assert_eq!(grouping.setting(&runs[run], "ddpg.gamma").unwrap().to_string(), gamma, "also a default");
@@ -427,21 +394,21 @@ mod tests {
     fn of_runs_with_the_same_seed_the_furthest_counts() {
         let mut runs = runs();
         runs.push(run("g", &[("method", "ddpg-uniform"), ("seed", "1")], &[1.0, 1.0, 1.0]));
-        let before = Grouping::new(&runs[..6], &Grouping::default(), None);
-        let grouping = Grouping::new(&runs, &before, None);
+        let before = Grouping::new(&runs[..6], &Grouping::default());
+        let grouping = Grouping::new(&runs, &before);
         let group = grouping.of(Path::new("runs/a")).unwrap();
         assert_eq!((names(group), group.seeds()), (vec!["a", "g", "b"], 2));
         assert_eq!(group.success.map(|estimate| estimate.value), Some(1.0));
         assert_eq!(group.curves.as_ref().unwrap().middle.get(Metric::Success), [0.5, 0.75, 1.0]);
         assert!(group.title().ends_with("(2 seeds, 3 runs)"), "{}", group.title());
-        let alone = Grouping::new(&[runs[1].clone(), runs[6].clone()], &Grouping::default(), None);
+        let alone = Grouping::new(&[runs[1].clone(), runs[6].clone()], &Grouping::default());
         assert!(alone.of(Path::new("runs/g")).unwrap().title().ends_with("(1 seed, 2 runs)"));
     }
 
     #[test]
     fn the_curve_of_a_group_goes_as_far_as_half_of_its_runs() {
         let runs = runs();
-        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let grouping = Grouping::new(&runs, &Grouping::default());
         let curves = grouping.of(Path::new("runs/a")).unwrap().curves.clone().unwrap();
         let of = |curves: &Curves| curves.get(Metric::Success).to_vec();
         assert_eq!(of(&curves.middle), [0.0, 0.375, 1.0]);
@@ -461,17 +428,6 @@ mod tests {
         for runs in [[&fine, &coarse], [&coarse, &fine]] {
             assert_eq!(GroupCurves::new(&runs).middle.episodes(), [1, 3]);
         }
-    }
-
-    #[test]
-    fn a_baseline_is_pinned_unpinned_and_ignored_if_it_does_not_exist() {
-        let mut grouper = Grouper::default();
-        assert_eq!(grouper.pin("DDPG"), Some("DDPG"));
-        assert!(grouper.stale);
-        assert_eq!(grouper.pin("DDPG"), None);
-        assert_ne!(key_of(&runs(), None), key_of(&runs(), Some("DDPG")));
-        let grouping = Grouping::new(&runs()[..5], &Grouping::default(), Some("nobody"));
-        assert!(!grouping.of(Path::new("runs/c")).unwrap().is_baseline);
     }
 
     #[test]

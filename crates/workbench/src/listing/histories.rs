@@ -31,7 +31,7 @@ pub struct History {
 }
 
 /// The histories of viewed runs, as far as they have been read.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Histories {
     wanted: Vec<PathBuf>,
     logs: Arc<Mutex<Logs>>,
@@ -46,12 +46,6 @@ struct Snapshot {
     is_new: bool,
     /// Some runs are still to be read.
     more: bool,
-}
-
-impl Default for Histories {
-    fn default() -> Self {
-        Self { wanted: Vec::new(), logs: Arc::default(), loader: Loader::new(1) }
-    }
 }
 
 impl Histories {

@@ -6,21 +6,19 @@ mod groups;
 mod histories;
 mod marks;
 mod models;
-mod rate;
 mod summary;
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use marks::{Mark, marks};
 pub use models::ModelSummary;
-pub use rate::span;
-pub use summary::RunSummary;
+pub use summary::{RunSummary, span};
 
 use crate::{Loader, RunView, Session};
 use folder::Folder;
@@ -28,8 +26,6 @@ use groups::Grouper;
 use histories::Histories;
 use mge_run::RunState;
 use mge_trainer::Phase;
-use rate::Rate;
-use summary::charged;
 
 /// Time between two scans of the folder, in which other processes may train runs.
 const SCAN: Duration = Duration::from_secs(2);
@@ -37,7 +33,7 @@ const SCAN: Duration = Duration::from_secs(2);
 const SLICE: Duration = Duration::from_millis(200);
 
 /// The runs of a session and of its folder.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Listing {
     runs: Vec<Arc<RunSummary>>,
     folder: Loader<PathBuf, Arc<Folder>>,
@@ -45,23 +41,8 @@ pub struct Listing {
     is_due: bool,
     histories: Histories,
     grouper: Grouper,
-    rates: HashMap<PathBuf, Rate>,
     /// Runs that were in the session before they were found in the folder; they are listed last.
     begun: HashSet<PathBuf>,
-}
-
-impl Default for Listing {
-    fn default() -> Self {
-        Self {
-            runs: Vec::new(),
-            folder: Loader::new(1),
-            is_due: false,
-            histories: Histories::default(),
-            grouper: Grouper::default(),
-            rates: HashMap::new(),
-            begun: HashSet::new(),
-        }
-    }
 }
 
 impl Listing {
@@ -102,11 +83,6 @@ impl Listing {
     pub fn request_curves(&mut self, runs: Vec<PathBuf>, session: &Session) {
         let is_opened = |path: &PathBuf| session.runs().iter().any(|run| run.directory().path() == path);
         self.histories.request(runs.into_iter().filter(|path| !is_opened(path)).collect());
-    }
-
-    /// Makes the groups with a label the baseline, or unpins them if they are it already. Returns the pinned label.
-    pub fn pin_baseline(&mut self, label: &str) -> Option<&str> {
-        self.grouper.pin(label)
     }
 
     /// Scans the folder at once.
@@ -180,15 +156,8 @@ impl Listing {
     }
 
     /// The summary of a run of the session; it continues its `curves`.
-    fn opened(&mut self, run: &RunView, mut curves: Arc<Curves>, session: &Session) -> RunSummary {
+    fn opened(&self, run: &RunView, mut curves: Arc<Curves>, session: &Session) -> RunSummary {
         let path = run.directory().path();
-        let rate = self.rates.entry(path.to_owned()).or_default();
-        if run.is_active() && run.state() == RunState::Running {
-            rate.record(Instant::now(), run.episodes());
-        } else {
-            rate.forget();
-        }
-        let rate = rate.per_second();
         let on_disk = self.folder_of(session).and_then(|folder| folder.run(path));
         if let Some(known) = on_disk.filter(|_| run.is_unread()) {
             return RunSummary { opened: true, ..RunSummary::clone(known) };
@@ -203,13 +172,11 @@ impl Listing {
             opened: true,
             active: run.is_active(),
             queued: run.is_queued(),
+            pausing: run.is_pausing(),
             damaged: run.is_damaged(),
             preparing: run.phase().as_ref().and_then(Phase::preparation),
             done: run.episodes(),
-            actions: records.last().map_or(0, charged),
-            seconds: on_disk.and_then(|known| known.seconds),
             success: records.last().map(|record| record.rolling_success as f32),
-            rate,
             tags: on_disk.map(|known| known.tags.clone()).unwrap_or_default(),
             note: on_disk.map(|known| known.note.clone()).unwrap_or_default(),
             ..RunSummary::new(path, run.config().clone(), state)

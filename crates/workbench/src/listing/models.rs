@@ -43,7 +43,7 @@ impl ModelSummary {
             Ok(files) => files,
             Err(error) => return vec![Self::new(&folder.display().to_string(), &error.to_string())],
         };
-        files.retain(|path| suffix(path) == "safetensors");
+        files.retain(|path| path.is_file() && ["safetensors", ""].contains(&&*suffix(path)));
         files.sort();
         let read = |path: &PathBuf| {
             let name = path.display().to_string();

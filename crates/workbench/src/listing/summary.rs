@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::Curves;
 use super::marks::{Mark, marks};
 use crate::run_label;
-use mge_run::{EpisodeRecord, Metric, Practised, RunHistory, RunState};
+use mge_run::{Metric, Practised, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
 /// A run and its curves.
@@ -29,6 +29,8 @@ pub struct RunSummary {
     pub active: bool,
     /// It waits for a free core.
     pub queued: bool,
+    /// It was asked to pause and does so after its present episode.
+    pub pausing: bool,
     /// Its log was read and is damaged: it belongs to no group, as it is left out of reports.
     pub damaged: bool,
     /// Method, threshold and seed in words, as in legends.
@@ -44,10 +46,6 @@ pub struct RunSummary {
     pub needs: Vec<f32>,
     /// Number of finished episodes.
     pub done: u64,
-    /// Number of actions that it is charged for.
-    pub actions: u64,
-    /// Seconds from its first to its latest event, if its log has been read.
-    pub seconds: Option<f64>,
     /// Share of the latest episodes that reached the goal, if known.
     pub success: Option<f32>,
     /// One value per episode for every metric, as far as they have been read.
@@ -56,13 +54,17 @@ pub struct RunSummary {
     pub evaluations: Vec<(u64, f32)>,
     /// Interventions, as far as they have been read.
     pub marks: Vec<Mark>,
-    /// Episodes per second; None until there is enough data.
-    pub rate: Option<f64>,
 }
 
-/// Number of actions charged up to an episode; in runs of earlier versions, of those in episodes and practice.
-pub(super) fn charged(record: &EpisodeRecord) -> u64 {
-    record.charged_actions.unwrap_or(record.environment_steps)
+/// A span of time as `12 s`, `3:05` or `1:02:30`.
+pub fn span(seconds: f64) -> String {
+    let whole = seconds.clamp(0.0, 3.6e6).round() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, 0) if seconds > 0.0 => "under 1 s".to_owned(),
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m}:{s:02}"),
+        (h, m, s) => format!("{h}:{m:02}:{s:02}"),
+    }
 }
 
 impl RunSummary {
@@ -74,6 +76,7 @@ impl RunSummary {
             opened: false,
             active: false,
             queued: false,
+            pausing: false,
             damaged: false,
             label: run_label(&config),
             state,
@@ -81,13 +84,10 @@ impl RunSummary {
             practised: None,
             needs: Vec::new(),
             done: 0,
-            actions: 0,
-            seconds: None,
             success: None,
             curves: Arc::default(),
             evaluations: Vec::new(),
             marks: marks(&config, &[]),
-            rate: None,
             tags: Vec::new(),
             note: String::new(),
             config,
@@ -123,7 +123,11 @@ impl RunSummary {
 
     /// Its state in one word.
     pub fn state_word(&self) -> &'static str {
-        if self.queued { "queued" } else { self.state.name() }
+        match &self.state {
+            _ if self.queued => "queued",
+            RunState::Running if self.pausing => "pausing",
+            state => state.name(),
+        }
     }
 
     /// The name of a stage, counted from 0.
@@ -146,9 +150,15 @@ impl RunSummary {
         (!needs.is_empty()).then(|| needs.join(", "))
     }
 
-    /// Seconds until the run is finished at the current rate.
+    /// Episodes per second, while it is trained and once there is enough data.
+    pub fn rate(&self) -> Option<f64> {
+        self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
+    }
+
+    /// Seconds until the run is finished at its present rate. Its first episodes, before it has learned anything, tell
+    /// too little about the later ones.
     pub fn seconds_left(&self) -> Option<f64> {
-        let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
+        let rate = self.rate().filter(|_| 5 * self.done >= self.episodes())?;
         Some(self.episodes().saturating_sub(self.done) as f64 / rate)
     }
 

@@ -10,7 +10,7 @@ use mge_run::RunState;
 /// The runs of a session.
 #[derive(Debug)]
 pub(crate) struct Runs {
-    /// In the order in which they were started or opened.
+    /// In the order in which they were started or opened, that of their numbers.
     pub all: Vec<RunView>,
     /// Number of the current run, on which commands act.
     pub current: Option<usize>,
@@ -21,7 +21,7 @@ pub(crate) struct Runs {
     /// The folders of deleted runs that were not restored, in the order of their deletion; of each, those deleted together.
     pub deleted: Vec<Vec<PathBuf>>,
     /// Number of runs queued so far.
-    turns: u64,
+    pub turns: u64,
     /// Maximum number of runs trained at the same time; further runs are queued.
     pub cores: usize,
     /// The folder for new runs.
@@ -64,17 +64,21 @@ impl Runs {
         run.or_else(former)
     }
 
-    /// Adds a run to the session, or replaces the one with the same folder, and returns its number.
-    pub fn add(&mut self, run: RunView) -> usize {
+    /// Adds a run to the session, or replaces the one with the same folder, and returns its number. One that was
+    /// `restored` has the number that it had.
+    pub fn add(&mut self, mut run: RunView, restored: bool) -> usize {
         let path = run.directory().path();
         if let Some(known) = self.all.iter_mut().find(|known| known.directory().path() == path) {
-            let number = known.number();
-            *known = run.numbered(number);
-            return number;
+            run.number = known.number;
+            *known = run;
+            return known.number;
         }
-        let number = self.created;
-        self.created += 1;
-        self.all.push(run.numbered(number));
+        let former = restored.then(|| self.number_ever_of(path)).flatten();
+        run.number = former.unwrap_or(self.created);
+        self.created += usize::from(former.is_none());
+        let number = run.number;
+        self.all.push(run);
+        self.all.sort_by_key(RunView::number);
         number
     }
 
@@ -103,12 +107,6 @@ impl Runs {
     pub fn remove(&mut self, number: Option<usize>) {
         self.all.retain(|run| Some(run.number()) != number);
         self.current = self.current.filter(|current| Some(*current) != number);
-    }
-
-    /// The next turn in the queue.
-    pub fn next_turn(&mut self) -> u64 {
-        self.turns += 1;
-        self.turns
     }
 
     /// Starts queued runs while cores are free; true if any was started.

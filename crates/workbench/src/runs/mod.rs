@@ -11,9 +11,10 @@ pub(super) use list::Runs;
 pub use list::free_name;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::SessionError;
-use super::command::{Command, Continue, Delete, Evaluate, Open, Stop};
+use super::command::{Command, Continue, Delete, Evaluate, Open, Restore, Stop};
 use super::job::Reporter;
 use super::run::RunView;
 use super::run_log::Recorded;
@@ -35,7 +36,7 @@ impl Session {
         let directory = self.setup.config.create_run(&path)?;
         let Setup { config, set, .. } = self.setup.clone();
         self.warn(&config, &set);
-        let number = self.runs.add(RunView::new(directory)?);
+        let number = self.runs.add(RunView::new(directory)?, false);
         self.start_run(number, until, "training in")
     }
 
@@ -46,9 +47,14 @@ impl Session {
             None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
         };
         self.runs.refuse_if_busy(&folder)?;
-        let report = match self.extend(&RunDirectory::open(&folder)?)? {
-            Some(episodes) => format!("extended to {episodes} episodes, continuing"),
-            None => "continuing".to_owned(),
+        let directory = RunDirectory::open(&folder)?;
+        let done = directory.status()?.last_episode.map_or(0, |record| record.episode);
+        let saved = directory.checkpoints().episodes()?.into_iter().map(|(episode, _)| episode).max().unwrap_or(0);
+        let again = format!("the last checkpoint is of episode {saved} of {done}: ");
+        let again = if saved < done { again } else { String::new() };
+        let report = match self.extend(&directory)? {
+            Some(episodes) => format!("{again}extended to {episodes} episodes, continuing"),
+            None => again + "continuing",
         };
         let number = self.known_or_read(&folder, command.clone().into())?;
         self.start_run(number, command.until, &report)
@@ -83,7 +89,7 @@ impl Session {
             .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.all.iter_mut().find(|run| run.directory() == directory) {
-            run.set_config(config);
+            run.config = Arc::new(config);
         }
         Ok(Some(episodes))
     }
@@ -94,9 +100,10 @@ impl Session {
         if let Some(number) = self.runs.number_of(folder) {
             return Ok(number);
         }
-        let run = RunView::open(folder)?;
+        let mut run = RunView::open(folder)?;
         let (directory, task) = (run.directory().clone(), run.config().task.clone());
-        let number = self.runs.add(run.with_log_unread());
+        run.unread = true;
+        let number = self.runs.add(run, matches!(command, Command::Restore(_)));
         let report = format!("opened {}", folder.display());
         let work = move |reporter: &Reporter| Recorded::read(&directory, &task, reporter.stop());
         self.start_job(command, work, move |session, recorded| {
@@ -115,7 +122,8 @@ impl Session {
         report: &str,
     ) -> Result<String, SessionError> {
         self.runs.current = Some(number);
-        let turn = self.runs.next_turn();
+        self.runs.turns += 1;
+        let turn = self.runs.turns;
         let Some(run) = self.run_mut() else { return Err(SessionError::NoRun) };
         run.enqueue(turn, until);
         self.runs.start_queued();
@@ -131,7 +139,7 @@ impl Session {
     /// Adds an opened run and makes it the current one.
     pub(super) fn show(&mut self, run: RunView) {
         let folder = run.directory().path().to_owned();
-        self.runs.current = Some(self.runs.add(run));
+        self.runs.current = Some(self.runs.add(run, false));
         self.journal.note(Open(folder).into(), self.runs.current);
     }
 
@@ -210,7 +218,7 @@ impl Session {
         let before = directory.name();
         directory.change_notes(|notes| name.clone_into(&mut notes.name))?;
         if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
-            run.read_name();
+            run.name = directory.name();
         }
         Ok(format!("{before} is {} now", directory.name()))
     }
@@ -218,7 +226,7 @@ impl Session {
     pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
         let run = self.run_mut().ok_or(SessionError::NoRun)?;
         let name = run.directory().checkpoints().chosen(choice)?;
-        run.set_checkpoint(choice);
+        run.checkpoint = choice;
         Ok(format!("the agent of checkpoint {name} plays"))
     }
 
@@ -233,6 +241,9 @@ impl Session {
         for folder in &folders {
             restore(folder)?;
             self.runs.forget_trashed(|deleted| deleted == folder);
+            if self.runs.number_ever_of(folder).is_some() {
+                self.known_or_read(folder, Restore(Some(folder.clone())).into())?;
+            }
         }
         match folders.as_slice() {
             [folder] => Ok(format!("restored {}", folder.display())),
@@ -259,7 +270,7 @@ impl Session {
             let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
             let (actions, total) = (trace.steps.len(), trace.total_reward());
             if let Some(run) = session.run_numbered_mut(number) {
-                run.set_greedy(trace);
+                run.greedy = Some(Arc::new(trace));
             }
             Ok(format!("the greedy policy of {name} {outcome} in {actions} actions, return {total:.2}"))
         });

@@ -53,6 +53,17 @@ fn a_paused_run_frees_its_core_and_can_be_resumed_later() {
 }
 
 #[test]
+fn a_pause_that_has_not_begun_is_withdrawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = ["set guidance.model_rollouts 20000", "method ddpg-mge", "model true", "train", "pause"];
+    let mut session = session(folder.path(), &lines);
+    assert!(session.run().is_some_and(RunView::is_pausing), "it still computes its clusters");
+    apply(&mut session, &["resume"]);
+    assert!(!session.run().is_some_and(RunView::is_pausing));
+    apply(&mut session, &["wait", "expect episodes = 3"]);
+}
+
+#[test]
 fn a_run_is_deleted_only_when_no_process_trains_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
@@ -70,6 +81,8 @@ fn a_run_is_deleted_only_when_no_process_trains_it() {
     assert!(try_line(&mut session, &format!("delete {shown}")).is_err());
     apply(&mut session, &["restore"]);
     assert!(path.exists());
+    assert_eq!(session.runs().iter().map(RunView::number).collect::<Vec<_>>(), [0], "it has its number again");
+    apply(&mut session, &["watch 1", "wait", "expect episodes = 1"]);
     assert_eq!(try_line(&mut session, "restore").unwrap_err(), "there is nothing to restore");
 }
 
@@ -77,7 +90,13 @@ fn a_run_is_deleted_only_when_no_process_trains_it() {
 fn a_model_that_does_not_exist_is_refused_at_once_and_one_that_is_gone_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["method ddpg-mge", "model bucket-box"]);
-    assert!(try_line(&mut session, "model nothing").unwrap_err().contains("nothing"));
+    let refused = try_line(&mut session, "model larned").unwrap_err();
+    assert_eq!(
+        refused,
+        "unknown model `larned`: use one of trained, learned, rapier, true, uniform, bucket-box, square-floor, \
+         box-wall-floor: did you mean `learned`?; or name the file of a model"
+    );
+    assert!(try_line(&mut session, "model nothing/there.safetensors").unwrap_err().contains("No such file"));
     assert_eq!(session.config().prior.place(), "bucket-box", "nothing has changed");
     let (run, file) = (folder.path().join("run"), folder.path().join("mine.safetensors"));
     mge_dynamics::shipped("bucket-box").unwrap().save(&file).unwrap();

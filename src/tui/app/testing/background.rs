@@ -59,9 +59,9 @@ fn leaving_when_idle_asks_once_all_runs_are_paused() {
 fn the_end_of_the_training_of_a_model_is_announced() {
     let (mut app, _) = app(empty());
     bring(&mut app, ViewModel { model_work: Some(("training".into(), None)), ..empty() });
-    assert_eq!(app.take_request(), None);
+    assert_eq!(app.request.take(), None);
     bring(&mut app, empty());
-    assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
+    assert!(matches!(app.request.take(), Some(TerminalRequest::Notify(_))));
 }
 
 #[test]
@@ -82,10 +82,10 @@ fn a_player_that_stopped_repeating_moves_on_to_the_latest_episode() {
     let [first, second, third] = [1, 2, 3].map(|number| episode(&mut app, number));
     bring(&mut app, with_live(first.clone()));
     bring(&mut app, with_live(second));
-    assert!(Arc::ptr_eq(app.subject.episode(), &first), "it is played to its end");
+    assert!(Arc::ptr_eq(&app.subject.episode, &first), "it is played to its end");
     (0..10).for_each(|_| app.screens.scene.player.repeat());
     bring(&mut app, with_live(third.clone()));
-    assert!(Arc::ptr_eq(app.subject.episode(), &third));
+    assert!(Arc::ptr_eq(&app.subject.episode, &third));
 }
 
 #[test]

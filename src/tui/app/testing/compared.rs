@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{app, change_run, forked, press, run, shot, text, watch};
+use super::{app, change_run, forked, press, shot, text};
 use crate::tui::actions::Tab;
-use crate::tui::app::App;
-use mge_run::RunState;
 
 #[test]
 fn a_fork_is_asked_for_at_the_crosshair_or_at_the_end_of_the_selected_run() {
@@ -38,7 +36,7 @@ fn the_interventions_of_compared_runs_have_the_colours_of_their_runs() {
 }
 
 #[test]
-fn two_marked_runs_are_shown_with_their_differences_and_the_same_episode_of_both() {
+fn two_marked_runs_are_shown_with_their_differences_and_an_episode_of_the_watched_one() {
     let (mut app, _) = app(forked());
     press(&mut app, "5 space down down space V");
     assert_eq!(app.tab, Tab::Training);
@@ -46,40 +44,11 @@ fn two_marked_runs_are_shown_with_their_differences_and_the_same_episode_of_both
     assert!(screen.contains("ddpg.gamma") && screen.contains("fork.run"), "{screen}");
     press(&mut app, "left");
     let number = app.subject.past_episode().unwrap();
-    let beside = app.subject.beside().unwrap();
-    assert_eq!(
-        (beside.number, beside.run.ends_with("first"), app.subject.run().unwrap().name.as_str()),
-        (number, true, "first-at500")
-    );
     let screen = text(&shot(&mut app, 200, 60));
-    for name in ["first", "first-at500"] {
-        assert!(screen.contains(&format!("episode {number} of {name}")), "{name}\n{screen}");
-    }
-    press(&mut app, "esc esc");
-    assert!(app.subject.beside().is_none(), "only past episodes have one beside them");
-    press(&mut app, "left v");
-    assert!(app.subject.beside().is_none(), "one run alone");
-}
-
-#[test]
-fn an_episode_missing_from_the_other_run_is_reported() {
-    let mut view = forked();
-    watch(&mut view, 1);
-    let (mut app, _) = app(view);
-    press(&mut app, "5 down space down space V left left");
-    let beside = app.subject.beside().unwrap();
-    assert!(beside.episode.as_ref().unwrap().is_err(), "the other run has 300 episodes");
-    assert!(text(&shot(&mut app, 120, 40)).contains("other has no episode"));
-}
-
-#[test]
-fn a_new_comparison_replaces_the_previous_one() {
-    let (mut app, _) = app(forked());
-    let beside = |app: &App| app.subject.beside().map(|beside| beside.run.clone());
-    press(&mut app, "5 space down down space V left");
-    assert!(beside(&app).unwrap().ends_with("first"));
-    press(&mut app, "5 space up space V down");
-    assert!(beside(&app).unwrap().ends_with("other"));
+    assert!(screen.contains(&format!("episode {number} of first-at500")), "{screen}");
+    press(&mut app, "esc esc 5 esc 4");
+    let screen = text(&shot(&mut app, 200, 60));
+    assert!(screen.contains("training · first-at500"), "the watched run, after its mark was removed\n{screen}");
 }
 
 #[test]
@@ -108,27 +77,4 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     let screen = text(&shot(&mut app, 60, 20));
     assert!(screen.contains("fork.changes") && screen.contains("+3 more"), "{screen}");
     assert!(!screen.contains("fork.episode") && screen.contains("0.01\"]"), "{screen}");
-}
-
-#[test]
-fn the_episode_beside_is_read_once_and_follows_crosshair_and_run() {
-    let two = |other: &str| {
-        let mut view = forked();
-        view.runs = ["first", other].map(|name| Arc::new(run(name, RunState::Finished, 2000))).into();
-        watch(&mut view, 0);
-        view
-    };
-    let beside = |app: &App| app.subject.beside().cloned().unwrap();
-    let (mut app, _) = app(two("second"));
-    press(&mut app, "5 space down space V left");
-    let first = beside(&app);
-    assert!(first.run.ends_with("second") && Some(first.number) == app.subject.past_episode());
-    press(&mut app, "z");
-    assert!(
-        Arc::ptr_eq(&first.episode.unwrap().unwrap(), &beside(&app).episode.unwrap().unwrap()),
-        "it is not read again"
-    );
-    press(&mut app, "left");
-    let second = beside(&app);
-    assert!(second.number < first.number && Some(second.number) == app.subject.past_episode());
 }

@@ -16,9 +16,9 @@ use crate::tui::effect::Effect;
 use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
 use crate::tui::terminal::Received;
-use crate::tui::view::{Level, RunSummary, ViewModel};
+use crate::tui::view::{Curves, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::Palette;
-use mge_run::RunState;
+use mge_run::{Metric, RunState};
 use mge_workbench::Command;
 
 /// A cell of a row of the list, if the row is shown.
@@ -158,7 +158,7 @@ fn a_tool_that_could_be_placed_is_no_error() {
     let (mut app, asked) = app(empty());
     app.carry_out(vec![Effect::apply(Command::parse("place 0 0.9").unwrap().unwrap())]);
     assert_eq!(*asked.borrow(), ["place 0 0.9"]);
-    assert_eq!(app.message.map(|(message, _)| message.level), Some(Level::Good));
+    assert_eq!(app.message.as_ref().map(|(message, _)| message.level), Some(Level::Good));
 }
 
 #[test]
@@ -215,18 +215,18 @@ fn a_click_selects_a_row_and_a_second_one_opens_it() {
 }
 
 #[test]
-fn escape_leaves_the_large_curve_and_the_filter_before_the_screen() {
+fn escape_leaves_the_large_curve_and_the_filter_and_never_the_screen() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 enter esc");
     assert_eq!(app.tab, Tab::Training);
     press(&mut app, "esc");
-    assert_eq!(app.tab, Tab::Scene);
+    assert_eq!(app.tab, Tab::Training);
     press(&mut app, "5 / o l d enter");
     assert!(screen(&mut app).contains("with `old`"));
     press(&mut app, "esc");
     assert!(app.tab == Tab::Runs && !screen(&mut app).contains("with `old`"));
     press(&mut app, "esc");
-    assert_eq!(app.tab, Tab::Scene);
+    assert_eq!(app.tab, Tab::Runs);
 }
 
 #[test]
@@ -284,15 +284,22 @@ fn guarded_work_without_a_panic_runs_normally() {
 
 #[test]
 fn a_run_knows_its_time_left() {
-    let mut run = RunSummary { state: RunState::Running, rate: Some(2.0), done: 40, ..run_summary("a") };
-    let config = Arc::make_mut(&mut run.config);
-    config.episodes = 100;
-    assert_eq!(run.seconds_left(), Some(30.0));
-    run.done = 120;
+    let mut run = RunSummary { state: RunState::Running, done: 400, ..run_summary("a") };
+    Arc::make_mut(&mut run.config).episodes = 1000;
+    // The first episodes take a second each, the later ones a tenth.
+    let curves = |episodes: u32| {
+        let mut curves = Curves::default();
+        let seconds = |episode: u32| episode.min(100) as f32 + 0.1 * episode.saturating_sub(100) as f32;
+        (1..=episodes).for_each(|episode| curves.push(episode.into(), seconds(episode), [0.0; Metric::KEPT.len()]));
+        Arc::new(curves)
+    };
+    run.curves = curves(400);
+    assert_eq!(run.seconds_left().map(f64::round), Some(60.0));
+    run.done = 1200;
     assert_eq!(run.seconds_left(), Some(0.0));
-    run.rate = Some(0.0);
-    assert_eq!(run.seconds_left(), None);
-    (run.rate, run.state) = (Some(2.0), RunState::Paused);
+    (run.done, run.curves) = (100, curves(100));
+    assert_eq!((run.rate(), run.seconds_left()), (Some(1.0), None), "it has not learned anything yet");
+    (run.done, run.curves, run.state) = (400, curves(400), RunState::Paused);
     assert_eq!(run.seconds_left(), None);
 }
 
@@ -354,7 +361,7 @@ fn the_palette_follows_the_background_unless_the_user_has_chosen_one() {
     let (mut app, _) = app(empty());
     app.receive(Received::Background { light: true });
     assert_eq!(app.theme.palette, Palette::Dark);
-    let mut app = app.following_background();
+    app.follows_background = true;
     app.receive(Received::Background { light: true });
     assert_eq!(app.theme.palette, Palette::Light);
 }

@@ -62,14 +62,14 @@ const SCREENS: &[Shown] = &[
     ("level-obstacle", || level("create/Obstacle"), "2"),
     ("level-tools", || level("create/Push"), "2 T down right"),
     ("level-tools-found", || level("create/Push"), "2 T f a n space 1 0 5 end"),
-    ("level-hand", || level("create/Push"), "P T t r a m p enter"),
+    ("level-hand", || level("create/Push"), "P"),
 ];
 
 fn during_practice() -> ViewModel {
     let mut view = typical();
     change_run(&mut view, 1, |run| {
         let phase = Phase::Practising { stage: 1, stages: 2, rollouts: 50, reached: 12 };
-        (run.preparing, run.done, run.success, run.rate) = (phase.preparation(), 0, None, None);
+        (run.preparing, run.done, run.success) = (phase.preparation(), 0, None);
         (run.curves, run.evaluations) = (Arc::default(), Vec::new());
     });
     view

@@ -89,8 +89,7 @@ impl RecordingWorkspace {
         if episode > run.done {
             return Err(format!("{} has no episode {episode}", run.name));
         }
-        let title = format!("episode {episode} of {}", run.name);
-        Ok(Arc::new(Episode { title, trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
+        Ok(Arc::new(Episode { trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
     }
 }
 
@@ -126,11 +125,6 @@ impl Workspace for RecordingWorkspace {
         want(format!("curves of {}", names(&runs)));
     }
 
-    fn pin_baseline(&mut self, label: &str) -> String {
-        self.asked.borrow_mut().push(format!("pin {label}"));
-        String::new()
-    }
-
     fn request_agent(&mut self, episode: u64) {
         want(format!("agent of {episode}"));
     }
@@ -163,7 +157,6 @@ pub fn empty() -> ViewModel {
         dirty: false,
         proposed: Vec::new(),
         proposing: None,
-        searching: None,
         settings: RunConfig {
             episodes: 2000,
             epsilon: "linear:0.8:0.05:1500".parse().unwrap(),
@@ -223,7 +216,7 @@ pub fn grouped() -> ViewModel {
             view.runs.push(Arc::new(RunSummary { config, label, ..known }));
         }
     }
-    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
     watch(&mut view, 0);
     view
 }
@@ -361,7 +354,6 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
     RunSummary {
         opened: true,
         active: state == RunState::Running,
-        rate: Some(12.5).filter(|_| state == RunState::Running),
         done,
         success: Some(done as f32 / 2000.0),
         curves: Arc::new(curves),

@@ -119,11 +119,11 @@ fn past_episodes_have_the_nearest_agent_and_a_greedy_episode_is_shown_once() {
 }
 
 #[test]
-fn a_command_shows_at_once_and_a_refused_placement_is_an_error() {
+fn a_command_shows_at_once_and_a_refused_placement_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &[]);
     press(&mut app, "P enter enter");
-    assert!(seen(&mut app).contains("error: not placed"));
+    assert!(seen(&mut app).contains("! not placed"));
     press(&mut app, "esc : t a s k space t a s k 4 enter");
     assert!(text(&shot(&mut app, 200, 50)).contains("task4 · no tool placed"));
     press(&mut app, ": t a s k space n o w h e r e enter");

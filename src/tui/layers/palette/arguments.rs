@@ -34,13 +34,15 @@ pub struct Arguments {
     models: Vec<Value>,
     /// The settings of the next run, and their current values.
     settings: Vec<(Value, String)>,
+    /// Those of the watched run, which can be forked.
+    watched: Vec<(Value, String)>,
 }
 
 /// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
 
-/// Maximum number of commands with arguments that contain a text.
-const LINES: usize = 20;
+/// Maximum number of commands with arguments that contain a text, of each kind.
+const LINES: usize = 50;
 
 impl Arguments {
     /// The completions for the current view.
@@ -57,19 +59,27 @@ impl Arguments {
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| Value::new(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
+            watched: view.watched_run().map(|run| described(&run.config)).unwrap_or_default(),
         }
     }
 
-    /// Commands on the tasks, runs and settings whose names contain a text.
+    /// Commands on the tasks, runs, settings and models whose names or descriptions contain a text, by name first.
     pub fn lines_with(&self, text: &str) -> Vec<Value> {
-        let lower = text.to_lowercase();
-        let settings = self.settings.iter().map(|(setting, _)| setting);
-        let all = self.tasks.iter().map(|task| ("task", task)).chain(self.runs.iter().map(|run| ("open", run)));
-        let all = all.chain(settings.map(|setting| ("set", setting))).filter(|_| !text.is_empty());
-        let found = all.filter(|(_, known)| known.text.to_lowercase().contains(&lower)).take(LINES);
-        found
-            .map(|(verb, known)| Value::new(format!("{verb} {}", shell_words::quote(&known.text)), &*known.about))
-            .collect()
+        let lower = text.trim().to_lowercase();
+        if lower.is_empty() {
+            return Vec::new();
+        }
+        let settings: Vec<Value> = self.settings.iter().map(|(setting, _)| setting.clone()).collect();
+        let kinds = [("task", &self.tasks), ("open", &self.runs), ("set", &settings), ("model", &self.models)];
+        let is_in = |text: &str| text.to_lowercase().contains(&lower);
+        let lines = kinds.into_iter().flat_map(|(verb, known)| {
+            let found = known.iter().filter(|known| is_in(&known.text) || is_in(&known.about)).take(LINES);
+            let line = move |text: &str| format!("{verb} {}", shell_words::quote(text));
+            found.map(move |known| (!is_in(&known.text), Value::new(line(&known.text), &*known.about)))
+        });
+        let mut lines: Vec<(bool, Value)> = lines.collect();
+        lines.sort_by_key(|(by_description, _)| *by_description);
+        lines.into_iter().map(|(_, line)| line).collect()
     }
 
     /// Completions of the last of the words after a verb; those that begin with it come first.
@@ -95,7 +105,7 @@ impl Arguments {
                 let edited = Value::new("task=edited", "the task as it is edited");
                 let key = |(known, _): &(Value, String)| Value::new(format!("{}=", known.text), known.about.clone());
                 let own = |(known, _): &&(Value, String)| !["method", "seed"].contains(&&*known.text);
-                std::iter::once(edited).chain(self.settings.iter().filter(own).map(key)).collect()
+                std::iter::once(edited).chain(self.watched.iter().filter(own).map(key)).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("figure", ["learning", _, ..]) => {

@@ -5,7 +5,7 @@ mod arguments;
 use std::cmp::Reverse;
 
 use crossterm::event::{KeyCode, KeyEvent};
-use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
+use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Position, Rect};
@@ -23,18 +23,29 @@ use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
 pub use arguments::{Arguments, Value, matching};
+use mge_base::text::counted;
 use mge_workbench::{Command, Verb, verbs};
 
-/// Other words for actions, by the names of these.
-const SYNONYMS: [(&str, &str); 7] = [
-    ("new", "train"),
-    ("start", "train"),
-    ("kill", "stop"),
-    ("revert", "undo"),
-    ("exit", "quit"),
-    ("history", "screen-log"),
-    ("keys", "help"),
+/// Actions, and other words for each.
+const SYNONYMS: [(&str, &str); 14] = [
+    ("train", "new start run"),
+    ("stop", "kill end cancel"),
+    ("undo", "revert"),
+    ("quit", "exit close leave"),
+    ("screen-log", "history messages"),
+    ("help", "keys shortcuts"),
+    ("set", "settings parameters hyperparameters options"),
+    ("restore", "undelete trash recover"),
+    ("delete-run", "remove"),
+    ("rename-run", "name"),
+    ("filter-runs", "search find"),
+    ("export-figure", "plot picture"),
+    ("theme", "colours colors dark light"),
+    ("task", "level load"),
 ];
+
+/// Lines per page.
+const PAGE: usize = 10;
 
 /// A searchable action or command.
 #[derive(Clone, Copy)]
@@ -48,7 +59,7 @@ impl Item {
     /// The names by which it is found: its own, that of its command, and other words for the same.
     fn names(&self) -> impl Iterator<Item = &'static str> {
         let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
-        let synonyms = SYNONYMS.iter().filter(move |(_, of)| *of == name).map(|(word, _)| *word);
+        let synonyms = SYNONYMS.iter().filter(move |(of, _)| *of == name).flat_map(|(_, words)| words.split(' '));
         [name].into_iter().chain(verb).chain(synonyms)
     }
 
@@ -82,15 +93,14 @@ pub struct CommandPalette {
 }
 
 impl CommandPalette {
-    /// A palette of the actions that apply now and of all commands.
+    /// A palette of all actions and commands, first those that apply in the contexts of the screen.
     pub fn new(contexts: &[Context], arguments: Arguments, history: Vec<String>) -> Self {
-        let items = entries().iter().map(|entry| {
+        let item = |entry: &'static Entry| {
             let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
             Item { entry, applies }
-        });
-        let items: Vec<Item> = items
-            .filter(|item| item.applies || item.entry.same_verb().is_some() || item.entry.context.tab().is_some())
-            .collect();
+        };
+        let mut items: Vec<Item> = entries().iter().map(item).collect();
+        items.sort_by_key(|item| !item.applies);
         let (found, rows) = (items.clone(), Vec::new());
         Self {
             input: TextInput::default(),
@@ -114,14 +124,12 @@ impl CommandPalette {
         self
     }
 
-    /// The palette with the actions of all screens, those of the present one first, as high as there is room.
+    /// The palette with the actions of the screen first, as high as there is room.
     #[must_use]
-    pub fn with_all(mut self, contexts: &[Context]) -> Self {
-        let place = |entry: &Entry| contexts.iter().position(|context| *context == entry.context);
-        self.items = entries().iter().map(|entry| Item { entry, applies: place(entry).is_some() }).collect();
-        self.items.sort_by_key(|item| place(item.entry).unwrap_or(usize::MAX));
-        (self.found, self.height) = (self.items.clone(), u16::MAX);
-        self
+    pub fn with_screen_first(mut self, contexts: &[Context]) -> Self {
+        let place = |item: &Item| contexts.iter().position(|context| *context == item.entry.context);
+        self.items.sort_by_key(|item| place(item).unwrap_or(usize::MAX));
+        Self { found: self.items.clone(), height: u16::MAX, ..self }
     }
 
     fn selected_item(&self) -> Option<Item> {
@@ -232,13 +240,16 @@ impl CommandPalette {
             self.found = self.items.iter().filter(begins).copied().collect();
             return;
         }
-        let pattern = Pattern::parse(text, CaseMatching::Ignore, Normalization::Smart);
+        // Scattered letters are found in almost every description.
+        let [fuzzy, part] = [AtomKind::Fuzzy, AtomKind::Substring]
+            .map(|kind| Pattern::new(text.trim_end(), CaseMatching::Ignore, Normalization::Smart, kind));
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut characters = Vec::new();
-        let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
+        let mut score =
+            |pattern: &Pattern, text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
         let scored = self.items.iter().filter_map(|item| {
-            let name = item.names().filter_map(&mut score).max();
-            name.map(|score| 2 * score).max(score(item.entry.about())).map(|score| (score, *item))
+            let name = item.names().filter_map(|name| score(&fuzzy, name)).max();
+            name.map(|score| 2 * score).max(score(&part, item.entry.about())).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
@@ -247,15 +258,18 @@ impl CommandPalette {
         self.selected = self.named(text);
     }
 
-    /// The place of the action that a text names: in full, or as the only one that begins so.
+    /// The place of the action that a text names: in full, or as the only one that begins so; or of the task, run or
+    /// setting of this name.
     fn named(&self, text: &str) -> Option<usize> {
         let begins = |index: &usize| self.found[*index].names().any(|name| name.starts_with(text));
         let mut begun = (0..self.found.len()).filter(begins);
         // What is named in full comes first.
-        match self.found.first()?.names().any(|name| name == text) {
-            true => Some(0),
-            false => begun.next().filter(|_| !text.is_empty() && begun.next().is_none()),
+        if self.found.first().is_some_and(|item| item.names().any(|name| name == text)) {
+            return Some(0);
         }
+        let is_named = |value: &Value| value.text.split_once(' ').is_some_and(|(_, argument)| argument == text);
+        let argument = self.values.iter().position(is_named).map(|place| self.found.len() + place);
+        argument.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
     }
 }
 
@@ -266,11 +280,13 @@ impl Layer for CommandPalette {
             KeyCode::Up if self.selected.unwrap_or(0) == 0 && self.recall(true) => {}
             KeyCode::Down if self.selected.unwrap_or(0) == 0 && self.recall(false) => {}
             KeyCode::Up => self.selected = self.selected.and_then(|index| index.checked_sub(1)),
-            KeyCode::Down => {
+            KeyCode::Down | KeyCode::PageDown => {
+                let by = if key.code == KeyCode::Down { 1 } else { PAGE };
                 let last = (self.found.len() + self.values.len()).saturating_sub(1);
                 let first = if is_command(self.input.text()) && !self.values.is_empty() { self.found.len() } else { 0 };
-                self.selected = Some(self.selected.map_or(first, |index| (index + 1).min(last)));
+                self.selected = Some(self.selected.map_or(first + by - 1, |index| index + by).min(last));
             }
+            KeyCode::PageUp => self.selected = self.selected.map(|index| index.saturating_sub(PAGE)),
             KeyCode::Tab => self.complete(),
             KeyCode::Enter => return self.choose(),
             _ if self.input.key(key) => self.search(),
@@ -299,13 +315,9 @@ impl Layer for CommandPalette {
     }
 
     fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
-        let inside = frame(
-            "commands · enter: run   tab: complete   esc: close",
-            (116, self.height.min(area.height)),
-            area,
-            theme,
-            buffer,
-        );
+        let count = self.found.len() + self.values.len();
+        let title = format!("{} · enter: run   tab: complete   esc: close", counted(count, "command"));
+        let inside = frame(&title, (116, self.height.min(area.height)), area, theme, buffer);
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
         let mut below = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
@@ -334,8 +346,7 @@ impl Layer for CommandPalette {
             let line = vec![Span::raw(columns::padded(&text, room)), Span::styled(keys, theme.strong())];
             Row::new([Line::from(line)])
         };
-        let (count, all) = (self.found.len() + self.values.len(), [Constraint::Fill(1)]);
-        self.rows = list::draw(count, self.selected, row, &all, below, theme, buffer);
+        self.rows = list::draw(count, self.selected, row, &[Constraint::Fill(1)], below, theme, buffer);
         Some(cursor)
     }
 }
@@ -466,6 +477,25 @@ mod tests {
         assert!(offered("task3").contains(&"task task3".to_owned()));
         assert!(offered("old").contains(&"open old".to_owned()));
         assert!(offered("").is_empty());
+        assert!(offered("discount").contains(&"set ddpg.gamma".to_owned()), "by its description");
+        assert_eq!(offered("a").iter().filter(|line| line.starts_with("set ")).count().min(20), 20, "not only tasks");
+    }
+
+    #[test]
+    fn everything_that_can_be_done_is_listed_on_every_screen_and_found_by_other_words() {
+        let listed = palette(&[Context::Runs, Context::Everywhere, Context::Typed], &[]);
+        assert_eq!(listed.found.len(), entries().len());
+        let found = |typed: &str| {
+            let mut palette = palette(&[Context::Runs, Context::Everywhere], &[]);
+            palette.paste(typed);
+            palette.selected_item().map(|item| item.entry.name)
+        };
+        assert_eq!((found("q"), found("exit")), (Some("quit"), Some("quit")));
+        assert_eq!((found("undelete"), found("settings")), (Some("restore"), Some("set")));
+        assert_eq!(found("hand-place"), Some("hand-place"), "of another screen");
+        let mut task = palette(&[Context::Everywhere], &[]);
+        task.paste("task3");
+        assert!(matches!(task.key(KeyCode::Enter.into()), Response::Try(_)), "it is opened");
     }
 
     #[test]

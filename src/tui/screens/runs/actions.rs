@@ -74,20 +74,7 @@ pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Compares groups with that of a line.
-pub fn pin_baseline(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    let group = match line {
-        Line::Group(group, _) => Some(*group),
-        Line::Run(run, _) => ui.view.groups.of(&run.path),
-    };
-    let Some(label) = group.map(|group| group.label.clone()) else {
-        return vec![Effect::info("the runs are still being grouped")];
-    };
-    vec![Effect::call(move |app| app.pin_baseline(&label))]
-}
-
-/// Shows the marked runs together, or else those of a line. If there are two, one is watched, to show its episodes
-/// beside the other's.
+/// Shows the marked runs together, or else those of a line. If there are two, one is watched, to show its episodes.
 pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     if state.marked.is_empty() {
         state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
@@ -129,17 +116,31 @@ pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     })
 }
 
-/// Opens the palette with the note on the first run of a line.
+/// Asks for the note on the first run of a line.
 pub fn edit_note(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
     let run = line.runs()[0];
-    let note = Command::from(command::Note { folder: run.path.clone(), text: run.note.clone() });
-    vec![Effect::palette(note.to_string().trim_end_matches("''").trim_end())]
+    let note = |folder, text| command::Note { folder, text };
+    ask_for_text(run, format!("note on {}", run.name), "no text removes it", &run.note, note)
 }
 
-/// Opens the palette with the name of the first run of a line.
+/// Asks for the name of the first run of a line.
 pub fn rename(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
     let run = line.runs()[0];
-    vec![Effect::palette(Command::from(command::Rename { folder: run.path.clone(), name: run.name.clone() }))]
+    let rename = |folder, name| command::Rename { folder, name };
+    ask_for_text(run, format!("name of {}", run.name), "no text: that of its folder", &run.name, rename)
+}
+
+/// Asks for a text about a run, which is taken as it is typed.
+fn ask_for_text<C: Into<Command> + 'static>(
+    run: &RunSummary,
+    title: String,
+    hint: &str,
+    now: &str,
+    command: fn(PathBuf, String) -> C,
+) -> Vec<Effect> {
+    let folder = run.path.clone();
+    let read = move |text: &str| Ok(Effect::apply(command(folder.clone(), text.to_owned())));
+    vec![Effect::open(Form::prompt(title, hint, now, read))]
 }
 
 /// Asks for the tags of runs; those that all have now are typed in.

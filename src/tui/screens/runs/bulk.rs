@@ -19,12 +19,14 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     {
         return vec![Effect::info(format!("{} is {}: there is nothing to pause", run.name, run.state_word()))];
     }
-    let all_paused = runs.iter().all(|run| run.state == RunState::Paused);
-    let wanted = runs.iter().filter(|run| runs.len() == 1 || all_paused || run.state == RunState::Running);
+    let all_paused = runs.iter().all(|run| run.state == RunState::Paused || run.pausing);
+    let wanted =
+        runs.iter().filter(|run| runs.len() == 1 || all_paused || (run.state == RunState::Running && !run.pausing));
     let command = |run: &RunSummary| -> Command {
         match run.state {
-            RunState::Paused => command::Resume { until: None }.into(),
-            _ => command::Pause.into(),
+            RunState::Running if !run.pausing => command::Pause.into(),
+            // A pause that has not begun is withdrawn.
+            _ => command::Resume { until: None }.into(),
         }
     };
     on_each(wanted.map(|run| (*run, command(run))), ui)

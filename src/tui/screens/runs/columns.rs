@@ -6,7 +6,7 @@ use super::super::Ui;
 use super::super::status::bar;
 use super::line::Line;
 use super::{check_setting, is_setting};
-use crate::tui::view::{RunGroup, RunSummary, span};
+use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::theme::Theme;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
@@ -36,11 +36,10 @@ pub struct CommonColumn {
 /// Shown only if it is chosen.
 const CHOSEN: u16 = u16::MAX;
 
-const COMMON: [CommonColumn; 11] = [
+const COMMON: [CommonColumn; 10] = [
     common("episodes", 18, 60, false, |line, _, theme| episodes(line, theme)),
     common("success", 7, 0, true, |line, _, _| percent(line.success())),
     common("interval", 9, 100, true, |line, _, _| interval(line)),
-    common("beats", 6, 88, true, |line, _, _| beats(line)),
     common("remaining", 10, 110, true, |line, _, _| line.seconds_left().map_or_else(String::new, span)),
     common("seed", 6, CHOSEN, true, |line, _, _| seeds(line)),
     common("task", 12, CHOSEN, false, |_, first, _| first.config.task.name.clone()),
@@ -158,14 +157,6 @@ fn interval(line: &Line) -> String {
             .success
             .map_or_else(String::new, |success| format!("{:.0}-{:.0} %", 100.0 * success.lower, 100.0 * success.upper)),
         _ => String::new(),
-    }
-}
-
-/// The probability that runs of a group score higher than those of the pinned baseline.
-fn beats(line: &Line) -> String {
-    match line {
-        Line::Group(RunGroup { is_baseline: true, .. }, _) => "base".to_owned(),
-        _ => line.improvement().map_or_else(String::new, |improvement| percent(Some(improvement.value))),
     }
 }
 

@@ -12,13 +12,13 @@ use mge_base::json;
 use mge_base::spelling::did_you_mean;
 
 /// Which runs are listed.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Filter {
     text: String,
     terms: Vec<Term>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 enum Term {
     /// Part of the text of a run.
     Word(String),
@@ -28,22 +28,17 @@ enum Term {
     Compared(String, Comparison, f64),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Comparison {
-    Less,
-    AtMost,
-    Equal,
-    AtLeast,
-    More,
-}
+/// Whether a number that was found and the wanted one are as a sign says.
+type Comparison = fn(f64, f64) -> bool;
 
 /// Comparison signs, the longer ones first.
 const SIGNS: [(&str, Comparison); 5] = [
-    ("<=", Comparison::AtMost),
-    (">=", Comparison::AtLeast),
-    ("<", Comparison::Less),
-    (">", Comparison::More),
-    ("=", Comparison::Equal),
+    ("<=", |found, wanted| found <= wanted),
+    (">=", |found, wanted| found >= wanted),
+    ("<", |found, wanted| found < wanted),
+    (">", |found, wanted| found > wanted),
+    // Allow for values in single precision, but keep integers apart.
+    ("=", |found, wanted| (found - wanted).abs() < (1e-6 * wanted.abs().max(1.0)).min(0.5)),
 ];
 
 /// What a condition may be on, besides settings. Success is a fraction from 0 to 1, epsilon the threshold of the first
@@ -91,23 +86,10 @@ impl Filter {
             Term::Part(column, part) => {
                 value(run, column, ui).is_some_and(|value| json::text(&value).to_lowercase().contains(part))
             }
-            Term::Compared(column, comparison, wanted) => value(run, column, ui)
-                .and_then(|value| value.as_f64())
-                .is_some_and(|found| comparison.holds(found, *wanted)),
+            Term::Compared(column, comparison, wanted) => {
+                value(run, column, ui).and_then(|value| value.as_f64()).is_some_and(|found| comparison(found, *wanted))
+            }
         })
-    }
-}
-
-impl Comparison {
-    fn holds(self, found: f64, wanted: f64) -> bool {
-        match self {
-            Self::Less => found < wanted,
-            Self::AtMost => found <= wanted,
-            // Allow for values in single precision, but keep integers apart.
-            Self::Equal => (found - wanted).abs() < (1e-6 * wanted.abs().max(1.0)).min(0.5),
-            Self::AtLeast => found >= wanted,
-            Self::More => found > wanted,
-        }
     }
 }
 
@@ -178,23 +160,30 @@ fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
 mod tests {
     use super::*;
 
+    fn holds(sign: &str, found: f64, wanted: f64) -> bool {
+        SIGNS.iter().any(|(known, comparison)| *known == sign && comparison(found, wanted))
+    }
+
     #[test]
     fn conditions_are_read_and_mistakes_explained() {
         let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 prior:learned hold_tolerance<1";
         let parsed = Filter::parse(text).unwrap();
-        let part = |column: &str, text: &str| Term::Part(column.into(), text.into());
-        let compared = |column: &str, comparison, value| Term::Compared(column.into(), comparison, value);
-        let expected = vec![
-            Term::Word("old".into()),
-            part("task", "4"),
-            part("method", "ddpg-mge"),
-            compared("epsilon", Comparison::Less, 0.2),
-            compared("seed", Comparison::AtLeast, 3.0),
-            compared("ddpg.gamma", Comparison::Equal, 0.9),
-            part("prior", "learned"),
-            compared("hold_tolerance", Comparison::Less, 1.0),
+        let shown = |term: &Term| match term {
+            Term::Word(word) => word.clone(),
+            Term::Part(column, part) => format!("{column}:{part}"),
+            Term::Compared(column, _, value) => format!("{column} {value}"),
+        };
+        let expected = [
+            "old",
+            "task:4",
+            "method:ddpg-mge",
+            "epsilon 0.2",
+            "seed 3",
+            "ddpg.gamma 0.9",
+            "prior:learned",
+            "hold_tolerance 1",
         ];
-        assert_eq!(parsed.terms, expected);
+        assert_eq!(parsed.terms.iter().map(shown).collect::<Vec<_>>(), expected);
         for (text, problem) in [
             ("epsilo<0.2", "did you mean `epsilon`?"),
             ("seed<x", "`x` in `seed<x` is not a number"),
@@ -203,13 +192,13 @@ mod tests {
             let error = Filter::parse(text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");
         }
-        assert!(Comparison::Equal.holds(f64::from(0.1f32), 0.1) && !Comparison::Less.holds(0.2, 0.2));
-        assert!(Comparison::Equal.holds(f64::from(1234.567f32), 1234.567) && !Comparison::Equal.holds(0.5, 0.6));
+        assert!(holds("=", f64::from(0.1f32), 0.1) && !holds("<", 0.2, 0.2) && holds("<=", 0.2, 0.2));
+        assert!(holds("=", f64::from(1234.567f32), 1234.567) && !holds("=", 0.5, 0.6) && holds(">", 0.6, 0.5));
     }
 
     #[test]
     fn large_integers_equal_only_themselves() {
-        let is_found = |seed: f64| Comparison::Equal.holds(seed, 1_234_567_890.0);
+        let is_found = |seed: f64| holds("=", seed, 1_234_567_890.0);
         assert!(is_found(1_234_567_890.0) && !is_found(1_234_567_889.0) && !is_found(1_234_567_891.0));
     }
 }

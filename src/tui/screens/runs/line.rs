@@ -10,7 +10,6 @@ use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::counted;
 use mge_run::RunState;
-use mge_stats::Estimate;
 
 /// The identity of a line; it does not depend on other lines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -95,11 +94,6 @@ impl<'a> Line<'a> {
             Self::Run(run, _) => run.success.map(f64::from),
             Self::Group(group, _) => group.success.map(|success| success.value),
         }
-    }
-
-    /// Probability that a group is above the baseline.
-    pub fn improvement(&self) -> Option<Estimate> {
-        if let Self::Group(group, _) = self { group.improvement } else { None }
     }
 
     /// Seconds until all its runs are finished at their present rates, if they are trained in parallel.

@@ -25,7 +25,7 @@ use crate::tui::effect::Effect;
 use crate::tui::view::{RunGroup, RunSummary, ViewModel};
 pub use actions::{
     ask_for_columns, ask_for_filter, compare, edit_note, edit_tags, evaluate, fold, fork, mark, no_run, on_all,
-    on_line, pin_baseline, rename, watch,
+    on_line, rename, watch,
 };
 pub use bulk::{delete, export, go_on, pause, stop};
 use columns::Column;
@@ -239,8 +239,7 @@ fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
 }
 
 /// What the marks and columns of the list mean.
-pub const EXPLANATION: &str = "> watched, * marked; success: latest episodes (groups: interquartile mean); beats: \
-                               chance to exceed the pinned baseline";
+pub const EXPLANATION: &str = "> watched, * marked; success: latest episodes (groups: interquartile mean)";
 
 /// A summary of a line.
 fn about(line: &Line) -> String {
@@ -279,14 +278,7 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
             text = format!("{text} (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
         }
     }
-    match group.improvement {
-        Some(improvement) => {
-            let [value, lower, upper] = improvement.values().map(|share| 100.0 * share);
-            format!("{text}, above the baseline with probability {value:.0} % ({lower:.0} to {upper:.0} %)")
-        }
-        None if group.is_baseline => format!("{text}, the baseline of the others"),
-        None => text,
-    }
+    text
 }
 
 #[cfg(test)]
@@ -299,19 +291,14 @@ mod tests {
 
     /// The description of three runs in a row, one of the groups of the view.
     fn about_three(view: &mut ViewModel, first: usize) -> String {
-        view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), Some("DDPG")));
+        view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
         let runs: Vec<&RunSummary> = view.runs[first..first + 3].iter().map(|run| &**run).collect();
         about_group(view.groups.of(&runs[0].path).unwrap(), &runs)
     }
 
     #[test]
-    fn a_group_is_described_with_its_probability_to_be_above_the_baseline() {
+    fn a_group_is_described_with_its_seeds_and_success() {
         let mut view = grouped();
-        Arc::make_mut(&mut view.runs[0]).success = Some(0.0);
-        let about = about_three(&mut view, 0);
-        assert!(about.contains("above the baseline with probability 67 %"), "{about}");
-        let about = about_three(&mut view, 3);
-        assert!(about.ends_with("the baseline of the others"), "{about}");
         for run in &mut view.runs[..3] {
             Arc::make_mut(run).done = 0;
         }

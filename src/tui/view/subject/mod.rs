@@ -8,7 +8,6 @@ mod tests;
 
 pub use overlays::AgentView;
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
@@ -48,12 +47,17 @@ pub struct Clusters {
 /// The subject of the scene. All its parts belong to one task.
 #[derive(Debug, Clone)]
 pub struct Subject {
-    choice: Choice,
-    task: Arc<Task>,
-    episode: Arc<Episode>,
+    /// What the user wants to see.
+    pub choice: Choice,
+    /// The task.
+    pub task: Arc<Task>,
+    /// The episode on the task.
+    pub episode: Arc<Episode>,
     run: Option<Arc<RunSummary>>,
-    clusters: Option<Clusters>,
-    networks: Option<Arc<Ddpg>>,
+    /// The clusters of the task, if there are any.
+    pub clusters: Option<Clusters>,
+    /// The networks of the agent that acts in the episode, if they are available.
+    pub networks: Option<Arc<Ddpg>>,
     /// The agent of a checkpoint, if the networks of the running training are not available.
     agent: Option<PastAgent>,
     /// The threshold epsilon in a past episode.
@@ -62,20 +66,7 @@ pub struct Subject {
     /// State of the episode played by hand.
     hand: Option<Arc<Snapshot>>,
     /// Why the scene does not show what the user may expect.
-    note: Option<String>,
-    /// The same episode of another run, shown beside a past one.
-    beside: Option<ComparedEpisode>,
-}
-
-/// The same episode of another run, for comparison.
-#[derive(Debug, Clone)]
-pub struct ComparedEpisode {
-    /// Folder of the run.
-    pub run: PathBuf,
-    /// Number of the episode, counted from 1.
-    pub number: u64,
-    /// The episode, or why there is none; None while it is being read.
-    pub episode: Option<Result<Arc<Episode>, String>>,
+    pub note: Option<String>,
 }
 
 impl Subject {
@@ -107,7 +98,7 @@ impl Subject {
             Choice::Past(_) => past_clusters(of_checkpoint, &task, of_run),
             _ => clusters(view, &task, of_run),
         };
-        let mut subject = Self {
+        Self {
             clusters,
             networks: live_networks.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
             agent,
@@ -119,50 +110,12 @@ impl Subject {
             task,
             episode,
             note,
-            beside: None,
-        };
-        subject.set_beside(before.and_then(|before| before.beside.clone()));
-        subject
-    }
-
-    /// The same episode of another run, if one is being compared.
-    pub fn beside(&self) -> Option<&ComparedEpisode> {
-        self.beside.as_ref()
-    }
-
-    /// Sets or removes the episode of another run beside a past one. One with a different number counts as none.
-    pub fn set_beside(&mut self, beside: Option<ComparedEpisode>) {
-        self.beside = beside.filter(|beside| self.past_episode() == Some(beside.number));
-    }
-
-    /// The user's choice.
-    pub fn choice(&self) -> &Choice {
-        &self.choice
-    }
-
-    /// The task.
-    pub fn task(&self) -> &Arc<Task> {
-        &self.task
-    }
-
-    /// The episode on the task.
-    pub fn episode(&self) -> &Arc<Episode> {
-        &self.episode
+        }
     }
 
     /// The watched run.
     pub fn run(&self) -> Option<&RunSummary> {
         self.run.as_deref()
-    }
-
-    /// The clusters of the task, if there are any.
-    pub fn clusters(&self) -> Option<&Clusters> {
-        self.clusters.as_ref()
-    }
-
-    /// Why the scene does not show what the user may expect.
-    pub fn note(&self) -> Option<&str> {
-        self.note.as_deref()
     }
 
     /// Whether the episode belongs to a run, so that an agent acts in it.
@@ -206,11 +159,6 @@ impl Subject {
     /// The model of the task, if there is one.
     pub fn model(&self) -> Option<&Arc<dyn RolloutModel>> {
         Some(&self.model.as_ref()?.as_ref().ok()?.model)
-    }
-
-    /// The networks of the agent that acts in the episode, if they are available.
-    pub fn networks(&self) -> Option<&Arc<Ddpg>> {
-        self.networks.as_ref()
     }
 }
 
@@ -267,8 +215,8 @@ fn by_hand(view: &ViewModel, before: Option<&Subject>) -> Arc<Episode> {
     let known = before.map(|before| &before.episode);
     let same = known.filter(|known| known.origin == Origin::Hand && Arc::ptr_eq(&known.trace, &view.hand.trace));
     same.cloned().unwrap_or_else(|| {
-        let (title, task, trace) = ("played by hand".to_owned(), view.hand.task.clone(), view.hand.trace.clone());
-        Arc::new(Episode { title, task, trace, origin: Origin::Hand })
+        let (task, trace) = (view.hand.task.clone(), view.hand.trace.clone());
+        Arc::new(Episode { task, trace, origin: Origin::Hand })
     })
 }
 

@@ -67,17 +67,16 @@ impl Subject {
         steps.flat_map(|step| step.path.iter().copied()).collect()
     }
 
-    /// The task's own tool, or one of CREATE's catalogue, held at a position: whether it can be placed there, and, for
-    /// the task's own tool, the model's prediction. None unless the episode is played by hand.
-    pub fn ghost(&self, action: Action, number: Option<usize>) -> Option<Ghost> {
+    /// The task's tool, held at a position: whether it can be placed there, and the model's prediction. None unless the
+    /// episode is played by hand.
+    pub fn ghost(&self, action: Action) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;
-        let tool = held_tool(&self.task, number);
+        let tool = held_tool(&self.task, None);
         let refusal = snapshot.refusal(&tool, action);
         let tool = tool.at(to_units(action.map(f64::from)));
         let mut ghost = Ghost { action, tool, refusal, predicted: Vec::new() };
         if snapshot.end().is_none()
             && ghost.refusal.is_none()
-            && number.is_none()
             && let Some(Ok(model)) = &self.model
         {
             // Placing the tool again would overlap itself, so the further actions place nothing.

@@ -20,7 +20,7 @@ fn episode(run: &str, task: &Arc<Task>) -> Arc<Episode> {
     let shown = Episode::untouched(task);
     let trace = Trace { episode: 7, ..Trace::clone(&shown.trace) };
     let origin = Origin::Run(Path::new("runs").join(run));
-    Arc::new(Episode { title: format!("episode 7 of {run}"), trace: Arc::new(trace), origin, ..shown })
+    Arc::new(Episode { trace: Arc::new(trace), origin, ..shown })
 }
 
 fn watched(run: &str, task: &Arc<Task>, live: bool) -> Watched {
@@ -47,16 +47,16 @@ fn an_episode_of_another_task_is_shown_without_parts_of_the_edited_task() {
     view.watched = Some(watched("other", &other, false));
     let past = episode("other", &other);
     let mut subject = choose(&view, Choice::Past(past), None);
-    assert_eq!(subject.task().name, "task4");
-    assert!(subject.clusters().is_none(), "the session's clusters belong to the edited task");
+    assert_eq!(subject.task.name, "task4");
+    assert!(subject.clusters.is_none(), "the session's clusters belong to the edited task");
     subject.set_model(Ok(model(&view.task)));
     assert!(subject.predict(0).unwrap_err().contains("another task"));
-    subject.set_model(Ok(model(&subject.task().clone())));
+    subject.set_model(Ok(model(&subject.task.clone())));
     assert!(!subject.predict(0).unwrap().is_empty());
     let edited = choose(&view, Choice::Latest, Some(&subject));
-    assert_eq!(edited.task().name, "task1");
+    assert_eq!(edited.task.name, "task1");
     assert!(edited.predict(0).is_err(), "the model is not carried over");
-    assert!(edited.clusters().is_some());
+    assert!(edited.clusters.is_some());
 }
 
 #[test]
@@ -67,8 +67,8 @@ fn a_past_episode_is_left_when_another_run_is_watched() {
     let past = choose(&view, Choice::Past(episode("a", &edited)), None);
     assert!(past.is_of_run());
     view.watched = Some(watched("b", &edited, false));
-    let after = choose(&view, past.choice().clone(), Some(&past));
-    assert!(matches!(after.choice(), Choice::Latest) && !after.is_of_run());
+    let after = choose(&view, past.choice.clone(), Some(&past));
+    assert!(matches!(after.choice, Choice::Latest) && !after.is_of_run());
     assert_eq!(after.run().unwrap().name, "b");
 }
 
@@ -77,7 +77,10 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
     let mut view = empty();
     view.watched = Some(watched("other", &task("task4"), true));
     let subject = choose(&view, Choice::Latest, None);
-    assert_eq!((subject.episode().origin.clone(), subject.note()), (Origin::Untouched, Some("the run trains task4")));
+    assert_eq!(
+        (subject.episode.origin.clone(), subject.note.as_deref()),
+        (Origin::Untouched, Some("the run trains task4"))
+    );
     assert!(subject.agent_view(0).is_err());
     let mut edited = Task::clone(&view.task);
     view.watched = Some(watched("same", &view.task, true));
@@ -85,7 +88,7 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
     edited.goal.position[0] += 0.1;
     view.task = Arc::new(edited);
     let subject = choose(&view, Choice::Latest, None);
-    assert_eq!(subject.note(), Some("the run trains task1 as it was before the edits"));
+    assert_eq!(subject.note.as_deref(), Some("the run trains task1 as it was before the edits"));
     let renamed = Task { name: "mine".to_owned(), ..task("task1").as_ref().clone() };
     view.task = Arc::new(renamed);
     assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name does not make another scene");
@@ -98,9 +101,9 @@ fn a_training_episode_is_played_to_its_end_before_the_next() {
     let first = choose(&view, Choice::Latest, None);
     view.watched = Some(watched("a", &view.task.clone(), true));
     let same = choose(&view, Choice::Latest, Some(&first));
-    assert!(Arc::ptr_eq(first.episode(), same.episode()));
+    assert!(Arc::ptr_eq(&first.episode, &same.episode));
     let next = Subject::choose(&view, &Choice::Latest, Some(&same), true);
-    assert!(!Arc::ptr_eq(same.episode(), next.episode()));
+    assert!(!Arc::ptr_eq(&same.episode, &next.episode));
 }
 
 #[test]
@@ -135,15 +138,14 @@ fn a_prediction_starts_at_its_action_and_needs_the_tasks_own_tool() {
     assert!(subject.predict(0).unwrap_err().contains("only the task's own tool"));
     let mut by_hand = choose(&view, Choice::Hand, None);
     by_hand.set_model(Ok(model(&view.task)));
-    let predicted = |number| by_hand.ghost([0.9, -0.9], number).unwrap().predicted;
-    assert!(!predicted(None).is_empty() && predicted(Some(371)).is_empty());
-    let blocked = by_hand.ghost(view.task.ball.position, None).unwrap();
+    assert!(!by_hand.ghost([0.9, -0.9]).unwrap().predicted.is_empty());
+    let blocked = by_hand.ghost(view.task.ball.position).unwrap();
     assert!(blocked.refusal.is_some() && blocked.predicted.is_empty());
     let same = choose(&view, Choice::Hand, Some(&by_hand));
-    assert!(Arc::ptr_eq(same.episode(), by_hand.episode()), "nothing has been placed since");
+    assert!(Arc::ptr_eq(&same.episode, &by_hand.episode), "nothing has been placed since");
     view.hand.trace = Arc::new(Trace::clone(&past.trace));
     let next = choose(&view, Choice::Hand, Some(&by_hand));
-    assert!(Arc::ptr_eq(&next.episode().trace, &view.hand.trace), "the episode has changed");
+    assert!(Arc::ptr_eq(&next.episode.trace, &view.hand.trace), "the episode has changed");
 }
 
 #[test]
@@ -151,29 +153,24 @@ fn only_the_episodes_of_a_run_have_its_networks() {
     let mut view = empty();
     view.watched = Some(watched("a", &view.task.clone(), true));
     let latest = choose(&view, Choice::Latest, None);
-    assert!(latest.networks().is_some() && latest.needed_agent().is_none());
+    assert!(latest.networks.is_some() && latest.needed_agent().is_none());
     let untouched = choose(&view, Choice::Untouched, None);
     assert_eq!(untouched.agent_view(0), Err("no agent acts in this episode".to_owned()));
-    assert!(untouched.networks().is_none() && untouched.needed_agent().is_none());
+    assert!(untouched.networks.is_none() && untouched.needed_agent().is_none());
     let past = choose(&view, Choice::Past(episode("a", &view.task)), None);
-    assert!(past.networks().is_none(), "those of the training are later ones");
+    assert!(past.networks.is_none(), "those of the training are later ones");
     assert_eq!(past.needed_agent(), Some(7));
 }
 
 #[test]
-fn a_past_episode_has_the_clusters_of_the_run_and_keeps_the_one_beside_it() {
+fn a_past_episode_has_the_clusters_of_the_run() {
     let mut view = typical();
     let watched = view.watched.as_mut().unwrap();
     watched.prior = view.prior.clone();
     let past = Choice::Past(episode("task1-ddpg-mge-seed0", &view.task));
-    let mut first = choose(&view, past.clone(), None);
-    assert!(first.clusters().unwrap().of_run);
-    let beside = ComparedEpisode { run: "runs/old".into(), number: 7, episode: Some(Err("none".to_owned())) };
-    first.set_beside(Some(beside));
-    let again = choose(&view, past, Some(&first));
-    assert!(again.beside().is_some());
-    let latest = choose(&view, Choice::Latest, Some(&again));
-    assert!(latest.beside().is_none() && !latest.clusters().unwrap().of_run);
+    let first = choose(&view, past, None);
+    assert!(first.clusters.as_ref().unwrap().of_run);
+    assert!(!choose(&view, Choice::Latest, Some(&first)).clusters.unwrap().of_run);
 }
 
 #[test]

@@ -39,8 +39,6 @@ pub trait Workspace {
     fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>>;
     /// Requests the curves of the runs in these folders, opened or not.
     fn request_curves(&mut self, runs: Vec<PathBuf>);
-    /// Makes the groups with a label the baseline, or unpins them if they are it already; returns a message.
-    fn pin_baseline(&mut self, label: &str) -> String;
     /// Requests the agent of the watched run from the checkpoint nearest to an episode, counted from 1. It
     /// appears in the view model once it has been read.
     fn request_agent(&mut self, episode: u64);
@@ -105,7 +103,6 @@ impl SessionWorkspace {
             dirty: false,
             proposed: Vec::new(),
             proposing: None,
-            searching: None,
             settings: session.config().clone(),
             extends_to: session.extends_to(),
             folder: session.folder().to_owned(),
@@ -131,11 +128,11 @@ impl SessionWorkspace {
             allow: |_| true,
             view,
             listing: Listing::default(),
-            models: Loader::new(1),
+            models: Loader::default(),
             model_changes: 0,
             model: Loader::new(KEPT),
             episodes: Loader::new(KEPT),
-            agents: Loader::new(1),
+            agents: Loader::default(),
             damaged: Vec::new(),
             touched: Instant::now(),
             refreshed: Instant::now(),
@@ -218,7 +215,7 @@ impl SessionWorkspace {
         let training = self.session.run().is_some_and(RunView::is_active);
         let (level, text) = match (command, outcome) {
             // Visible on screen.
-            (Command::Open(_) | Command::Continue(_), Ok(_)) => return,
+            (Command::Open(_) | Command::Continue(_) | Command::Restore(_), Ok(_)) => return,
             (Command::Clusters(_), Ok(report)) if training => {
                 (Level::Good, format!("{report}; `guide` gives them to the running training"))
             }
@@ -318,7 +315,7 @@ impl Workspace for SessionWorkspace {
 
     fn past_episode(&mut self, run: &Path, episode: u64) -> Option<Result<Arc<Episode>, String>> {
         let Some(summary) = self.view.run(run) else { return Some(Err("the run no longer exists".to_owned())) };
-        let (config, name) = (summary.config.clone(), summary.name.clone());
+        let config = summary.config.clone();
         let key = (run.to_owned(), episode);
         let known = self.episodes.get(&key).cloned();
         if known.is_none() {
@@ -326,7 +323,7 @@ impl Workspace for SessionWorkspace {
             self.episodes.request(key, Duration::MAX, move |_| {
                 let saved = SavedRun::open(&path, config.clone()).map_err(|error| error.to_string())?;
                 let trace = saved.past_episode(episode).map_err(|error| error.to_string())?;
-                Ok(Arc::new(episode_of(&path, &name, config.task_of(episode), Arc::new(trace))))
+                Ok(Arc::new(episode_of(&path, config.task_of(episode), Arc::new(trace))))
             });
         }
         known
@@ -334,13 +331,6 @@ impl Workspace for SessionWorkspace {
 
     fn request_curves(&mut self, runs: Vec<PathBuf>) {
         self.listing.request_curves(runs, &self.session);
-    }
-
-    fn pin_baseline(&mut self, label: &str) -> String {
-        match self.listing.pin_baseline(label) {
-            Some(label) => format!("groups are compared with {label}"),
-            None => "groups are compared with none".to_owned(),
-        }
     }
 
     fn request_agent(&mut self, episode: u64) {
@@ -370,11 +360,7 @@ fn is_frequent(notice: &Notice) -> bool {
     matches!(notice, Notice::Progress { .. } | Notice::Changed | Notice::Run { event: Event::EpisodeFinished(_), .. })
 }
 
-/// A recorded trace as an episode of the run in a folder, which has a name.
-fn episode_of(run: &Path, name: &str, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
-    let title = match trace.episode {
-        0 => format!("the greedy policy of {name}"),
-        episode => format!("episode {episode} of {name}"),
-    };
-    Episode { title, task: task.clone(), trace, origin: Origin::Run(run.to_owned()) }
+/// A recorded trace as an episode of the run in a folder.
+fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
+    Episode { task: task.clone(), trace, origin: Origin::Run(run.to_owned()) }
 }

@@ -18,11 +18,11 @@ impl SessionWorkspace {
         let view = &mut self.view;
         if *view.task != *session.task() {
             view.task = Arc::new(session.task().clone());
+            view.prior_failure = None;
         }
         view.file = session.file().map(Path::to_owned);
         view.dirty = session.is_dirty();
         view.proposed = session.proposed().to_vec();
-        view.searching = session.searching();
         view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
         view.settings = session.config().clone();
         view.extends_to = session.extends_to();
@@ -63,17 +63,12 @@ impl SessionWorkspace {
         let Some(summary) = self.view.runs.iter().rev().find(|known| known.path == path).cloned() else { return };
         let task = run.config().task.clone();
         let live = run.live().map(|live| Live {
-            episode: Arc::new(episode_of(
-                &path,
-                &summary.name,
-                run.config().task_of(live.trace.episode),
-                live.trace.clone(),
-            )),
+            episode: Arc::new(episode_of(&path, run.config().task_of(live.trace.episode), live.trace.clone())),
             networks: Some(live.ddpg.clone()),
         });
         let greedy = run.greedy().map(|trace| match greedy.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
             Some(known) => known,
-            None => Arc::new(episode_of(&path, &summary.name, &task, trace.clone())),
+            None => Arc::new(episode_of(&path, &task, trace.clone())),
         });
         let agent = self.agents.latest(|(of, ..)| *of == path).map(|(_, agent)| agent.clone());
         let (prior, is_active, last) = (run.prior(), run.is_active(), run.episodes());

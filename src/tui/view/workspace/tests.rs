@@ -113,7 +113,7 @@ fn a_training_shows_its_speed_and_its_latest_episode() {
     workspace.request_live();
     poll_until(&mut workspace, |workspace| {
         let view = workspace.view();
-        view.watched.as_ref().is_some_and(|watched| watched.live.is_some() && watched.run.rate.is_some())
+        view.watched.as_ref().is_some_and(|watched| watched.live.is_some() && watched.run.rate().is_some())
     });
     assert!(workspace.view.runs[0].preparing.is_none() && workspace.view.runs[0].done > 0);
     assert!(workspace.view.log.iter().all(|line| !line.text.is_empty()));
@@ -182,8 +182,19 @@ fn runs_that_are_not_open_are_read_when_they_are_viewed() {
     apply(&mut workspace, &format!("open {}", open.path().display()));
     workspace.request_curves(vec![open.path().to_owned(), other.path().to_owned()]);
     poll_until(&mut workspace, |workspace| workspace.view.runs[1].curves.last_episode() == 1);
-    assert!(workspace.pin_baseline("DDPG").contains("compared with DDPG"));
-    assert!(workspace.pin_baseline("DDPG").contains("compared with none"), "it is unpinned");
+}
+
+#[test]
+fn a_renamed_run_has_its_name_in_the_title_of_its_episodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut workspace = workspace(folder.path(), &LONG);
+    workspace.request_live();
+    poll_until(&mut workspace, |workspace| workspace.view.watched.as_ref().is_some_and(|it| it.live.is_some()));
+    let path = workspace.view.runs[0].path.display().to_string();
+    apply(&mut workspace, &format!("rename {} other", shell_words::quote(&path)));
+    let watched = workspace.view.watched.clone().unwrap();
+    let title = watched.live.unwrap().episode.title(&watched.run.name);
+    assert!(title.ends_with(" of other"), "{title}");
 }
 
 #[test]

@@ -199,7 +199,7 @@ fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
     super::super::wanted();
     press(&mut app, "5 tab 4");
     let curves = super::super::wanted().pop().unwrap();
-    assert_eq!(curves, "curves of plain-0 plain-1 plain-2", "each run once");
+    assert!(curves.starts_with("curves of plain-0 plain-1 plain-2 guided-"), "each run once: {curves}");
 }
 
 #[test]
@@ -215,6 +215,28 @@ fn curves_are_drawn_against_actions_and_the_time_of_training() {
     check(typical(), "4 X X X", &[], "by seconds of training");
     check(typical(), "4 X X X", &[], "without its pauses");
     check(typical(), "4 X X X X", &[], "curves against episodes");
+}
+
+#[test]
+fn the_crosshair_and_the_window_are_kept_on_every_axis() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 z left left");
+    let episode = app.subject.past_episode().unwrap();
+    press(&mut app, "X X X");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("by seconds of training") && screen.contains('┊'), "{screen}");
+    assert!(screen.contains(&format!("episode {episode}")), "{screen}");
+    let axes = region(&app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None });
+    assert!(axes.x.from > 20_000.0, "the last 350 of 700 episodes: {axes:?}");
+    let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 1);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    let middle = axes.x_at(at.0) / 1000.0 * 12.5;
+    assert!((app.subject.past_episode().unwrap() as f32 - middle).abs() < 3.0, "12.5 episodes a second");
+}
+
+#[test]
+fn a_group_against_time_says_that_it_is_a_mean() {
+    check(grouped(), "4 X X X", &[], "by mean seconds of training");
 }
 
 #[test]

@@ -13,7 +13,7 @@ fn screens_are_changed_by_number_bracket_and_mouse() {
         ("[ [", Tab::Schedule),
         ("1", Tab::Scene),
         ("[", Tab::Log),
-        ("esc", Tab::Scene),
+        ("esc", Tab::Log),
     ] {
         press(&mut app, keys);
         assert_eq!(app.tab, tab, "after {keys}");
@@ -39,12 +39,12 @@ fn the_palette_finds_actions_and_layers_close_one_by_one() {
 fn copying_mouse_capture_and_suspending_are_requests_to_the_terminal() {
     let (mut app, _) = app(empty());
     press(&mut app, "y");
-    let Some(TerminalRequest::Copy(text)) = app.take_request() else { panic!("there is no request") };
+    let Some(TerminalRequest::Copy(text)) = app.request.take() else { panic!("there is no request") };
     assert_eq!(text, "mge train task1 --method ddpg-mge --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
     press(&mut app, "f4");
-    assert_eq!(app.take_request(), Some(TerminalRequest::Mouse(false)));
+    assert_eq!(app.request.take(), Some(TerminalRequest::Mouse(false)));
     press(&mut app, "ctrl-z");
-    assert_eq!(app.take_request(), Some(TerminalRequest::Suspend));
+    assert_eq!(app.request.take(), Some(TerminalRequest::Suspend));
     // The command would train the task without its edits.
     let mut view = typical();
     Arc::make_mut(&mut view.task).goal.position[0] += 0.1;
@@ -52,7 +52,7 @@ fn copying_mouse_capture_and_suspending_are_requests_to_the_terminal() {
     check(view.clone(), "y", &[], "w saves it");
     let (mut app, _) = super::super::app(view);
     press(&mut app, "y");
-    assert_eq!(app.take_request(), None);
+    assert_eq!(app.request.take(), None);
 }
 
 #[test]
@@ -166,6 +166,7 @@ fn the_palette_is_navigated_and_leaves_the_screen_below_it_as_it_is() {
     let after = shot(&mut app, 80, 24);
     assert!(text(&after).lines().nth(19).unwrap().starts_with('╰'), "the lower border");
     assert_eq!(before.content[20 * 80..], after.content[20 * 80..]);
+    check(typical(), ": pagedown pageup down enter", &["pause"], "");
 }
 
 #[test]

@@ -70,10 +70,10 @@ fn trainings_can_go_on_in_the_background() {
     assert!(text(&shot(&mut app, 120, 40)).contains("leave it training in the background"));
     press(&mut app, "b");
     assert!(app.is_leaving());
-    assert_eq!(app.background_runs(), [std::path::PathBuf::from("runs/task1-ddpg-mge-seed0")]);
+    assert_eq!(app.background.clone(), [std::path::PathBuf::from("runs/task1-ddpg-mge-seed0")]);
     let (mut app, _) = super::app(typical());
     press(&mut app, "q y");
-    assert!(app.is_leaving() && app.background_runs().is_empty());
+    assert!(app.is_leaving() && app.background.clone().is_empty());
 }
 
 #[test]
@@ -95,5 +95,5 @@ fn a_paused_run_does_not_go_on_in_the_background() {
     change_run(&mut view, 0, |run| (run.active, run.state) = (true, RunState::Running));
     let (mut app, _) = app(view);
     press(&mut app, "q b");
-    assert_eq!(app.background_runs(), [std::path::PathBuf::from("runs/old")]);
+    assert_eq!(app.background.clone(), [std::path::PathBuf::from("runs/old")]);
 }

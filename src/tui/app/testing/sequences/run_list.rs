@@ -45,7 +45,7 @@ fn an_empty_list_says_that_the_folder_is_being_read() {
 
 #[test]
 fn the_prompt_for_columns_names_all_of_them() {
-    for column in ["remaining", "interval", "beats", "seed", "task", "tags", "note"] {
+    for column in ["remaining", "interval", "seed", "task", "tags", "note"] {
         check(empty(), "5 |", &[], &format!("│ {column} "));
     }
 }

@@ -21,7 +21,7 @@ fn each_setting_of_a_run_is_listed_once() {
         Arc::new(run)
     };
     let mut view = ViewModel { runs: vec![run("a", 1000, 0.9), run("b", 3000, 0.5)], ..empty() };
-    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
     let screen = preview(view);
     assert!(screen.contains("ddpg.gamma 0.5"), "{screen}");
     assert_eq!(screen.matches("episodes 3000").count(), 1, "{screen}");

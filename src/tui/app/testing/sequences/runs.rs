@@ -87,7 +87,6 @@ fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5 tab tab / n o p e enter", &[], "No run matches this filter");
     check(grouped(), "5 enter", &["open runs/plain-0"], "");
     check(grouped(), "5 down enter", &["open runs/guided-0"], "");
-    check(grouped(), "5 down B", &["pin DDPG-MGE, epsilon 0.8 to 0.05"], "");
     let delete = ["delete runs/guided-0 runs/guided-1 runs/guided-2"];
     check(grouped(), "5 down X y", &delete, "");
     check(grouped(), "5 / s e e d = 1 enter enter", &["open runs/plain-1"], "with `seed=1`");
@@ -217,7 +216,6 @@ fn what_cannot_be_done_with_a_line_is_explained() {
     check(typical(), "5 tab", &[], "a group of runs that differ in the seed only");
     check(grouped(), "5 F", &[], "only a single run can be forked");
     check(grouped(), "5 v", &[], "only a single run can be evaluated");
-    check(grouped(), "5 tab down B", &["pin DDPG"], "");
     check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
     let mut view = typical();
     change_run(&mut view, 0, |run| run.state = RunState::Paused);
@@ -249,15 +247,15 @@ fn the_question_on_stopping_runs_says_what_happens_to_each() {
 fn a_group_shows_the_most_urgent_state_of_its_runs() {
     let mut view = grouped();
     change_run(&mut view, 1, |run| run.state = RunState::Failed("no reason".into()));
-    for (place, rate) in [(3, 10.0), (4, 20.0)] {
-        change_run(&mut view, place, |run| (run.state, run.active, run.rate) = (RunState::Running, true, Some(rate)));
+    for place in [3, 4] {
+        change_run(&mut view, place, |run| (run.state, run.active) = (RunState::Running, true));
     }
     view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));
     assert!(screen.contains("1 failed") && screen.contains("task1: DDPG"), "{screen}");
-    assert!(screen.contains(" 2:30 "), "1500 episodes at 10 a second take longest\n{screen}");
+    assert!(screen.contains(" 2:08 "), "1600 episodes at 12.5 a second take longest\n{screen}");
     press(&mut app, "end tab down space");
     let marked = |line: &&str| line.contains("* ") || line.contains("*>");
     assert_eq!(text(&shot(&mut app, 200, 60)).lines().filter(marked).count(), 1, "the group is not marked");

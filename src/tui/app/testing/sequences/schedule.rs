@@ -77,6 +77,15 @@ fn an_applied_schedule_is_no_draft() {
 }
 
 #[test]
+fn a_typed_schedule_replaces_the_drawn_one_and_says_so() {
+    let typed = "3 up e 0 . 2 enter";
+    check(empty(), typed, &["epsilon 0.2"], "the drawn schedule gives way: u on the Schedule screen");
+    check(empty(), typed, &["epsilon 0.2"], "This schedule is in use.");
+    check(empty(), &format!("{typed} u"), &["epsilon 0.2"], "points:0=0.81,1500=0.05");
+    check(empty(), "3 up t", &[], "the drawn schedule is not in use");
+}
+
+#[test]
 fn undo_reverts_edits_of_the_schedule_and_not_of_the_task() {
     check(empty(), "3 up up u", &[], "points:0=0.81,1500=0.05");
     check(empty(), "3 up u", &[], "This schedule is in use.");

@@ -79,13 +79,6 @@ fn the_wheel_turns_the_selected_tool() {
 }
 
 #[test]
-fn a_tool_of_create_is_taken_in_hand_and_placed() {
-    check(empty(), "P T t r a m p enter enter", &["place 0.25 0.4 180"], "trampoline size 6");
-    check(empty(), "P T t r a m p enter T enter enter", &["place 0.25 0.4"], "");
-    check(empty(), "P T esc enter", &["place 0.25 0.4"], "");
-}
-
-#[test]
 fn other_parts_of_a_level_are_selected_and_moved() {
     let mut view = empty();
     view.task = Arc::new(task::load("create/Obstacle").unwrap());

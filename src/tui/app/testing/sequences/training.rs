@@ -1,6 +1,8 @@
 //! Trainings and their settings, clusters, models and figures, by keys.
 
 use super::*;
+use crate::tui::view::Curves;
+use mge_run::Metric;
 
 #[test]
 fn training_is_started_paused_resumed_and_stopped() {
@@ -12,6 +14,12 @@ fn training_is_started_paused_resumed_and_stopped() {
         view
     };
     check(paused(), "p", &["resume"], "paused");
+    let pausing = || {
+        let mut view = typical();
+        change_run(&mut view, 1, |run| (run.pausing, run.done) = (true, 0));
+        view
+    };
+    check(pausing(), "p", &["resume"], "pausing");
     check(paused(), "t enter", &["train"], "paused");
     check(typical(), "x", &[], "stop 1 run?");
     check(typical(), "x y", &["stop"], "running");
@@ -83,16 +91,26 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
 
 #[test]
 fn the_run_dialog_estimates_the_cost_from_the_latest_runs_of_the_method() {
-    check(empty(), "t", &[], "1 x 2000 episodes: no run of this method tells yet");
-    let known = || {
+    check(empty(), "t", &[], "1 x 2000 episodes: no run of this method has got");
+    let known = |done: u64| {
+        let mut curves = Curves::default();
+        // The first episodes take a second each, the later ones a tenth; each has five actions.
+        for episode in 1..=done {
+            let seconds = episode.min(100) as f32 + 0.1 * episode.saturating_sub(100) as f32;
+            curves.push(episode, seconds, [5.0 * episode as f32; Metric::KEPT.len()]);
+        }
         let mut view = typical();
-        change_run(&mut view, 0, |run| (run.actions, run.seconds) = (10_000, Some(100.0)));
-        change_run(&mut view, 1, |run| run.done = 0);
+        view.runs.truncate(1);
+        view.watched = None;
+        change_run(&mut view, 0, |run| (run.done, run.curves) = (done, Arc::new(curves)));
         view
     };
-    check(known(), "t", &[], "1 x 2000 episodes: about 10000 actions, time of each run 1:40");
-    check(known(), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 actions");
-    check(known(), "t left", &[], "1 x 2000 episodes: no run of this method tells yet");
+    check(known(2000), "t", &[], "1 x 2000 episodes: about 10000 charged actions, 4:50 for each");
+    check(known(2000), "t down ctrl-u 1 0 0", &[], "1 x 100 episodes: about 500 charged actions, 1:40 for each");
+    check(known(1000), "t", &[], "about 10000 charged actions, 4:50 for each");
+    check(known(900), "t", &[], "no run of this method has got");
+    check(known(2000), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 charged actions, 4:50");
+    check(known(2000), "t left", &[], "1 x 2000 episodes: no run of this method has got");
 }
 
 #[test]
@@ -166,31 +184,31 @@ fn a_run_without_episodes_says_what_it_waits_for() {
 }
 
 #[test]
-fn ends_of_trainings_are_announced_unless_that_is_switched_off() {
+fn ends_of_trainings_are_announced() {
     let (mut app, _) = app(typical());
     let mut view = typical();
     bring(&mut app, view.clone());
-    assert_eq!(app.take_request(), None);
+    assert_eq!(app.request.take(), None);
     change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
     bring(&mut app, view.clone());
-    assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
+    assert!(matches!(app.request.take(), Some(TerminalRequest::Notify(_))));
     bring(&mut app, view.clone());
-    assert_eq!(app.take_request(), None, "only once");
+    assert_eq!(app.request.take(), None, "only once");
     change_run(&mut view, 1, |run| (run.state, run.active, run.success) = (RunState::Running, true, Some(0.5)));
     bring(&mut app, view.clone());
     change_run(&mut view, 1, |run| run.success = Some(0.85));
     bring(&mut app, view.clone());
     let solved = "task1-ddpg-mge-seed0 is solved: 85 % of its latest episodes reached the goal".to_owned();
-    assert_eq!(app.take_request(), Some(TerminalRequest::Notify(solved)));
+    assert_eq!(app.request.take(), Some(TerminalRequest::Notify(solved)));
     for success in [0.75, 0.82] {
         change_run(&mut view, 1, |run| run.success = Some(success));
         bring(&mut app, view.clone());
-        assert_eq!(app.take_request(), None, "only once");
+        assert_eq!(app.request.take(), None, "only once");
     }
-    press(&mut app, ": b e l l enter");
     change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Failed("no space".into()), false));
     bring(&mut app, view);
-    assert_eq!(app.take_request(), None, "it is off");
+    let failed = "task1-ddpg-mge-seed0 has failed: no space".to_owned();
+    assert_eq!(app.request.take(), Some(TerminalRequest::Notify(failed)));
 }
 
 #[test]
@@ -215,7 +233,7 @@ fn the_copied_command_names_folder_and_model_and_no_outdated_file() {
         change(&mut view);
         let (mut app, _) = app(view);
         press(&mut app, "y");
-        match app.take_request() {
+        match app.request.take() {
             Some(TerminalRequest::Copy(text)) => text,
             _ => app.message(),
         }
