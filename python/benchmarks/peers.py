@@ -49,14 +49,6 @@ ALGORITHMS = {
 COLUMNS = ["task", "algorithm", "seed", "start_noise", "actions", "episodes", "success", "greedy", "wall_seconds", "cpu_seconds"]
 
 
-def with_start_noise(name, start_noise):
-    """The task with a random shift of the start, in normalised units, for each episode."""
-    task = json.loads(mge.Task(name).to_json())
-    if start_noise is not None:
-        task["rules"]["start_noise"] = start_noise
-    return mge.Task.parse(json.dumps(task), name), task["rules"].get("start_noise", 0.0)
-
-
 def greedy_success(model, task, episodes, seed):
     """The share of episodes without exploration that reach the goal."""
     envs = PuzzleVecEnv(task, episodes, num_threads=1)
@@ -80,7 +72,10 @@ def train(options, write):
     from stable_baselines3.common.vec_env import VecMonitor
 
     torch.set_num_threads(1)  # faster for small networks
-    task, start_noise = with_start_noise(options.task, options.start_noise)
+    task = mge.Task(options.task)
+    start_noise = json.loads(task.to_json())["rules"].get("start_noise", 0.0)
+    if options.start_noise is not None:
+        task, start_noise = mge.Task(task, start_noise=options.start_noise), options.start_noise
     library, name, settings = ALGORITHMS[options.algorithm]
     settings = {"gamma": 0.95, **settings(), **dict(options.set)}
     model = getattr(importlib.import_module(library), name)(

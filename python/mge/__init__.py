@@ -7,6 +7,8 @@ models and model-guided exploration.
     task = mge.Task("task1")
     prior = mge.build_prior(task, mge.Model.shipped_for(task), seed=0)
     actions = prior.sample(stage=0, count=100, seed=0)
+
+    run = mge.train(task, episodes=1000, seed=0)
 """
 
 from mge import figures
@@ -29,6 +31,7 @@ from mge._mge import (
 from mge.environments import PuzzleEnv, PuzzleVectorEnv, register
 from mge.library import Rollouts, rollout
 from mge.results import Report, Run, Table, read_report, read_results, read_run, write_report
+from mge.training import resume, train
 
 __all__ = [
     "ActionPrior",
@@ -51,12 +54,14 @@ __all__ = [
     "read_results",
     "read_run",
     "register",
+    "resume",
     "rollout",
     "task_names",
     "tool_feature_names",
     "tool_features",
     "tool_numbers",
     "tool_types",
+    "train",
     "write_report",
 ]
 

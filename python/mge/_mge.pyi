@@ -1,7 +1,7 @@
 """The extension module: the library in Rust."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -27,12 +27,14 @@ __all__ = [
     "model_names",
     "read_results",
     "read_run",
+    "resume",
     "rollout",
     "task_names",
     "tool_feature_names",
     "tool_features",
     "tool_numbers",
     "tool_types",
+    "train",
     "whole",
     "words",
     "write_report",
@@ -47,9 +49,10 @@ _Float32 = NDArray[np.float32]
 
 @final
 class Task:
-    """Task(name): a shipped task by its name, or the task in the file at that path."""
+    """Task(name, **rules): a shipped task by its name, or the task in the file at that path, with other rules, such as
+    `start_noise=0.1` or `rewards={"step": -0.1}`."""
 
-    def __new__(cls, name: _Task) -> Task: ...
+    def __new__(cls, name: _Task, **rules: Any) -> Task: ...
     @staticmethod
     def parse(text: str, origin: str = "task") -> Task:
         """A task from its JSON text, in the format of task files."""
@@ -269,18 +272,26 @@ def whole(value: Any, name: str, least: int, most: int) -> int:
 def words() -> list[list[str | None]]:
     """The names of the codes of `placement` and `end`; None for code 0."""
 
-def build_prior(task: _Task, model: _Model, seed: int = 0, settings: str = "{}") -> ActionPrior:
+def build_prior(task: _Task, model: _Model, seed: int = 0, **settings: Any) -> ActionPrior:
     """Builds the action prior of a task from rollouts in a model.
 
     Args:
         model: a `Model`, `"physics"`, `"rapier"`, the name or path of a model, or a custom one.
-        settings: JSON of the guidance settings that differ from their defaults.
+        settings: those of `guidance` that differ from their defaults, such as `model_rollouts=1000`.
     """
 
 def rollout(
     task: _Task, model: _Model, actions: ArrayLike, start: State | None = None
 ) -> dict[str, NDArray[Any]]: ...
 def read_run(path: _Path) -> str: ...
+def train(
+    task: _Task,
+    out: _Path | None,
+    config: _Path | None,
+    settings: dict[str, Any],
+    tell: Callable[[str, str], object],
+) -> _Path: ...
+def resume(run: _Path, episodes: int | None, tell: Callable[[str, str], object]) -> _Path: ...
 def read_results(folders: Sequence[_Path]) -> str: ...
 def write_report(
     folders: Sequence[_Path],

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import functools
 import os
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import prod
-from typing import Any, ParamSpec
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -142,13 +140,14 @@ class _Puzzles:
         observation: str | Sequence[str],
         render_mode: str | None,
         render_size: tuple[int, int],
+        rules: dict[str, Any],
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"there is no render mode {render_mode!r}: use None or 'rgb_array'")
         if len(render_size) != 2:
             raise ValueError("`render_size` is a pair: width and height in pixels")
         width, height = (_mge.whole(side, "render_size", 1, 2**32 - 1) for side in render_size)
-        self.task = Task(task)
+        self.task = Task(task, **rules)
         self.render_mode = render_mode
         self.render_size = width, height
         self._made_by = self.task, num_envs, autoreset_mode, num_threads, tools
@@ -195,6 +194,7 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
             `["objects", "stage"]`, for a dictionary.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
+        rules: rules of the task that differ, as in `Task`: `start_noise=0.1`, `max_actions=10` and so on.
 
     The observation has 16 objects (velocity, position, one-hot type) and a one-hot encoding of the next
     stage; the action is the normalised place of the tool. With tools the observation has 48 objects
@@ -214,8 +214,9 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         observation: str | Sequence[str] = "vector",
         render_mode: str | None = None,
         render_size: tuple[int, int] = DEFAULT_SIZE,
+        **rules: Any,
     ) -> None:
-        self._begin(task, 1, "Disabled", 1, tools, observation, render_mode, render_size)
+        self._begin(task, 1, "Disabled", 1, tools, observation, render_mode, render_size, rules)
         self.observation_space, self.action_space = self._parts.space, _action_space(self._tools)
         self._seeded = False
 
@@ -282,32 +283,11 @@ class PuzzleEnv(_Puzzles, gymnasium.Env[Any, Any]):
         return info
 
 
-_P = ParamSpec("_P")
-
-
-def _task_first(init: Callable[_P, None]) -> Callable[_P, None]:
-    """Also accepts the former order of arguments, with the number of environments before the task."""
-
-    @functools.wraps(init)
-    def either_order(*arguments: Any, **kwargs: Any) -> None:
-        environment, *rest = arguments
-        if rest and isinstance(rest[0], (int, np.integer)):
-            message = "the task comes before the number of environments: PuzzleVectorEnv(task, num_envs)"
-            warnings.warn(message, DeprecationWarning, stacklevel=2)
-            if len(rest) > 1:
-                rest[:2] = rest[1::-1]
-            else:
-                kwargs["num_envs"] = rest.pop()
-        init(environment, *rest, **kwargs)
-
-    return either_order
-
-
 class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
     """Many environments of one puzzle, stepped by one call on all cores.
 
     Args:
-        task, tools, observation: as in `PuzzleEnv`.
+        task, tools, observation, rules: as in `PuzzleEnv`.
         num_envs: number of environments.
         autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
             `SAME_STEP` or `DISABLED`.
@@ -326,7 +306,6 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
 
     metadata: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
-    @_task_first
     def __init__(
         self,
         task: Task | str | os.PathLike[str] = "task1",
@@ -338,11 +317,12 @@ class PuzzleVectorEnv(_Puzzles, VectorEnv[Any, Any, np.ndarray]):
         render_size: tuple[int, int] = DEFAULT_SIZE,
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
+        **rules: Any,
     ) -> None:
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
         mode = self.autoreset_mode.value
-        self._begin(task, num_envs, mode, num_threads, tools, observation, render_mode, render_size)
+        self._begin(task, num_envs, mode, num_threads, tools, observation, render_mode, render_size, rules)
         self.num_envs = num_envs
         self.copy = copy
         self.single_observation_space, self.single_action_space = self._parts.space, _action_space(self._tools)

@@ -5,36 +5,21 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mge import _mge
 from mge.figures import Folders, folder_list
 
-if TYPE_CHECKING:
-    import pandas as _pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
-    import polars as _polars  # type: ignore[import-not-found, unused-ignore]
-
 
 class Table(dict[str, Any]):
-    """Columns by name: NumPy arrays of bool, int64 or float64 (NaN where a number is missing), or lists."""
+    """Columns by name: NumPy arrays of bool, int64 or float64 (NaN where a number is missing), or lists of texts.
+    `pandas.DataFrame(table)` and `polars.DataFrame(table)` make frames of it."""
 
     def __repr__(self) -> str:
         rows = max((len(column) for column in self.values()), default=0)
         return f"<Table of {rows} rows and {len(self)} columns: {_few(self)}>"
-
-    def to_pandas(self) -> _pandas.DataFrame:
-        """The table as a pandas `DataFrame`; needs pandas."""
-        import pandas
-
-        return pandas.DataFrame(dict(self))
-
-    def to_polars(self) -> _polars.DataFrame:
-        """The table as a polars `DataFrame`; needs polars."""
-        import polars
-
-        return polars.DataFrame(dict(self))
 
 
 class Run(NamedTuple):
@@ -45,12 +30,14 @@ class Run(NamedTuple):
         state: `finished`, `running` and so on.
         episodes: one row for each episode, with the columns of `metrics.csv`.
         evaluations: one row for each greedy evaluation.
+        path: its folder.
     """
 
     config: dict[str, Any]
     state: str
     episodes: Table
     evaluations: Table
+    path: str
 
     def __repr__(self) -> str:
         episodes = len(next(iter(self.episodes.values()), ()))
@@ -97,7 +84,8 @@ def read_run(path: str | os.PathLike[str]) -> Run:
     """Reads the run in a folder; it may still be training."""
     run = json.loads(_mge.read_run(path))
     episodes = _table(run["episodes"], run["episode"])
-    return Run(run["config"], run["state"], episodes, _table(run["evaluations"], run["evaluation"]))
+    evaluations = _table(run["evaluations"], run["evaluation"])
+    return Run(run["config"], run["state"], episodes, evaluations, os.fspath(path))
 
 
 def read_results(folders: Folders) -> Table:
@@ -139,5 +127,4 @@ def read_report(path: str | os.PathLike[str], part: str = "aggregates") -> Table
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         lists = [name for name, value in report.items() if isinstance(value, list) and value and isinstance(value[0], dict)]
         raise ValueError(f"the report has no table `{part}`: use one of {', '.join(lists)}")
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    return Table({name: [row.get(name) for row in rows] for name in names})
+    return _table(rows)

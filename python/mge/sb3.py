@@ -33,7 +33,7 @@ class PuzzleVecEnv(VecEnv):
         task: a `Task`, the name of a shipped one, or the path of a task file.
         num_envs: number of environments.
         num_threads: number of threads; None for all cores.
-        tools, observation: as in `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
+        tools, observation, rules: as in `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
             agents have no mixed action spaces: the first selects the tool, by equal parts of its range.
     """
 
@@ -44,6 +44,7 @@ class PuzzleVecEnv(VecEnv):
         num_threads: int | None = None,
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
+        **rules: Any,
     ) -> None:
         if VecEnv is object:
             raise ImportError("mge.sb3 needs Stable-Baselines3: pip install stable-baselines3")
@@ -54,6 +55,7 @@ class PuzzleVecEnv(VecEnv):
             num_threads=num_threads,
             tools=tools,
             observation=observation,
+            **rules,
         )
         self.render_mode = None
         self._tools = self.envs._tools or 0

@@ -1,12 +1,16 @@
 //! Arguments from Python: what is accepted as a whole number and as an array of numbers, and what is said of the rest.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 use numpy::PyReadonlyArray;
 use numpy::ndarray::Dimension;
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
+use pyo3::types::{PyBool, PyDict};
+use serde_json::{Map, Value};
+
+use mge_base::json::leaf_values;
 
 /// Largest number of digits of a wrong number in a message.
 const DIGITS: usize = 40;
@@ -60,6 +64,41 @@ pub fn num_threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
 #[pyo3(name = "whole")]
 pub fn checked(value: &Bound<'_, PyAny>, name: &str, least: i128, most: i128) -> PyResult<i128> {
     whole(value, name, least..=most)
+}
+
+/// The settings in keyword arguments, by their JSON paths: `ddpg={"gamma": 0.9}` is `ddpg.gamma`.
+pub fn settings(given: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Value)>> {
+    let value = json(given, "settings")?;
+    Ok(leaf_values(&value).into_iter().map(|(path, value)| (path, value.clone())).collect())
+}
+
+/// A value of Python or NumPy as JSON; `name` is that of the argument.
+pub fn json(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+    if let Ok(entries) = value.cast::<PyDict>() {
+        let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            let key: String = key.extract()?;
+            json(&value, &key).map(|value| (key, value))
+        };
+        return entries.iter().map(entry).collect::<PyResult<Map<_, _>>>().map(Value::Object);
+    }
+    if value.is_none() {
+        return Ok(Value::Null);
+    } else if let Ok(truth) = value.extract::<bool>() {
+        return Ok(truth.into());
+    } else if let Ok(text) = value.extract::<PathBuf>() {
+        return Ok(text.to_string_lossy().into());
+    } else if let Ok(values) = value.try_iter() {
+        return values.map(|value| json(&value?, name)).collect();
+    } else if let Ok(number) = value.extract::<i64>() {
+        return Ok(number.into());
+    } else if let Ok(number) = value.extract::<u64>() {
+        return Ok(number.into());
+    }
+    let number = value.extract::<f64>().ok().and_then(serde_json::Number::from_f64);
+    number.map(Value::Number).ok_or_else(|| {
+        let kind = value.get_type().name().map_or_else(|_| "unknown".to_owned(), |kind| kind.to_string());
+        PyTypeError::new_err(format!("`{name}` is of type {kind}, and should be a finite number, a text, a bool, None, or a list or dict of these"))
+    })
 }
 
 /// Memory for this many values, or `MemoryError`.

@@ -16,6 +16,7 @@ mod runs;
 mod state;
 mod task;
 mod tools;
+mod training;
 mod vector;
 
 /// The extension module.
@@ -39,6 +40,8 @@ mod _mge {
     use super::task::{Task, level_names, task_names};
     #[pymodule_export]
     use super::tools::{tool_feature_names, tool_features, tool_numbers};
+    #[pymodule_export]
+    use super::training::{resume, train};
     #[pymodule_export]
     use super::vector::VectorCore;
     #[pymodule_export]

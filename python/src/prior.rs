@@ -7,8 +7,9 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, P
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde_json::json;
 
-use super::arguments::{count, numbers, room, seed, stage};
+use super::arguments::{self, count, numbers, room, seed, stage};
 use super::arrays::rows;
 use super::error::exception;
 use super::figures::Figure;
@@ -38,17 +39,18 @@ pub struct ActionPrior {
 /// `interval` (physics steps per prediction) and `advance(balls, tools)`, which returns the balls, float32 of n x 5
 /// (x, y, velocity x, y, spin), one interval later, among tools, float32 of n x m x 8 (type, x, y,
 /// size, angle, radius, elasticity, friction; NaN where a scene has fewer).
-/// `settings`: JSON of the guidance settings that differ from their defaults.
+/// `settings`: those of `guidance` that differ from their defaults, such as `model_rollouts=1000`.
 #[pyfunction]
-#[pyo3(signature = (task, model, seed = 0, settings = "{}"))]
+#[pyo3(signature = (task, model, seed = 0, **settings))]
 pub fn build_prior(
     py: Python<'_>,
     task: Task,
     model: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = seed)] seed: u64,
-    settings: &str,
+    settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ActionPrior> {
-    let config: GuidanceConfig = serde_json::from_str(settings).map_err(exception)?;
+    let settings = settings.map_or(Ok(json!({})), |settings| arguments::json(settings, "settings"))?;
+    let config: GuidanceConfig = serde_json::from_value(settings).map_err(exception)?;
     config.validate().map_err(exception)?;
     let model = AnyModel::of(model, &task.0)?;
     let prior = model.used(py, |model, stop| guidance::build(&task.0, model, &config, seed, stop, |_| ()))?;

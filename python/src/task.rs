@@ -6,14 +6,19 @@ use std::sync::Arc;
 use numpy::PyArray2;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
+use super::arguments::settings;
 use super::arrays::rows;
 use super::error::exception;
 use super::pool::abandonable;
+use mge_base::json;
+use mge_base::spelling::did_you_mean;
 use mge_env::observation_len;
 use mge_task::{self as task, load, parse, save, shipped_names, to_json};
 
-/// Task(name): a shipped task by its name, or the task in the file at that path.
+/// Task(name, **rules): a shipped task by its name, or the task in the file at that path, with other rules, such as
+/// `start_noise=0.1` or `rewards={"step": -0.1}`.
 #[pyclass(module = "mge", frozen, eq)]
 #[derive(PartialEq)]
 pub struct Task(pub Arc<task::Task>);
@@ -40,8 +45,22 @@ impl FromPyObject<'_, '_> for Task {
 #[pymethods]
 impl Task {
     #[new]
-    fn new(name: Self) -> Self {
-        name
+    #[pyo3(signature = (name, **rules))]
+    fn new(name: Self, rules: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let Some(given) = rules else { return Ok(name) };
+        let mut task = task::Task::clone(&name.0);
+        let mut rules = json::to_value(&task.rules);
+        for (path, value) in settings(given)? {
+            let usual = rules.clone();
+            *json::at_mut(&mut rules, &path).ok_or_else(|| {
+                let known: Vec<String> = json::leaf_values(&usual).into_iter().map(|(known, _)| known).collect();
+                let hint = did_you_mean(known.iter().map(String::as_str), &path);
+                PyTypeError::new_err(format!("a task has no rule `{path}`{hint}"))
+            })? = value;
+        }
+        task.rules = serde_json::from_value(rules).map_err(exception)?;
+        task.validate().map_err(exception)?;
+        Ok(Self(Arc::new(task)))
     }
 
     /// A task from its JSON text, in the format of task files.

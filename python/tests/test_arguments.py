@@ -5,9 +5,9 @@ import copy
 import json
 import os
 import pickle
-import warnings
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -18,7 +18,7 @@ TASK = mge.Task("task1")
 
 @pytest.fixture(scope="module")
 def prior():
-    return mge.build_prior(TASK, "physics", settings='{"model_rollouts": 50, "environment_rollouts": 5}')
+    return mge.build_prior(TASK, "physics", model_rollouts=50, environment_rollouts=5)
 
 
 SEEDED = {
@@ -142,7 +142,7 @@ def test_every_call_with_a_task_takes_a_name_a_path_or_a_task(prior, tmp_path):
         lambda task: model.predict(task, np.zeros((1, 5))).tolist(),
         lambda task: mge.rollout(task, model, np.zeros((1, 1, 2))).path.tolist(),
         lambda task: mge.rollout(task, "physics", np.zeros((1, 1, 2))).path.tolist(),
-        lambda task: mge.build_prior(task, "physics", settings='{"model_rollouts": 50}').to_json(),
+        lambda task: mge.build_prior(task, "physics", model_rollouts=50).to_json(),
         lambda task: mge.ActionPrior.parse(text, task).to_json(),
         lambda task: mge.figures.tasks(task, task).csv(),
         lambda task: mge.figures.clusters(task, prior).csv(),
@@ -159,21 +159,20 @@ def test_every_call_with_a_task_takes_a_name_a_path_or_a_task(prior, tmp_path):
             call("task9")
 
 
-def test_one_order_of_arguments_and_the_former_one_with_a_warning():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        new = mge.PuzzleVectorEnv("task2", 3, "Disabled")
-    for call in [
-        lambda: mge.PuzzleVectorEnv(3, "task2", "Disabled"),
-        lambda: mge.PuzzleVectorEnv(3, task="task2", autoreset_mode="Disabled"),
-        lambda: mge.PuzzleVectorEnv(np.int64(3), mge.Task("task2"), autoreset_mode="Disabled"),
-    ]:
-        with pytest.warns(DeprecationWarning, match="task comes before") as warned:
-            old = call()
-        assert warned[0].filename == __file__
-        assert (old.task, old.num_envs, old.autoreset_mode) == (new.task, new.num_envs, new.autoreset_mode)
-    with pytest.warns(DeprecationWarning):
-        assert mge.PuzzleVectorEnv(3).num_envs == 3
+def test_the_rules_of_a_task_are_arguments():
+    rules = {"start_noise": np.float32(0.25), "max_actions": np.int64(3), "rewards": {"step": -1}, "gravity": [0, -2]}
+    env = mge.PuzzleEnv("task2", **rules)
+    assert env.task == mge.Task("task2", **rules) != mge.Task("task2")
+    found = json.loads(env.task.to_json())["rules"]
+    assert (found["start_noise"], found["rewards"]["step"], found["gravity"]) == (0.25, -1, [0, -2])
+    assert gymnasium.make_vec("mge/task2-v0", num_envs=2, **rules).unwrapped.task == env.task
+    assert pickle.loads(pickle.dumps(env)).task.max_actions == 3
+    with pytest.raises(TypeError, match="no rule `startnoise`: did you mean `start_noise`"):
+        mge.PuzzleEnv("task2", startnoise=0.1)
+    with pytest.raises(ValueError, match="rules.start_noise: is 5"):
+        mge.Task("task2", start_noise=5)
+    with pytest.raises(TypeError, match="`start_noise` is of type object"):
+        mge.Task("task2", start_noise=object())
 
 
 def test_shown_values_are_short(run, tmp_path):

@@ -17,7 +17,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 TASK = mge.Task("task1")
 MANY = np.random.default_rng(0).uniform(-1, 1, (20_000, 6, 2)).astype(np.float32)
-LARGE = '{"model_rollouts": 100000, "most_model_rollouts": 100000, "horizon": 6}'
+LARGE = {"model_rollouts": 100000, "most_model_rollouts": 100000, "horizon": 6}
 
 
 class Sleeping:
@@ -72,11 +72,11 @@ LONG = {
     "a custom model that computes": lambda: mge.rollout(TASK, Computing(), MANY[:3]),
     "predictions of many steps": lambda: shipped().predict(TASK, np.zeros((3, 5)), steps=2**32 - 1),
     "predictions of many balls": lambda: shipped().predict(TASK, np.zeros((50_000, 5)), steps=100),
-    "a prior": lambda: mge.build_prior(TASK, "physics", settings=LARGE),
+    "a prior": lambda: mge.build_prior(TASK, "physics", **LARGE),
     "a prior of a custom model": lambda: mge.build_prior(TASK, Sleeping()),
     "samples": lambda: SMALL_PRIOR.sample(0, 20_000_000, 0),
 }
-SMALL_PRIOR = mge.build_prior(TASK, "physics", settings='{"model_rollouts": 50, "environment_rollouts": 5}')
+SMALL_PRIOR = mge.build_prior(TASK, "physics", model_rollouts=50, environment_rollouts=5)
 
 
 @pytest.mark.parametrize("name", LONG)

@@ -30,7 +30,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
 
 /// The settings of the options but for seed and epochs, by their names in a sweep file.
 fn settings(arguments: &DynamicsTrain) -> Result<Vec<(String, String)>, String> {
-    let DynamicsTrain { layers, learning_rate, batch, observations, bystanders, literal, .. } = arguments;
+    let DynamicsTrain { layers, learning_rate, batch, observations, bystanders, literal, seed, epochs, .. } = arguments;
     let options = [
         ("layers", "--layers", layers.map(|value| value.to_string())),
         ("learning_rate", "--learning-rate", learning_rate.map(|value| value.to_string())),
@@ -38,12 +38,13 @@ fn settings(arguments: &DynamicsTrain) -> Result<Vec<(String, String)>, String> 
         ("observations", "--observations", observations.map(|value| value.to_string())),
         ("bystanders", "--bystanders", bystanders.map(|value| value.to_string())),
         ("literal", "--literal", literal.then(|| literal.to_string())),
+        ("seed", "--seed", Some(seed.to_string())),
+        ("epochs", "--epochs", epochs.map(|value| value.to_string())),
     ];
-    let given = options.iter().map(|(key, option, value)| (*key, *option, value.is_some()));
-    let others = [("seed", "--seed", true), ("epochs", "--epochs", arguments.epochs.is_some())];
-    let own = definitions(&arguments.settings, "--set", &given.chain(others).collect::<Vec<_>>())?;
-    let of_options = options.into_iter().filter_map(|(key, _, value)| Some((key.to_owned(), value?)));
-    Ok(of_options.chain(own).collect())
+    let mut settings = definitions(&arguments.settings, "--set", options)?;
+    // These two are arguments of the command of the session.
+    settings.retain(|(key, _)| key != "seed" && (key != "epochs" || epochs.is_none()));
+    Ok(settings)
 }
 
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {

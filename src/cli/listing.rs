@@ -9,7 +9,7 @@ use super::output::{self, Outcome};
 use mge_base::json;
 use mge_base::text::counted;
 use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
-use mge_run::{RunDirectory, RunError, RunState};
+use mge_run::{RunDirectory, RunError, RunHistory, RunState};
 use mge_trainer::non_default_settings;
 use mge_workbench::listing::{RunSummary, read_run, span};
 use mge_workbench::run_label;
@@ -29,7 +29,7 @@ pub fn runs(arguments: &Runs) -> Outcome {
     if arguments.format.json {
         output::json(&runs.iter().map(entry).collect::<Vec<_>>())?;
     } else {
-        let header = ["run", "state", "episodes", "success", "changed", "label", "task"].map(str::to_owned);
+        let header = ["run", "state", "episodes", "success", "time", "changed", "label", "task"].map(str::to_owned);
         output::table(&[vec![header], runs.iter().map(line).collect()].concat())?;
     }
     match damaged {
@@ -44,12 +44,14 @@ fn age(run: &Path) -> Option<f64> {
     Some(changed.elapsed().unwrap_or_default().as_secs_f64())
 }
 
-fn line(run: &RunSummary) -> [String; 7] {
+fn line(run: &RunSummary) -> [String; 8] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
     let label = if run.folder_name() != run.name { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
     let task = run.config.task.name.clone();
-    [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
+    let (path, state) = (run.path.display().to_string(), run.state.name().to_owned());
+    let time = run.seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.1} min", seconds / 60.0));
+    [path, state, episodes, run.success_text(), time, changed, label, task]
 }
 
 fn entry(run: &RunSummary) -> Value {
@@ -64,6 +66,7 @@ fn entry(run: &RunSummary) -> Value {
         "episodes_done": run.done,
         "episodes": run.episodes(),
         "rolling_success": run.success,
+        "seconds": run.seconds.map(f64::round),
         "seconds_since_change": age(&run.path).map(f64::round),
         "tags": run.tags,
         "note": run.note,
@@ -82,6 +85,8 @@ fn read(folder: &Path) -> Outcome<(RunDirectory, FoundRun)> {
 pub fn show(arguments: &Show) -> Outcome {
     let (directory, run) = read(&arguments.run)?;
     let notes = directory.notes()?;
+    // A run that has not begun has no history.
+    let trained = RunHistory::read(&directory).ok().and_then(|history| history.times.last().map(|last| last.seconds));
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
     let reason = match &run.state {
@@ -96,6 +101,7 @@ pub fn show(arguments: &Show) -> Outcome {
         "task": run.config.task.name,
         "label": run_label(&run.config),
         "settings": settings,
+        "seconds": trained.map(f64::round),
         "results": results(&run.trained.row),
         "forked": run.config.fork.as_ref().map(ToString::to_string),
         "tags": notes.tags,

@@ -11,7 +11,7 @@ use mge_base::sync::lock;
 use mge_trainer::Phase;
 
 /// Time between two lines when not on a terminal.
-const LINE_EVERY: Duration = Duration::from_secs(10);
+const LINE_EVERY: Duration = Duration::from_secs(60);
 
 /// The bar currently on the terminal.
 static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);

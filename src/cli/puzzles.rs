@@ -39,7 +39,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
         methods: arguments.methods.clone(),
         episodes: arguments.episodes,
         seeds: arguments.seeds,
-        settings: definitions(&arguments.settings, "--set", &[])?,
+        settings: definitions(&arguments.settings, "--set", [])?,
     };
     let folder = arguments.puzzles.display();
     let missing = || format!("{folder} has no index.json: generate puzzles with `mge puzzles generate`");

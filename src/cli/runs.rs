@@ -13,8 +13,7 @@ use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Renam
 use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
-use super::session::{RUNS, Viewer, apply_settings, follow, perform, use_folder};
-use super::settings;
+use super::session::{RUNS, Viewer, follow, perform, use_folder};
 use crate::tui;
 use mge_agent::Ddpg;
 use mge_base::paths::{fitting, given};
@@ -24,8 +23,8 @@ use mge_figures::DEFAULT_DPI;
 use mge_results::{Composition, is_listed_run};
 use mge_run::RunError;
 use mge_task as task;
-use mge_trainer::{Method, set_the_same};
-use mge_workbench::{self as workbench, Command, FigureKind, Output, RunView, Session, SessionError, command};
+use mge_trainer::set_the_same;
+use mge_workbench::{self as workbench, FigureKind, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
@@ -79,37 +78,17 @@ pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()))?;
     let mut session = Session::on_task(&arguments.task, runs)?;
-    let given = [
-        ("method", "--method", arguments.method.is_some()),
-        ("seed", "--seed", arguments.seed.is_some()),
-        ("episodes", "--episodes", arguments.episodes.is_some()),
-        ("epsilon", "--epsilon", arguments.epsilon.is_some()),
-        ("prior", "--model", arguments.model.is_some()),
-        ("stop.success", "--until-solved", arguments.until_solved),
+    let Train { method, seed, episodes, epsilon, model, .. } = arguments;
+    let options = [
+        ("method", "--method", method.map(|value| value.to_string())),
+        ("seed", "--seed", seed.map(|value| value.to_string())),
+        ("episodes", "--episodes", episodes.map(|value| value.to_string())),
+        ("epsilon", "--epsilon", epsilon.as_ref().map(ToString::to_string)),
+        ("prior", "--model", model.clone().map(String::from)),
+        ("stop.success", "--until-solved", arguments.until_solved.then(|| SOLVED.to_owned())),
     ];
-    let own = definitions(&arguments.settings, "--set", &given)?;
-    let options = given.iter().filter(|(_, _, is_given)| *is_given).map(|(key, ..)| *key);
-    let keys: Vec<&str> = options.chain(own.iter().map(|(key, _)| key.as_str())).collect();
-    let file = arguments.config.as_deref();
-    let of_file = file.map(|file| settings::of_file(file, &keys)).transpose()?.unwrap_or_default();
-    let is_of_file = |key: &str| of_file.iter().any(|(known, _)| known == key);
-    let settings = of_file.iter().cloned().chain(own).collect();
-    let method = arguments.method.unwrap_or(Method::USUAL);
-    let mut commands: Vec<Command> = vec![command::Method(method).into()];
-    let (seed, episodes) = (arguments.seed.unwrap_or(0), arguments.episodes.unwrap_or(2000));
-    commands.extend([command::Seed(seed).into(), command::Episodes(episodes).into()]);
-    commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
-    commands.extend(arguments.model.clone().map(|source| command::Model(source).into()));
-    if arguments.until_solved {
-        commands.push(command::Set { key: "stop.success".to_owned(), value: SOLVED.to_owned() }.into());
-    }
-    for command in commands {
-        session.apply(command)?;
-    }
-    apply_settings(&mut session, settings).map_err(|(key, error)| match file.filter(|_| is_of_file(&key)) {
-        Some(file) => format!("{}: {error}", file.display()),
-        None => error,
-    })?;
+    let own = definitions(&arguments.settings, "--set", options)?.into_iter();
+    session.set_all(arguments.config.as_deref(), own.map(|(key, value)| (key, value.into())).collect())?;
     session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, interrupt)
 }
@@ -175,11 +154,11 @@ fn runs_to_continue(arguments: &Resume) -> Outcome<Vec<&PathBuf>> {
 pub fn fork(arguments: &Fork) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let mut session = Session::on_run(&arguments.run)?;
-    let mut changes = definitions(&arguments.settings, "--set", &[("task", "--task", arguments.task.is_some())])?;
     if let Some(task) = &arguments.task {
         session.apply(command::Task(task.clone()))?;
-        changes.push(("task".to_owned(), "edited".to_owned()));
     }
+    let task = arguments.task.as_ref().map(|_| "edited".to_owned());
+    let changes = definitions(&arguments.settings, "--set", [("task", "--task", task)])?;
     let folder = arguments.out.clone();
     let fork = command::Fork { episode: arguments.at, changes, folder, until: None };
     perform(&mut session, fork, "repeating episodes", arguments.quiet)?;
@@ -311,7 +290,7 @@ pub fn rename(arguments: &Rename) -> Outcome {
 
 pub fn script(arguments: &Script) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let variables = definitions(&arguments.variables, "--define", &[])?;
+    let variables = definitions(&arguments.variables, "--define", [])?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, RUNS.into());
     use_folder(&mut session, &arguments.runs)?;
@@ -333,30 +312,30 @@ pub fn script(arguments: &Script) -> Outcome {
     interrupt.result(outcome, |_| true)
 }
 
-/// Reads the definitions `NAME=VALUE` of a repeatable option. A name may be defined once, also by another option:
-/// `options` are names with the options that define them too, and whether these are given. The name of a group, such as
-/// `guidance.clusters`, defines all in it.
+/// What options and the definitions `NAME=VALUE` of a repeatable option define. A name may be defined once: `options` are
+/// names with the options that define them too, and their values. The name of a group, such as `guidance.clusters`,
+/// defines all in it.
 ///
 /// # Errors
 /// What is not a definition, or the two options that contradict each other.
-pub fn definitions(
+pub fn definitions<const N: usize>(
     texts: &[String],
     flag: &str,
-    options: &[(&str, &str, bool)],
+    options: [(&str, &str, Option<String>); N],
 ) -> Result<Vec<(String, String)>, String> {
-    let mut known: Vec<(String, String)> = Vec::new();
+    let given = options.into_iter().filter_map(|(name, option, value)| Some((name, option, value?)));
+    // With what the user wrote.
+    let mut known: Vec<(String, String, String)> =
+        given.map(|(name, option, value)| (name.to_owned(), value, option.to_owned())).collect();
     for text in texts {
         let (name, value) = split_definition(text, flag)?;
-        let overlaps = |other: &str| set_the_same(&name, other);
-        let option = options.iter().find(|(other, _, is_given)| *is_given && overlaps(other));
-        let earlier = known.iter().find(|(other, _)| overlaps(other));
-        let other = option.map(|(_, option, _)| (*option).to_owned());
-        if let Some(other) = other.or_else(|| earlier.map(|(name, value)| format!("{flag} {name}={value}"))) {
-            return Err(format!("{other} and {flag} {text} set the same: give one of them"));
+        let wrote = format!("{flag} {text}");
+        if let Some((.., other)) = known.iter().find(|(other, ..)| set_the_same(&name, other)) {
+            return Err(format!("{other} and {wrote} set the same: give one of them"));
         }
-        known.push((name, value));
+        known.push((name, value, wrote));
     }
-    Ok(known)
+    Ok(known.into_iter().map(|(name, value, _)| (name, value)).collect())
 }
 
 fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

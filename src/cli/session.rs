@@ -70,24 +70,6 @@ pub fn perform(session: &mut Session, command: impl Into<Command>, what: &str, q
     }
 }
 
-/// Applies settings in their order. A setting that is out of range only because of a later one is tried again after it.
-///
-/// # Errors
-/// The first setting that is refused, and why.
-pub fn apply_settings(session: &mut Session, mut left: Vec<(String, String)>) -> Result<(), (String, String)> {
-    while !left.is_empty() {
-        let (count, mut refusal) = (left.len(), None);
-        left.retain(|(key, value)| {
-            let set = command::Set { key: key.clone(), value: value.clone() };
-            session.apply(set).map_err(|error| refusal.get_or_insert((key.clone(), error.to_string()))).is_err()
-        });
-        if let Some(refusal) = refusal.filter(|_| left.len() == count) {
-            return Err(refusal);
-        }
-    }
-    Ok(())
-}
-
 /// Shows the progress of the session's runs from number `first` on, on stderr, and their results on stdout.
 pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
     let followed = |run: &&RunView| run.number() >= first;

@@ -10,13 +10,6 @@ use mge_base::json;
 use mge_task as task;
 use mge_trainer::{Method, RunConfig, config_keys, set_the_same, settings_of};
 
-/// The settings of a file as `--set` takes them, except those that are `given` otherwise.
-pub fn of_file(name: &Path, given: &[&str]) -> Outcome<Vec<(String, String)>> {
-    let settings = settings_of(name)?.into_iter();
-    let settings = settings.filter(|(key, _)| !given.iter().any(|given| set_the_same(key, given)));
-    Ok(settings.map(|(key, value)| (key, json::text(&value))).collect())
-}
-
 /// Prints every effective setting of a method or of a file of settings, with where it comes from.
 pub fn print(name: &Path) -> Outcome {
     let task = Arc::new(task::load("task1")?);

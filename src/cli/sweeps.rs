@@ -6,6 +6,7 @@ use super::arguments::{Jobs, Sweep as Arguments};
 use super::interrupt::{brief, in_batch};
 use super::output::{self, Outcome};
 use mge_base::atomic::Target;
+use mge_base::text::counted;
 use mge_experiments::ExperimentError;
 use mge_experiments::sweep::{self, Sweep};
 use mge_run::RunError;
@@ -29,6 +30,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
             true => sweep::plan(&sweep, &program, &folder)?,
             false => sweep::slurm(&sweep, &program, &folder, &name)?,
         };
+        let (jobs, (finished, begun)) = (sweep.jobs.len(), sweep::progress(&sweep, &folder)?);
+        let new = jobs - finished - begun;
+        if !arguments.jobs.quiet {
+            output::message(format_args!("{}: {finished} finished, {begun} begun, {new} new", counted(jobs, "job")));
+        }
         return Ok(output::lines(text)?);
     }
     let to = arguments.force.target(&folder);

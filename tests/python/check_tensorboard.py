@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 COLUMNS = {
     "train/return": "return",
@@ -21,6 +22,7 @@ COLUMNS = {
     "train/goal": "goal",
     "train/subgoals": "subgoals",
     "train/steps": "steps",
+    "train/environment_steps": "environment_steps",
     "train/guided": "guided",
     "train/epsilon": "epsilon",
     "train/noise_sigma": "noise_sigma",
@@ -73,6 +75,11 @@ def check(run):
     text = accumulator.Tensors("config")[0].tensor_proto.string_val[0].decode()
     config = (run / "config.json").read_text()
     assert text == f"```json\n{config}```\n", "config text differs"
+    plugin = accumulator.SummaryMetadata("_hparams_/session_start_info").plugin_data
+    hparams = HParamsPluginData.FromString(plugin.content).session_start_info.hparams
+    settings = json.loads(config)
+    assert hparams["seed"].number_value == settings["seed"] and hparams["method"].string_value == settings["method"]
+    assert hparams["task.name"].string_value == settings["task"]["name"], "hyperparameters differ"
     print(f"{run}: {len(own)} tags, {sum(map(len, own.values()))} values agree")
 
 

@@ -86,7 +86,7 @@ metrics! {
     Actions: "steps", "actions in an episode", "actions", Neutral, None, Some("train/steps"),
         "T", |record| Some(record.steps as f64);
     /// Actions of the whole run so far, those of practice included.
-    EnvironmentSteps: "environment_steps", "actions so far", "actions", Neutral, None, None,
+    EnvironmentSteps: "environment_steps", "actions so far", "actions", Neutral, None, Some("train/environment_steps"),
         "Σ T", |record| Some(record.environment_steps as f64);
     /// Rewards of the episode, not discounted.
     Return: "return", "return", "reward", Higher, None, Some("train/return"),

@@ -9,7 +9,7 @@ use mge_base::atomic::{Format, Target};
 use mge_base::bounded;
 use mge_base::json::{self, SyntaxError};
 use mge_base::paths::expanded;
-use mge_base::spelling::did_you_mean;
+use mge_base::spelling::{did_you_mean, suggestion};
 use mge_base::validation::ValidationError;
 
 /// The six tasks in `tasks/`, by name.
@@ -110,12 +110,16 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     match bounded::read_text(&path) {
         Ok(text) => parse(&text, name),
         Err(source) if source.kind() == std::io::ErrorKind::NotFound && !is_path => {
-            let known: Vec<String> = match is_level {
-                true => level_names().map(|level| format!("create/{level}")).collect(),
-                false => shipped_names().map(str::to_owned).collect(),
+            let shipped: Vec<&str> = shipped_names().collect();
+            let levels: Vec<String> = level_names().map(|level| format!("create/{level}")).collect();
+            let is_typed =
+                |level: &&String| level.rsplit('/').next().is_some_and(|bare| bare.eq_ignore_ascii_case(name));
+            let hint = match levels.iter().find(is_typed) {
+                Some(level) => suggestion(Some(level)),
+                None => did_you_mean(levels.iter().map(String::as_str).chain(shipped.iter().copied()), name),
             };
-            let hint = did_you_mean(known.iter().map(String::as_str), name);
-            Err(TaskError::Unknown { name: name.to_owned(), known: known.join(", "), hint })
+            let known = if is_level { levels.join(", ") } else { shipped.join(", ") };
+            Err(TaskError::Unknown { name: name.to_owned(), known, hint })
         }
         Err(source) => Err(TaskError::Io { path, source }),
     }
@@ -240,5 +244,9 @@ mod tests {
         assert!(matches!(missing, Err(TaskError::Io { .. })), "{missing:?}");
         let misspelt = load("tsak1");
         assert!(matches!(misspelt, Err(TaskError::Unknown { .. })), "{misspelt:?}");
+        for (typed, meant) in [("push", "create/Push"), ("create/Puhs", "create/Push"), ("tsak1", "task1")] {
+            let error = load(typed).unwrap_err().to_string();
+            assert!(error.ends_with(&format!("did you mean `{meant}`?")), "{error}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use mge_base::validation::ValidationError;
 use mge_env::EpisodeOver;
 use mge_run::RunError;
 use mge_task::TaskError;
-use mge_trainer::{RemovedSetting, SettingError, TrainerError};
+use mge_trainer::{RemovedSetting, SettingError, SettingsFileError, TrainerError};
 
 /// Why a command could not be executed.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +21,12 @@ pub enum SessionError {
     /// A setting is unknown or invalid.
     #[error(transparent)]
     Setting(#[from] SettingError),
+    /// A file of settings cannot be used.
+    #[error(transparent)]
+    SettingsFile(#[from] SettingsFileError),
+    /// A setting of a file is out of range.
+    #[error("{}: {problem}", file.display())]
+    OfFile { file: PathBuf, problem: ValidationError },
     /// A file of a run, or one that a command writes, cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),

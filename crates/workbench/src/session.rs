@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use serde_json::Value;
+
 use super::SessionError;
 use super::clusters::ClusterStore;
 use super::command::{self, Command, DependsOn, Expect, Pause, Quantity, ScriptRole, Stop};
@@ -14,11 +16,11 @@ use super::journal::{Journal, run_name, run_number};
 use super::run::RunView;
 use super::runs::Runs;
 use super::setup::Setup;
-use mge_base::stop;
+use mge_base::{json, stop};
 use mge_results::{KnownEstimates, RunReader};
 use mge_run::{Event, RunState};
 use mge_task::{self as task, Task};
-use mge_trainer::{Control, RunConfig, warnings};
+use mge_trainer::{Control, RunConfig, SettingError, set_the_same, settings_of, warnings};
 
 /// Something that happened in the background.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,6 +135,32 @@ impl Session {
             pending.entries.push(entry);
         }
         Ok(report)
+    }
+
+    /// Sets settings of the next run by their JSON paths: those of a file, except where `own` sets the same, and `own`.
+    /// They may be valid only together.
+    ///
+    /// # Errors
+    /// When the file cannot be used, or a setting is refused; nothing has changed then.
+    pub fn set_all(&mut self, file: Option<&Path>, own: Vec<(String, Value)>) -> Result<(), SessionError> {
+        let mut of_file = file.map(settings_of).transpose()?.unwrap_or_default();
+        of_file.retain(|(key, _)| !own.iter().any(|(own, _)| set_the_same(own, key)));
+        let is_of_file = |path: &str| of_file.iter().any(|(key, _)| key == path);
+        let mut all = [of_file.clone(), own].concat();
+        // The method comes first: it determines the defaults of other settings.
+        all.sort_by_key(|(key, _)| key != "method");
+        let changed = self.setup.config.with_settings(&all);
+        self.setup.config = changed.map_err(|error| match (error, file) {
+            (SettingError::Range(problem), Some(file)) if is_of_file(&problem.path) => {
+                SessionError::OfFile { file: file.to_owned(), problem }
+            }
+            (error, _) => error.into(),
+        })?;
+        for (key, value) in all {
+            self.setup.set.insert(key.clone());
+            self.journal.note(command::Set { key, value: json::text(&value) }.into(), None);
+        }
+        Ok(())
     }
 
     /// The command with the folders of the runs that it names as `%N`, or by their names in the folder for runs.

@@ -10,7 +10,7 @@ use mge_trainer::PriorSource;
 
 #[derive(Debug, Subcommand)]
 pub enum Dynamics {
-    /// Collect launches and train one model
+    /// Collect launches and train one model: one to two minutes with the default settings
     Train(DynamicsTrain),
     /// Measure the errors of a model on fresh launches and unseen scenes, as JSON
     Evaluate(DynamicsEvaluate),

@@ -1,4 +1,4 @@
-//! Examples in the help of commands.
+//! Examples in the help of commands, and the groups of commands in the help of the program.
 
 use clap::{Command, CommandFactory};
 
@@ -54,10 +54,36 @@ pub const EXAMPLES: [&str; 46] = [
     "mge completions zsh > ~/.zfunc/_mge",
 ];
 
-/// The command line, with examples in the help of every command.
+/// The groups of commands, each by its first one.
+const GROUPS: [(&str, &str); 6] = [
+    ("tasks", "Tasks"),
+    ("dynamics", "Models, and agents that choose among tools"),
+    ("train", "Training"),
+    ("runs", "Runs"),
+    ("script", "Experiments"),
+    ("man", "Help"),
+];
+
+/// The command line, with its commands in groups, and with examples in the help of every command.
 pub fn command() -> Command {
     let examples = EXAMPLES.map(|line| (line.trim_start_matches("mge "), line));
-    with_examples(Arguments::command(), &examples)
+    grouped(with_examples(Arguments::command(), &examples))
+}
+
+/// Puts a heading above each group of commands in the help, which clap does only for arguments.
+pub fn grouped(command: Command) -> Command {
+    let listed = command.clone().disable_help_subcommand(true).help_template("{subcommands}").render_help();
+    let styles = command.get_styles();
+    let (heading, name) = (*styles.get_header(), *styles.get_literal());
+    let listed = GROUPS.iter().fold(listed.ansi().to_string(), |listed, (first, title)| {
+        let line = format!("  {name}{first}{name:#}");
+        listed.replace(&line, &format!("\n{heading}{title}:{heading:#}\n{line}"))
+    });
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{}\n\n{heading}Arguments:{heading:#}\n{{positionals}}\n\n\
+         {heading}Options:{heading:#}\n{{options}}{{after-help}}",
+        listed.trim_end()
+    ))
 }
 
 /// Adds examples, each with what follows the command's own name, to the help of the command and those below it.
@@ -94,5 +120,19 @@ mod tests {
             command.get_subcommands().for_each(check);
         }
         check(&command());
+    }
+
+    #[test]
+    fn every_command_is_in_a_group() {
+        let help = command().render_help().to_string();
+        let commands = Arguments::command();
+        let names = commands.get_subcommands().map(Command::get_name);
+        assert!(names.into_iter().all(|name| help.contains(&format!("\n  {name} "))), "{help}");
+        let of =
+            |name: &str| help[..help.find(&format!("\n  {name} ")).unwrap() + 1].rfind(":\n").map(|at| &help[..at]);
+        let title = |name: &str| of(name).and_then(|before| before.lines().last()).unwrap_or_default();
+        let found = ["tasks", "env", "clusters", "pause", "figures", "reproduce", "completions"].map(title);
+        let [tasks, models, training, runs, experiments, last] = GROUPS.map(|(_, title)| title);
+        assert_eq!(found, [tasks, tasks, models, training, runs, experiments, last]);
     }
 }

@@ -9,7 +9,7 @@ mod studies;
 mod tasks;
 
 pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
-pub use examples::command;
+pub use examples::{command, grouped};
 pub use physics::{Env, Play};
 pub use runs::{
     Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Rename, Resume, Runs, Show, Train,
@@ -150,7 +150,7 @@ pub enum Command {
     },
     /// Compute the action clusters of a task, as JSON
     Clusters(Clusters),
-    /// Train an agent
+    /// Train an agent: minutes for the usual 2000 episodes
     Train(Train),
     /// Print every effective setting of a method or a file of settings, with its source, as JSON
     Config(Config),
@@ -158,6 +158,12 @@ pub enum Command {
     Resume(Resume),
     /// Train a new run that branches off another at an episode, with other settings
     Fork(Fork),
+    /// Pause a run that another process trains, after its current episode
+    Pause(OnRun),
+    /// Stop a run that another process trains, with a checkpoint
+    Stop(OnRun),
+    /// Change the epsilon schedule of a run that another process trains
+    Epsilon(Epsilon),
     /// List runs: their states, progress, success and the time since they last changed
     Runs(Runs),
     /// Show a run: state, settings that are not the usual ones, results, notes
@@ -168,12 +174,6 @@ pub enum Command {
     Delete(Delete),
     /// Give a run another name, in lists, legends, figures and reports
     Rename(Rename),
-    /// Pause a run that another process trains, after its current episode
-    Pause(OnRun),
-    /// Stop a run that another process trains, with a checkpoint
-    Stop(OnRun),
-    /// Change the epsilon schedule of a run that another process trains
-    Epsilon(Epsilon),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),
     /// Save the actor of a run as a safetensors file
@@ -187,7 +187,7 @@ pub enum Command {
     /// Write tables and figures of runs: report.md, report.html and report.json
     Report(Report),
     /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy
-    /// starts
+    /// starts; about 100 minutes on two cores, nine with --quick
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),

@@ -31,7 +31,7 @@ pub struct Train {
     /// linear:0.5:0:1000]
     #[arg(long)]
     pub epsilon: Option<EpsilonSchedule>,
-    /// Model that predicts the rollouts: trained, learned, rapier, true, uniform, or a model file
+    /// Model that predicts the rollouts: trained, learned, rapier, true, uniform, or a model file [default: trained]
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// JSON file of settings, with the keys of --set, or one of paper, paper-literal, adaptive; other options take

@@ -93,7 +93,7 @@ impl Sweep {
             }
         }
         if jobs.is_empty() {
-            let problem = ValidationError::new(".", "is empty: give a `task` and other settings");
+            let problem = ValidationError::new(".", "makes no run: give a `task` and other settings, and exclude less");
             return Err(ExperimentError::Invalid { origin: origin.to_owned(), problem });
         }
         Ok(Self { jobs })
@@ -143,9 +143,10 @@ fn with_config(grid: &Grid) -> Result<Grid, ValidationError> {
             key,
             values: vec![value],
             is_list: false,
+            is_sampled: false,
         }));
     }
-    Ok(Grid { kind: grid.kind.clone(), axes })
+    Ok(Grid { axes, ..grid.clone() })
 }
 
 impl Grid {

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use serde_json::{Map, Value};
 
+use super::values::{Distribution, Samples, are_same, expanded, of_kind};
 use crate::error::ExperimentError;
 use mge_base::json::{self, Entries};
 use mge_base::text::without_mark;
@@ -13,7 +14,7 @@ use mge_task::shipped;
 use mge_trainer::RunConfig;
 
 /// Maximum number of combinations of all grids together; more are most likely a mistake.
-const MAX_COMBINATIONS: usize = 10_000;
+pub(super) const MAX_COMBINATIONS: usize = 10_000;
 
 /// The settings whose value is a list itself. Of these, a list of numbers is one value.
 static LISTS: LazyLock<Vec<String>> = LazyLock::new(|| {
@@ -38,6 +39,8 @@ pub(super) struct Grid {
     pub kind: Option<Value>,
     /// The settings.
     pub axes: Vec<Axis>,
+    /// Combinations that are left out: those with one of the values of each setting.
+    pub exclude: Vec<Vec<Axis>>,
 }
 
 /// A setting and its values.
@@ -49,6 +52,8 @@ pub(super) struct Axis {
     pub values: Vec<Value>,
     /// Whether it is written as a list, which makes it part of the names of the runs.
     pub is_list: bool,
+    /// Whether the values are samples, which vary together with those of the other sampled settings.
+    pub is_sampled: bool,
 }
 
 /// A setting with one of its values. One for each setting of a grid is a combination.
@@ -121,46 +126,61 @@ pub(super) fn invalid(text: &[u8], origin: &str, grid: &str, problem: Validation
 impl Grid {
     /// The grid of an object of settings.
     fn new(Entries(entries): Entries) -> Result<Self, ValidationError> {
-        let mut grid = Self::default();
+        let (mut grid, mut samples, mut drawn) = (Self::default(), None, Vec::new());
         for (key, value) in entries {
-            if key == "kind" {
-                grid.kind = Some(value);
-                continue;
-            }
-            let takes_list = LISTS.contains(&key);
-            let is_value = |value: &Value| !value.is_object() && (takes_list || !value.is_array());
-            let (values, is_list) = match value {
-                Value::Array(values) if takes_list && values.iter().all(Value::is_number) => {
-                    (vec![Value::Array(values)], false)
+            match (key.as_str(), value) {
+                ("kind", value) => grid.kind = Some(value),
+                ("samples", value) => samples = Some(of_kind::<Samples>(&key, value)?),
+                ("exclude", value) => grid.exclude = exclusions(value)?,
+                (_, value @ Value::Object(_)) => {
+                    drawn.push(of_kind::<Distribution>(&key, value)?.checked(&key)?);
+                    grid.axes.push(Axis { key, values: Vec::new(), is_list: true, is_sampled: true });
                 }
-                Value::Array(values) => (values, true),
-                value => (vec![value], false),
-            };
-            if values.is_empty() {
-                return Err(ValidationError::new(key, "is an empty list: give it a value"));
+                (_, value) => grid.axes.push(Axis::new(key, value)?),
             }
-            if !values.iter().all(is_value) {
-                return Err(ValidationError::new(key, "must have values that are numbers, texts, true, false or null"));
-            }
-            grid.axes.push(Axis { key, values, is_list });
         }
-        Ok(grid)
+        match samples {
+            Some(samples) if !drawn.is_empty() => {
+                let columns = samples.draw(&drawn)?.into_iter();
+                grid.axes
+                    .iter_mut()
+                    .filter(|axis| axis.is_sampled)
+                    .zip(columns)
+                    .for_each(|(axis, values)| axis.values = values);
+            }
+            None if drawn.is_empty() => {}
+            Some(_) => {
+                return Err(ValidationError::new("samples", "no setting has samples: give one {\"uniform\": [0, 1]}"));
+            }
+            None => return Err(ValidationError::new("samples", "is missing: give {\"count\": 20, \"seed\": 0}")),
+        }
+        let unknown = |axis: &&Axis| grid.axes.iter().all(|known| known.key != axis.key);
+        match grid.exclude.iter().flatten().find(unknown) {
+            Some(axis) => Err(ValidationError::new("exclude", format!("the sweep does not set `{}`", axis.key))),
+            None => Ok(grid),
+        }
     }
 
     /// Number of combinations; None if it cannot be represented.
     fn count(&self) -> Option<usize> {
-        self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()))
+        let samples = self.axes.iter().find(|axis| axis.is_sampled);
+        let mut axes = self.axes.iter().filter(|axis| !axis.is_sampled).chain(samples);
+        axes.try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()))
     }
 
-    /// All combinations; the last axis varies fastest.
+    /// All combinations that are not excluded; the last axis varies fastest.
     pub fn combinations<'a>(&'a self) -> Vec<Vec<Choice<'a>>> {
         let mut combinations = vec![Vec::new()];
         for axis in &self.axes {
             let longer = |combination: Vec<Choice<'a>>| {
-                (0..axis.values.len()).map(move |number| [&*combination, &[Choice { axis, number }]].concat())
+                let sample = combination.iter().find(|choice| choice.axis.is_sampled && axis.is_sampled);
+                let numbers = sample.map_or(0..axis.values.len(), |sample| sample.number..sample.number + 1);
+                numbers.map(move |number| [&*combination, &[Choice { axis, number }]].concat())
             };
             combinations = combinations.into_iter().flat_map(longer).collect();
         }
+        combinations
+            .retain(|chosen| !self.exclude.iter().any(|excluded| excluded.iter().all(|axis| axis.covers(chosen))));
         combinations
     }
 
@@ -174,4 +194,43 @@ impl Grid {
         }
         Value::Object(object)
     }
+}
+
+impl Axis {
+    /// The setting of an entry, with all its values.
+    fn new(key: String, value: Value) -> Result<Self, ValidationError> {
+        let takes_list = LISTS.contains(&key);
+        let is_value = |value: &Value| !value.is_object() && (takes_list || !value.is_array());
+        let (values, is_list) = match value {
+            Value::Array(values) if takes_list && values.iter().all(Value::is_number) => {
+                (vec![Value::Array(values)], false)
+            }
+            Value::Array(values) => (values, true),
+            value => (vec![value], false),
+        };
+        if values.is_empty() {
+            return Err(ValidationError::new(key, "is an empty list: give it a value"));
+        }
+        if !values.iter().all(is_value) {
+            return Err(ValidationError::new(key, "must have values that are numbers, texts, true, false or null"));
+        }
+        let (values, has_range) = expanded(&key, values)?;
+        Ok(Self { key, values, is_list: is_list || has_range, is_sampled: false })
+    }
+
+    /// Whether a combination has one of its values.
+    fn covers(&self, chosen: &[Choice<'_>]) -> bool {
+        let is_one = |choice: &Choice<'_>| self.values.iter().any(|value| are_same(value, choice.value()));
+        chosen.iter().any(|choice| choice.key() == self.key && is_one(choice))
+    }
+}
+
+/// Reads the entry `exclude`: an object, or a list of objects.
+fn exclusions(value: Value) -> Result<Vec<Vec<Axis>>, ValidationError> {
+    let objects = if let Value::Array(objects) = value { objects } else { vec![value] };
+    let exclusion = |object: Value| {
+        let entries: Map<String, Value> = of_kind("exclude", object)?;
+        entries.into_iter().map(|(key, value)| Axis::new(key, value)).collect()
+    };
+    objects.into_iter().map(exclusion).collect()
 }

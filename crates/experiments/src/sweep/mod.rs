@@ -9,6 +9,11 @@
 //!  "ddpg.gamma": [0.95, 0.99], "seed": [0, 1, 2], "episodes": 1000}
 //! ```
 //!
+//! `"0..9"` stands for the whole numbers from 0 to 9, `{"uniform": [0.9, 0.99]}` and `{"log_uniform": [1e-4, 1e-2]}` for
+//! as many samples as `"samples": {"count": 20, "seed": 0}` asks for, each of which has a value for every such setting.
+//! `"exclude"` leaves out the combinations that have the values of an object, or of one in a list. The file
+//! above
+//!
 //! trains agents (`"kind": "train"`, the default): `task`, `method` (by default that of `mge train`), `epsilon` (also called
 //! `threshold`), `model`, and any other setting of a run by its JSON path. `config` names a file of
 //! settings, of which those in the sweep take precedence. In the path of a `model`, `{tools}` stands for the name of the
@@ -45,6 +50,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 mod training;
+mod values;
 mod work;
 
 pub use expand::{Job, Sweep, Work};
@@ -54,4 +60,4 @@ pub use plan::{plan, slurm};
 pub(crate) use results::results_of;
 pub use results::{check_results, write_results};
 pub use summary::{Summary, hold_measured, report_measured};
-pub use work::{check, result_in, run};
+pub use work::{check, progress, result_in, run};

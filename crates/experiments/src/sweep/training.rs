@@ -194,10 +194,15 @@ mod tests {
 
     #[test]
     fn names_of_files_become_absolute_and_other_names_stay() {
-        let axis = |key: &str, value: &str| Axis { key: key.to_owned(), values: vec![json!(value)], is_list: false };
+        let axis = |key: &str, value: &str| Axis {
+            key: key.to_owned(),
+            values: vec![json!(value)],
+            is_list: false,
+            is_sampled: false,
+        };
         // Relative to the folder of the package.
         let axes = vec![axis("task", "task1"), axis("model", "Cargo.toml"), axis("prior", "src")];
-        let grid = absolute_paths(&Grid { kind: None, axes });
+        let grid = absolute_paths(&Grid { axes, ..Grid::default() });
         let values: Vec<&str> = grid.axes.iter().filter_map(|axis| axis.values[0].as_str()).collect();
         assert_eq!(values, ["task1", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"), "src"]);
     }

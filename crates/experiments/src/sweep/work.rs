@@ -11,7 +11,7 @@ use super::plan;
 use super::results::{Kind, common_kind, kind_of, runs_so_far};
 use crate::error::ExperimentError;
 use mge_base::{atomic, json};
-use mge_run::{RunDirectory, RunError, read_optional};
+use mge_run::{RunDirectory, RunError, RunState, read_optional};
 use mge_trainer::RunConfig;
 use mge_trainer::batch::{self, Batch, BatchProgress, JobFailure, train_to_end};
 
@@ -149,6 +149,24 @@ pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
     })?;
     // The results of a folder are one table.
     common_kind(&runs_so_far(folder)?, sweep.jobs.iter().map(|job| (job.kind(), job.folder(folder)))).map(drop)
+}
+
+/// How many jobs of a sweep are finished in `folder`, and how many others have begun.
+///
+/// # Errors
+/// When a run cannot be read.
+pub fn progress(sweep: &Sweep, folder: &Path) -> Result<(usize, usize), ExperimentError> {
+    let (mut finished, mut begun) = (0, 0);
+    for job in &sweep.jobs {
+        let folder = job.folder(folder);
+        let Ok(directory) = RunDirectory::open(&folder) else { continue };
+        let is_finished = match job.work {
+            Work::Train(_) => directory.status()?.state == RunState::Finished,
+            Work::Dynamics(_) | Work::Hits(_) => folder.join(RESULT).exists(),
+        };
+        *(if is_finished { &mut finished } else { &mut begun }) += 1;
+    }
+    Ok((finished, begun))
 }
 
 /// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted
