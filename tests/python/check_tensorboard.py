@@ -77,7 +77,7 @@ def check(run):
     assert text == f"```json\n{config}```\n", "config text differs"
     plugin = accumulator.SummaryMetadata("_hparams_/session_start_info").plugin_data
     hparams = HParamsPluginData.FromString(plugin.content).session_start_info.hparams
-    settings = json.loads(config)
+    settings = json.loads(config)["config"]
     assert hparams["seed"].number_value == settings["seed"] and hparams["method"].string_value == settings["method"]
     assert hparams["task.name"].string_value == settings["task"]["name"], "hyperparameters differ"
     print(f"{run}: {len(own)} tags, {sum(map(len, own.values()))} values agree")

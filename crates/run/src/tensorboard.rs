@@ -56,10 +56,10 @@ pub(super) fn beginning(wall_time: f64, config: &[u8]) -> Vec<u8> {
 
 /// `HParamsPluginData { session_start_info }` with the settings of a run, and of its task the name.
 fn hyperparameters(config: &[u8]) -> Vec<u8> {
-    let config: Value = serde_json::from_slice(config).unwrap_or_default();
+    let file: Value = serde_json::from_slice(config).unwrap_or_default();
     let mut data = Message::default();
     data.message(3, |start| {
-        let settings = leaf_values(&config).into_iter();
+        let settings = leaf_values(&file["config"]).into_iter();
         for (path, value) in settings.filter(|(path, _)| path == "task.name" || !path.starts_with("task.")) {
             start.message(1, |entry| {
                 entry.bytes(1, path.as_bytes());
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn records_have_the_expected_bytes() {
-        let config = b"{\"task\": {\"name\": \"t\", \"ball\": 1}, \"seed\": 2}\n";
+        let config = b"{\"format\": 1, \"config\": {\"task\": {\"name\": \"t\", \"ball\": 1}, \"seed\": 2}}\n";
         let bytes = [beginning(2.0, config), scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)])].concat();
         let [version, session, text, settings, scalars] = records(&bytes)[..] else { panic!("five records") };
         let wall_time = [&[0x09][..], &2f64.to_le_bytes()].concat();
@@ -237,7 +237,7 @@ mod tests {
         assert!(has(text, &[&b"```json\n"[..], config, b"```\n"].concat()), "{text:?}");
         let seed = [&[0x0a, 17, 0x0a, 4][..], b"seed", &[0x12, 9, 0x11], &2f64.to_le_bytes()].concat();
         let task = [&[0x0a, 16, 0x0a, 9][..], b"task.name", &[0x12, 3, 0x1a, 1], b"t"].concat();
-        assert!(has(settings, &seed) && has(settings, &task) && !has(settings, b"ball"), "{settings:?}");
+        assert!(has(settings, &seed) && has(settings, &task) && !has(settings, b"format"), "{settings:?}");
         let first = [&[0x0a, 10, 0x0a, 3][..], b"a/b", &[0x15], &1f32.to_le_bytes()].concat();
         let second = [&[0x0a, 8, 0x0a, 1][..], b"c", &[0x15], &f32::NAN.to_le_bytes()].concat();
         let head = [&wall_time, &[0x10, 0xac, 0x02, 0x2a, 22][..]].concat();

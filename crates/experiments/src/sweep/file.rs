@@ -150,7 +150,10 @@ impl Grid {
             }
             None if drawn.is_empty() => {}
             Some(_) => {
-                return Err(ValidationError::new("samples", "no setting has samples: give one {\"uniform\": [0, 1]}"));
+                return Err(ValidationError::new(
+                    "samples",
+                    "no setting has samples: give one {\"uniform\": [0.9, 0.99]}",
+                ));
             }
             None => return Err(ValidationError::new("samples", "is missing: give {\"count\": 20, \"seed\": 0}")),
         }
