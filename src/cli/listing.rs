@@ -29,7 +29,7 @@ pub fn runs(arguments: &Runs) -> Outcome {
     if arguments.format.json {
         output::json(&runs.iter().map(entry).collect::<Vec<_>>())?;
     } else {
-        let header = ["run", "state", "episodes", "success", "time", "changed", "label", "task"].map(str::to_owned);
+        let header = ["run", "state", "episodes", "success", "changed", "label", "task"].map(str::to_owned);
         output::table(&[vec![header], runs.iter().map(line).collect()].concat())?;
     }
     match damaged {
@@ -44,14 +44,12 @@ fn age(run: &Path) -> Option<f64> {
     Some(changed.elapsed().unwrap_or_default().as_secs_f64())
 }
 
-fn line(run: &RunSummary) -> [String; 8] {
+fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
     let label = if run.folder_name() != run.name { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
     let task = run.config.task.name.clone();
-    let (path, state) = (run.path.display().to_string(), run.state.name().to_owned());
-    let time = run.seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.1} min", seconds / 60.0));
-    [path, state, episodes, run.success_text(), time, changed, label, task]
+    [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
 }
 
 fn entry(run: &RunSummary) -> Value {
@@ -66,7 +64,6 @@ fn entry(run: &RunSummary) -> Value {
         "episodes_done": run.done,
         "episodes": run.episodes(),
         "rolling_success": run.success,
-        "seconds": run.seconds.map(f64::round),
         "seconds_since_change": age(&run.path).map(f64::round),
         "tags": run.tags,
         "note": run.note,
