@@ -276,3 +276,20 @@ fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
     let has_points = |run: &FoundRun| !run.trained.training.is_empty();
     found.into_iter().filter(|run| has_points(run) && (is_finished(run) || !finished.contains(&group(run)))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mge_stats::Bootstrap;
+
+    #[test]
+    fn the_interval_of_a_smoothed_curve_is_that_of_the_smoothed_seeds() {
+        // The seeds alternate between 0 and 1; the mean of two successive values is always a half.
+        let seeds = [[[1.0, 0.0], [2.0, 1.0], [3.0, 0.0]], [[1.0, 1.0], [2.0, 0.0], [3.0, 1.0]]];
+        let estimates = &Bootstrap { resamples: 50, ..Bootstrap::default() };
+        let last = |points| Smoothed { estimates, points }.of(&[&seeds[0], &seeds[1]]).unwrap()[2].values();
+        assert_eq!(last(2), [0.5; 3]);
+        let [value, lower, upper] = last(0);
+        assert!(lower < value && value < upper, "each value alone");
+    }
+}
