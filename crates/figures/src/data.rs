@@ -47,10 +47,11 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The curve of estimates at these positions.
+    /// The curve of estimates at these positions; without a band if none has an interval.
     pub fn new(label: &str, x: Vec<f64>, estimates: &[Estimate]) -> Self {
         let column = |of: fn(&Estimate) -> f64| estimates.iter().map(of).collect();
-        let (y, low, high) = (column(|e| e.value), column(|e| e.lower), column(|e| e.upper));
+        let bound = |of| if estimates.iter().any(Estimate::has_interval) { column(of) } else { Vec::new() };
+        let (y, low, high) = (column(|e| e.value), bound(|e| e.lower), bound(|e| e.upper));
         Self { label: label.to_owned(), x, y, low, high, partial: 0 }
     }
 

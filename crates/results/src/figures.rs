@@ -70,7 +70,7 @@ pub fn learning_curves(
         }
         panels.push(panel);
     }
-    let statistics = interquartile_means(INTERVAL, &seeds);
+    let statistics = interquartile_means(interval_over(&seeds, 1), &seeds);
     Ok(LearningCurves { measure, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
 
@@ -152,10 +152,20 @@ pub fn method_scores(
     }
     Ok(MethodScores {
         measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
-        statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
+        statistics: interquartile_means(interval_over(&seeds, panels.len()), &seeds),
         reference: reference.or(groups.baseline()).map(str::to_owned),
         panels,
     })
+}
+
+/// What the intervals of this many runs on each of several tasks are over.
+fn interval_over(seeds: &[usize], tasks: usize) -> &'static str {
+    match (seeds.iter().max(), tasks) {
+        (Some(1), 1) => "",
+        (Some(1), _) => "95 % bootstrap interval over tasks",
+        (_, 1) => INTERVAL,
+        _ => "95 % bootstrap interval over seeds, stratified by task",
+    }
 }
 
 /// The statistics of interquartile means over these numbers of seeds.
@@ -188,7 +198,7 @@ pub fn performance_profile(
         measure: format!("final success rate (last {WINDOW} episodes)"),
         statistics: Statistics {
             centre: format!("Runs on {}, each", counted(tasks, "task")),
-            interval: "95 % stratified bootstrap interval".to_owned(),
+            interval: interval_over(&seeds().collect::<Vec<_>>(), tasks).to_owned(),
             seeds: seeds().max().unwrap_or(0),
             fewest_seeds: seeds().min(),
         },

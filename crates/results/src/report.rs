@@ -132,7 +132,7 @@ impl Comparison {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
+            "{}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}). Where each task has one run, a task has no interval, and that over all tasks is over tasks.\n",
             markdown::made_by(&self.command, &self.mge_version),
             self.learning.len(),
             100.0 * confidence,
@@ -173,7 +173,7 @@ impl Comparison {
         }
         let _ = writeln!(
             text,
-            "### Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n",
+            "### Over all tasks\n\nOver {}. The optimality gap is how far the mean falls short of 1.\n",
             markdown::text(&self.common_tasks.join(", "))
         );
         *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, scores};
 use super::row::LearningRow;
 use mge_base::markdown;
-use mge_stats::aggregate::{iqm, mean};
+use mge_stats::aggregate::iqm;
 use mge_stats::rolling::WINDOW;
 use mge_stats::{Bootstrap, Estimate, StatsError};
 
@@ -59,7 +59,7 @@ impl Groups<'_> {
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
                     charged_to_80(runs),
-                    greedy_mean(runs)?,
+                    greedy_mean(runs),
                     charged.and_then(|charged| charged.improvement).map_or_else(String::new, format_share),
                 ]);
             }
@@ -69,16 +69,18 @@ impl Groups<'_> {
     }
 }
 
-/// Mean success of the last greedy evaluations; empty if there are none.
-fn greedy_mean(rows: &[&LearningRow]) -> Result<String, StatsError> {
-    if rows.iter().all(|row| row.greedy_success.is_none()) {
-        return Ok(String::new());
-    }
-    Ok(format!("{:.2}", mean(&scores(rows, |row| row.greedy_success)?)))
+/// Mean success of the last greedy evaluations of the runs that have any; empty if none has.
+fn greedy_mean(rows: &[&LearningRow]) -> String {
+    let evaluated: Vec<f64> = rows.iter().filter_map(|row| row.greedy_success).collect();
+    let mean = evaluated.iter().sum::<f64>() / evaluated.len() as f64;
+    if evaluated.is_empty() { String::new() } else { format!("{mean:.2}") }
 }
 
-/// A fraction with its interval, to two decimals.
+/// A fraction with its interval if it has one, to two decimals.
 pub(super) fn format_share(estimate: Estimate) -> String {
+    if !estimate.has_interval() {
+        return format!("{:.2}", estimate.value);
+    }
     format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
 }
 

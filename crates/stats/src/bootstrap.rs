@@ -2,11 +2,12 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::aggregate;
 use super::scores::TaskScores;
 use super::{Result, StatsError};
+use mge_base::streams::index;
 
 /// Settings for computing an interval. Report them beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,10 +32,16 @@ impl Default for Bootstrap {
 pub struct Estimate {
     /// The statistic of the original data.
     pub value: f64,
-    /// Lower end of the interval.
+    /// Lower end of the interval; NaN, `null` in files, if there is none.
+    #[serde(deserialize_with = "number_or_null")]
     pub lower: f64,
-    /// Upper end of the interval.
+    /// Upper end of the interval; NaN, `null` in files, if there is none.
+    #[serde(deserialize_with = "number_or_null")]
     pub upper: f64,
+}
+
+fn number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Estimate {
@@ -56,7 +63,8 @@ impl Estimate {
 
 impl Bootstrap {
     /// A statistic of all runs, such as [`aggregate::iqm`], with its interval: runs are drawn with replacement within
-    /// each task, and the interval lies between two percentiles (interpolated linearly) of the resampled statistics.
+    /// each task, and the interval lies between two percentiles (interpolated linearly) of the resampled statistics. If
+    /// no task has more than one run, tasks are drawn instead; a single run has no interval.
     ///
     /// # Errors
     /// [`StatsError::Confidence`] or [`StatsError::Resamples`]; the same for all methods below.
@@ -64,7 +72,7 @@ impl Bootstrap {
         self.only(self.pointwise(scores, |scores| vec![statistic(scores)])?)
     }
 
-    /// A statistic of two methods, which are resampled independently.
+    /// A statistic of two methods, whose runs are resampled independently.
     ///
     /// # Errors
     /// As [`Bootstrap::stratified`].
@@ -74,12 +82,7 @@ impl Bootstrap {
         y: &TaskScores,
         statistic: impl Fn(&TaskScores, &TaskScores) -> f64,
     ) -> Result<Estimate> {
-        let (mut drawn_x, mut drawn_y) = (x.clone(), y.clone());
-        self.only(self.percentiles(vec![statistic(x, y)], |stream| {
-            x.resample_into(&mut drawn_x, stream);
-            y.resample_into(&mut drawn_y, stream);
-            vec![statistic(&drawn_x, &drawn_y)]
-        })?)
+        self.only(self.percentiles([x, y], |[x, y]| vec![statistic(x, y)])?)
     }
 
     /// Several statistics of the same runs, each with its own (pointwise) interval.
@@ -87,11 +90,7 @@ impl Bootstrap {
     /// # Errors
     /// As [`Bootstrap::stratified`].
     pub fn pointwise(&self, scores: &TaskScores, statistic: impl Fn(&TaskScores) -> Vec<f64>) -> Result<Vec<Estimate>> {
-        let mut drawn = scores.clone();
-        self.percentiles(statistic(scores), |stream| {
-            scores.resample_into(&mut drawn, stream);
-            statistic(&drawn)
-        })
+        self.percentiles([scores], |[scores]| statistic(scores))
     }
 
     /// Mean of plain values, such as hit counts of several seeds.
@@ -105,20 +104,34 @@ impl Bootstrap {
         self.stratified(&TaskScores::of_one_task(values)?, aggregate::mean)
     }
 
-    /// The interval of each of `values`, from the corresponding values of `resample`.
-    fn percentiles(
+    /// The statistics, with the interval of each from the statistics of resampled scores.
+    fn percentiles<const N: usize>(
         &self,
-        values: Vec<f64>,
-        mut resample: impl FnMut(&mut ChaCha8Rng) -> Vec<f64>,
+        scores: [&TaskScores; N],
+        statistic: impl Fn(&[TaskScores; N]) -> Vec<f64>,
     ) -> Result<Vec<Estimate>> {
         check_confidence(self.confidence)?;
         if self.resamples == 0 {
             return Err(StatsError::Resamples);
         }
+        let mut drawn = scores.map(Clone::clone);
+        let values = statistic(&drawn);
+        let (tasks, are_single) = (scores[0].tasks().len(), scores.iter().all(|scores| scores.are_single()));
+        if are_single && tasks == 1 {
+            return Ok(values.into_iter().map(Estimate::exact).collect());
+        }
         let mut stream = ChaCha8Rng::seed_from_u64(self.seed);
         let mut columns = vec![Vec::with_capacity(self.resamples as usize); values.len()];
         for _ in 0..self.resamples {
-            for (column, value) in columns.iter_mut().zip(resample(&mut stream)) {
+            // The same tasks for all methods.
+            let chosen = are_single.then(|| (0..tasks).map(|_| index(&mut stream, tasks)).collect::<Vec<_>>());
+            for (scores, drawn) in scores.iter().zip(&mut drawn) {
+                match &chosen {
+                    Some(tasks) => scores.choose_into(drawn, tasks),
+                    None => scores.resample_into(drawn, &mut stream),
+                }
+            }
+            for (column, value) in columns.iter_mut().zip(statistic(&drawn)) {
                 column.push(value);
             }
         }
@@ -193,8 +206,22 @@ mod tests {
             let estimate = Bootstrap::default().stratified(&same, statistic).unwrap();
             assert_eq!((estimate.lower, estimate.upper), (estimate.value, estimate.value));
         }
+    }
+
+    #[test]
+    fn a_single_run_has_no_interval_and_single_runs_of_tasks_have_one_over_tasks() {
         let hits = Bootstrap::default().mean(&[7.0]).unwrap();
-        assert_eq!(hits, Estimate { value: 7.0, lower: 7.0, upper: 7.0 });
+        assert!(hits.value == 7.0 && !hits.has_interval());
+        let read: Estimate = serde_json::from_str(&serde_json::to_string(&hits).unwrap()).unwrap();
+        assert!(read.value == 7.0 && !read.has_interval());
+        let of = |scores: [f64; 4]| TaskScores::new(scores.map(|score| vec![score]).to_vec()).unwrap();
+        let (x, y) = (of([0.1, 0.2, 0.6, 0.7]), of([0.0, 0.1, 0.5, 0.9]));
+        let [over_tasks, of_runs] = [&x, &TaskScores::of_one_task(&[0.1, 0.2, 0.6, 0.7]).unwrap()]
+            .map(|scores| Bootstrap::default().stratified(scores, aggregate::mean).unwrap());
+        assert_eq!(over_tasks, of_runs, "a task with one run is drawn as a run is");
+        let difference = |x: &TaskScores, y: &TaskScores| aggregate::mean(x) - aggregate::mean(y);
+        let paired = Bootstrap::default().stratified_pair(&x, &y, difference).unwrap();
+        check(paired.upper, 0.1);
     }
 
     #[test]

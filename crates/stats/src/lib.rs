@@ -36,4 +36,4 @@ pub use error::StatsError;
 pub use scores::TaskScores;
 
 /// Result of a statistic whose input may be invalid.
-pub type Result<T> = std::result::Result<T, StatsError>;
+pub type Result<T, E = StatsError> = std::result::Result<T, E>;

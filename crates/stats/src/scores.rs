@@ -50,6 +50,18 @@ impl TaskScores {
         self.tasks.iter().flatten().copied()
     }
 
+    /// Whether each task has one run.
+    pub fn are_single(&self) -> bool {
+        self.tasks.iter().all(|runs| runs.len() == 1)
+    }
+
+    /// Fills `target`, of the same shape, with the runs of these tasks, each of which has one run.
+    pub(super) fn choose_into(&self, target: &mut Self, tasks: &[usize]) {
+        for (task, drawn) in tasks.iter().zip(&mut target.tasks) {
+            drawn[0] = self.tasks[*task][0];
+        }
+    }
+
     /// Fills `target`, of the same shape, with runs drawn with replacement within each task.
     pub(super) fn resample_into(&self, target: &mut Self, stream: &mut ChaCha8Rng) {
         for (runs, drawn) in self.tasks.iter().zip(&mut target.tasks) {
