@@ -38,52 +38,31 @@
 //! # Choices the paper leaves open
 //!
 //! Section 5.3 and table 2 fix layers, width, learning rates, batch size, optimiser and the noise's
-//! parameters. The other choices, each a field of [`DdpgConfig`] unless noted, with results of the
-//! trials described below:
+//! parameters. The other choices, each a field of [`DdpgConfig`] unless noted:
 //!
 //! 1. Discount `gamma` 0.95: an episode has about 12 steps. With 0.99, values of states in which
-//!    nothing more happens (a ball at rest until the action limit) drift up through
-//!    bootstrapping. On tasks 2, 4 and 6 with 0.95: 0.51, 0.27, 0.00; with 0.99: 0.25, 0.48, 0.09; with
-//!    0.9: 0.68, 0.31, 0.03.
-//! 2. Target rate `tau` 0.005, the usual value. With 0.001: 0.02, 0.19, 0.11, 0.00; with 0.02:
-//!    0.96, 0.39, 0.80, 0.25.
+//!    nothing more happens (a ball at rest until the action limit) drift up through bootstrapping.
+//! 2. Target rate `tau` 0.005, the usual value.
 //! 3. Replay buffer of 100 000 transitions, sampled uniformly: holds a complete training, so nothing
-//!    is overwritten. With 10 000: 0.92, 0.40, 0.25, 0.01.
+//!    is overwritten.
 //! 4. `warmup_steps` 500 before the first update; meanwhile actions come from the noisy actor, as
-//!    later. With 128: 0.99, 0.68, 0.71, 0.09; with 4000: 0.32, 0.08, 0.42, 0.06.
-//! 5. ReLU in hidden layers, tanh at the actor's output (actions are bounded). With tanh in hidden
-//!    layers: 0.58, 0.20, 0.02, 0.01.
+//!    later.
+//! 5. ReLU in hidden layers, tanh at the actor's output (actions are bounded).
 //! 6. Initialisation: weights and biases uniform in ±1/√(fan in), the output layers in ±0.003, as
-//!    in the original DDPG paper, so that initial actions and values are near 0. With ±0.1: 0.89,
-//!    0.75, 0.54, 0.19.
+//!    in the original DDPG paper, so that initial actions and values are near 0.
 //! 7. `target_clamp` [-1, 16], around the possible returns of tasks with goal reward 10 and subgoal
-//!    rewards 2. Without it: 0.69, 0.46, 0.32, 0.02; in pilot runs values diverged twice (to
-//!    429 and to 30, where the maximum return is about 14).
+//!    rewards 2. Without it, values can diverge.
 //! 8. The noise starts at its mean in every episode, its time step is 1, and it is annealed by
 //!    [`Learner::set_noise_scale`], by default to 0 over the first half of a run, because remaining
-//!    noise hides a good policy (a box must be placed to about 0.035). With discount 0.99 and
-//!    epsilon drawn per episode: 0.90, 0.17, 0.15, 0.01; with a tenth of the noise left: 0.72, 0.14,
-//!    0.10, 0.02. On tasks 2, 4 and 6: 0.28, 0.14, 0.02 when annealed over nine tenths of the run, and
-//!    0.27, 0.08, 0.00 over a quarter. Both methods use the same noise.
-//! 9. `updates_per_step` 1, on a fresh minibatch. With 2, which takes twice as long (discount 0.99,
-//!    epsilon per episode, tasks 2, 4 and 6): 0.27, 0.04, 0.00.
-//! 10. `critic_learning_rate` 1e-3, where table 2 has 1e-4. With 1e-4: 0.14, 0.00, 0.01, 0.01.
+//!    noise hides a good policy (a box must be placed to about 0.035). Both methods use the same noise.
+//! 9. `updates_per_step` 1, on a fresh minibatch.
+//! 10. `critic_learning_rate` 1e-3, where table 2 has 1e-4, with which DDPG hardly learned.
 //! 11. The action enters the critic at the first layer, together with the observation. (In the
-//!     original DDPG paper it enters at the second.) No alternative was tried.
-//! 12. No weight decay, no normalisation of observations or rewards, no gradient clipping. No
-//!     alternative was tried.
+//!     original DDPG paper it enters at the second.)
+//! 12. No weight decay, no normalisation of observations or rewards, no gradient clipping.
 //! 13. Truncated transitions are stored with d = false and their true last observation, so that
 //!     their value is bootstrapped; only termination ends bootstrapping ([`Transition::terminated`]).
 //!     Probe environments test this.
-//!
-//! Pilot runs: one to four seeds each, on another simulator of the same puzzles.
-//!
-//! Trials (all other numbers): final rolling success on tasks 1, 2, 4 and 6 unless others are named,
-//! mean over seeds 0 to 3 of 2000 episodes of DDPG-MGE with the threshold falling from 0.5 to 0
-//! over the first 1000. `mge sweep assets/sweeps/choices.json` reproduces them. The defaults give
-//! 0.95, 0.51, 0.27, 0.00. With four seeds, differences below about 0.2 are not significant; a larger
-//! `tau` or `output_init_bound`, or a shorter warm-up, may be better than the defaults, which are
-//! those of the full study.
 
 #![deny(unsafe_code)]
 

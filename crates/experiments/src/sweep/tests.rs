@@ -166,9 +166,6 @@ fn shipped_sweeps_are_valid() {
     let count = |name: &str| Sweep::load(&folder.join(name)).unwrap().jobs.len();
     assert_eq!(count("model-ablation.json"), 4 * 3 * 5);
     assert_eq!(count("small.json"), 2 * 3 * 3);
-    assert_eq!(count("choices.json"), 300);
-    assert_eq!(count("task6-refined.json"), 10);
-    assert_eq!(count("tuning.json"), 144);
     for file in std::fs::read_dir(&folder).unwrap() {
         let path = file.unwrap().path();
         // Those on the models of a study are parsed by the tests of studies.
