@@ -38,9 +38,10 @@ impl Attempts {
         self.0.is_empty()
     }
 
-    /// Number of failures among the recorded attempts.
-    pub fn failures(&self, stage: usize) -> usize {
-        self.0.get(stage).into_iter().flatten().filter(|reached| !**reached).count()
+    /// Share of failures among the recorded attempts; 0 if there are none.
+    pub fn failures(&self, stage: usize) -> f32 {
+        let made = self.0.get(stage).map_or(0, VecDeque::len) as u32;
+        if made == 0 { 0.0 } else { self.need(stage, made) }
     }
 
     /// Share of failures among the last `of` attempts; attempts not yet made count as failures.

@@ -105,8 +105,7 @@ fn a_held_policy_acts_until_it_fails() {
     let (succeeds, fails) = (easy(), config(Method::DdpgAdaptive));
     assert_eq!(changes(&succeeds, Some(0.15), "need:0:0:20"), 0);
     assert_eq!(changes(&succeeds, None, "need:0:0:20"), 5);
-    assert_eq!(changes(&fails, Some(0.15), "need:0:0:6"), 5, "one of six is too many");
-    assert_eq!(changes(&fails, Some(0.15), "need:0:0:20"), 1, "four of twenty are");
+    assert_eq!(changes(&fails, Some(0.15), "need:0:0:20"), 5);
     assert_eq!(changes(&fails, Some(1.0), "need:0:0:20"), 0, "all may fail");
     assert_eq!(changes(&succeeds, Some(0.15), "0"), 5, "no policy is held without need");
 }
