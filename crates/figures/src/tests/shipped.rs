@@ -108,31 +108,12 @@ fn curves(rows: &[&Row], seeds: usize, greedy: bool) -> LearningCurves {
     }
 }
 
-fn methods(rows: &[&Row], seeds: usize) -> MethodScores {
-    let method = |(label, rows): (String, Vec<&Row>)| {
-        let (summary, runs): (Vec<&Row>, Vec<&Row>) = rows.into_iter().partition(|row| row["what"] == "summary");
-        MethodScore { label, estimate: estimate(summary[0], "value"), runs: column(&runs, "value") }
-    };
-    let panel = |(task, rows): (String, Vec<&Row>)| ScorePanel {
-        task,
-        methods: groups(&rows, "method").into_iter().map(method).collect(),
-    };
-    let interval = format!("{INTERVAL}, stratified by task");
-    MethodScores {
-        measure: rows[0]["measure"].clone(),
-        statistics: statistics("Interquartile mean", &interval, seeds),
-        reference: None,
-        panels: groups(rows, "task").into_iter().map(panel).collect(),
-    }
-}
-
 fn figure(name: &str, rows: &[&Row], seeds: usize) -> Box<dyn Figure> {
     match name {
         "figure4" => Box::new(actions(rows)),
         "figure5" => Box::new(hits(rows, seeds)),
         "figure6" => Box::new(curves(rows, seeds, false)),
         "figure6-greedy" => Box::new(curves(rows, seeds, true)),
-        "methods" => Box::new(methods(rows, seeds)),
         other => panic!("{other}: no figure is known by this name"),
     }
 }
@@ -140,7 +121,7 @@ fn figure(name: &str, rows: &[&Row], seeds: usize) -> Box<dyn Figure> {
 #[test]
 fn shipped_figures_show_the_numbers_beside_them() {
     let redraw = std::env::var_os("MGE_REDRAW_FIGURES").is_some();
-    for name in ["figure4", "figure5", "figure6", "figure6-greedy", "methods"] {
+    for name in ["figure4", "figure5", "figure6", "figure6-greedy"] {
         let path = folder().join(name).with_extension("png");
         let provenance = super::read(&path);
         let beside = std::fs::read_to_string(path.with_extension("csv")).unwrap();
