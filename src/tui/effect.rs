@@ -75,6 +75,11 @@ impl Effect {
         Self::new(|app| effects.into_iter().try_for_each(|effect| effect.carry_out(app)))
     }
 
+    /// Effects that do not depend on one another: all are carried out, and the first error is shown.
+    pub fn each(effects: Vec<Self>) -> Self {
+        Self::new(|app| effects.into_iter().map(|effect| effect.carry_out(app)).fold(Ok(()), Result::and))
+    }
+
     /// Carries it out.
     ///
     /// # Errors

@@ -50,6 +50,8 @@ pub struct App {
     message: Option<(Message, Duration)>,
     /// Where things were drawn, for the mouse.
     regions: HitRegions,
+    /// The terminal is too small to show anything.
+    is_too_small: bool,
     /// What the mouse is dragging.
     drag: Option<Drag>,
     /// What only the owner of the terminal can fulfil.
@@ -141,6 +143,7 @@ impl App {
             subject,
             message: None,
             regions: HitRegions::default(),
+            is_too_small: false,
             drag: None,
             request: None,
             mouse: true,
@@ -268,7 +271,10 @@ impl App {
         if let Some(entry) = entry.filter(|entry| control && is_over_layers(entry)) {
             return self.perform(entry);
         }
-        if let Some(layer) = self.layers.last_mut() {
+        if self.is_too_small {
+            // Nothing that cannot be seen is done, except leaving.
+            entry.filter(|entry| entry.name == "quit").into_iter().for_each(|entry| self.perform(entry));
+        } else if let Some(layer) = self.layers.last_mut() {
             match layer.key(key) {
                 Response::Pass => {
                     self.layers.pop();
@@ -351,9 +357,10 @@ impl App {
         };
         let area = frame.area();
         self.regions = draw_frame(&self.ui(), &self.screens, &chrome, area, frame.buffer_mut());
+        self.is_too_small = self.regions.all().is_empty();
         let mut cursor = None;
         // A terminal too small for a screen is too small for layers.
-        if !self.regions.all().is_empty() {
+        if !self.is_too_small {
             for layer in &mut self.layers {
                 cursor = layer.draw(area, &self.keymap, &self.theme, frame.buffer_mut());
             }

@@ -6,20 +6,35 @@ use ratatui::style::Modifier;
 
 use super::{app, empty, press, shot, text, typical};
 use crate::tui::actions::Tab;
+use crate::tui::effect::Effect;
 use crate::tui::screens::HitRegion;
 use crate::tui::view::Level;
+use mge_workbench::command;
 
 /// The smallest screen, less one column or one row.
 const TOO_SMALL: [(u16, u16); 2] = [(59, 20), (60, 19)];
 
 #[test]
 fn a_terminal_too_small_in_one_direction_says_so() {
-    let (mut app, _) = app(typical());
+    let (mut app, asked) = app(typical());
     assert!(text(&shot(&mut app, 60, 20)).contains("? help"));
     for (width, height) in TOO_SMALL {
         let screen = text(&shot(&mut app, width, height));
         assert!(screen.contains(&format!("terminal too small: {width}x{height}, at least 60x20")), "{screen}");
     }
+    press(&mut app, "p");
+    assert!(asked.borrow().is_empty(), "nothing unseen is done");
+    shot(&mut app, 60, 20);
+    press(&mut app, "p");
+    assert_eq!(*asked.borrow(), ["pause"]);
+}
+
+#[test]
+fn a_run_that_has_ended_does_not_keep_a_command_from_the_others() {
+    let (mut app, asked) = app(typical());
+    let effects = vec![Effect::new(|_| Err("it has ended".to_owned())), Effect::apply(command::Pause)];
+    assert_eq!(Effect::each(effects).carry_out(&mut app), Err("it has ended".to_owned()));
+    assert_eq!(*asked.borrow(), ["pause"]);
 }
 
 #[test]

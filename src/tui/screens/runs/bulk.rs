@@ -115,20 +115,18 @@ pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -> Vec<Effect> {
     let mut effects = Vec::new();
     let mut last_is_watched = true;
-    let mut count = 0;
     for (run, command) in runs {
-        if !(ui.is_watched(run) && last_is_watched) {
-            effects.push(Effect::apply(command::Open(run.path.clone())));
-        }
+        let open = Some(Effect::apply(command::Open(run.path.clone())));
+        let open = open.filter(|_| !(ui.is_watched(run) && last_is_watched));
         last_is_watched = ui.is_watched(run);
-        effects.push(Effect::apply(command));
-        count += 1;
+        effects.push(Effect::all(open.into_iter().chain([Effect::apply(command)]).collect()));
     }
     // A single run stays open.
-    if count > 1 && !last_is_watched {
+    if effects.len() > 1 && !last_is_watched {
         effects.extend(back(ui));
     }
-    effects
+    // One that has ended meanwhile does not keep the command from the others.
+    vec![Effect::each(effects)]
 }
 
 /// Opens the watched run again.
