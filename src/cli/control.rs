@@ -5,7 +5,7 @@ use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::interrupt;
 use super::output::{self, Outcome};
@@ -15,6 +15,8 @@ use mge_trainer::{RunConfig, warnings};
 
 /// Polling interval of the log.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// Time after which is said what is being waited for.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 pub fn pause(run: &Path) -> Outcome {
     if state(run)? == RunState::Paused {
@@ -70,6 +72,7 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
     // Skips earlier events.
     while log.poll()?.more {}
     directory.request(request)?;
+    let mut since = Some(Instant::now());
     loop {
         // Checked before reading, so that events written before the end are not missed.
         let is_over = !directory.is_locked()?;
@@ -81,6 +84,12 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
         }
         if is_over && !news.more {
             return Err(format!("{} ended before the request took effect", run.display()).into());
+        }
+        if since.take_if(|since| since.elapsed() > PATIENCE).is_some() {
+            output::message(format_args!(
+                "waiting for {}: for the end of its episode, or before the first for its clusters and practice",
+                run.display()
+            ));
         }
         std::thread::sleep(POLL_INTERVAL);
     }

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::{Compare, Runs, Show};
 use super::output::{self, Outcome};
+use super::session::RUNS;
 use mge_base::json;
 use mge_base::text::counted;
 use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
@@ -17,7 +18,15 @@ use mge_workbench::run_label;
 /// Lists runs. Damaged ones are named on stderr.
 pub fn runs(arguments: &Runs) -> Outcome {
     let (mut runs, mut damaged) = (Vec::new(), 0);
-    for path in find_runs(&arguments.folders)? {
+    let is_usual = arguments.folders == [Path::new(RUNS)];
+    let found = match find_runs(&arguments.folders) {
+        Err(error) if is_usual && (error.is_not_found() || matches!(error, RunError::NoRuns(_))) => {
+            output::message(format_args!("no runs in {RUNS}/"));
+            Vec::new()
+        }
+        found => found?,
+    };
+    for path in found {
         match read_run(&path) {
             Ok(run) => runs.extend(run),
             Err(error) => {

@@ -53,7 +53,7 @@ pub fn run() -> ExitCode {
         Err(error) => {
             let interrupted = error.downcast_ref::<interrupt::Interrupted>();
             let prefix = if interrupted.is_some() { "" } else { "error: " };
-            output::message(format_args!("{prefix}{error}"));
+            output::message(format_args!("{prefix}{error}{}", runs::instead_of(&*error)));
             interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }

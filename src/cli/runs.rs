@@ -20,8 +20,8 @@ use mge_base::paths::{fitting, given};
 use mge_base::spelling::did_you_mean;
 use mge_base::text::{counted, printable};
 use mge_figures::DEFAULT_DPI;
-use mge_results::{Composition, is_listed_run};
-use mge_run::RunError;
+use mge_results::{Composition, find_runs, is_listed_run};
+use mge_run::{RunDirectory, RunError};
 use mge_task as task;
 use mge_trainer::set_the_same;
 use mge_workbench::{self as workbench, FigureKind, Output, RunView, Session, SessionError, command};
@@ -72,6 +72,24 @@ pub fn no_such(word: &Path) -> String {
     let program = Arguments::command();
     let commands = program.get_subcommands().map(clap::Command::get_name);
     format!("`{word}` is neither a command nor the folder of a run{}", did_you_mean(commands, &word))
+}
+
+/// What to name in place of the folder of a run that does not exist: that of a run with this name.
+pub fn instead_of(error: &(dyn std::error::Error + 'static)) -> String {
+    let of_session = error.downcast_ref().and_then(|error| match error {
+        SessionError::Run(error) => Some(error),
+        _ => None,
+    });
+    let Some(RunError::NotARun(folder)) = of_session.or_else(|| error.downcast_ref()) else { return String::new() };
+    let is_named = |run: &PathBuf| {
+        run.file_name() == folder.file_name() || *RunDirectory::at(run).name() == *folder.to_string_lossy()
+    };
+    let named = find_runs(&[RUNS.into()]).unwrap_or_default().into_iter().find(is_named);
+    match named.filter(|_| !folder.exists()) {
+        Some(run) => format!(": the folder of the run with this name is {}", run.display()),
+        None if folder.exists() => String::new(),
+        None => ": the folder of a run is wanted, such as `mge runs` lists".to_owned(),
+    }
 }
 
 pub fn train(arguments: &Train) -> Outcome {

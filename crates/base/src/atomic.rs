@@ -99,7 +99,7 @@ impl Target {
         if !format.suffix.is_empty() {
             check_suffix(&self.path, format.suffix)?;
         }
-        if self.force {
+        if self.force && !self.path.is_dir() {
             return Ok(());
         }
         match bounded::regular(&self.path).and_then(|()| bounded::read(&self.path, bounded::MODEL)) {

@@ -27,7 +27,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     // Other pipes have no path.
     let named = path.canonicalize().and_then(|place| place.metadata());
     if !named.is_ok_and(|data| data.file_type().is_fifo()) {
-        return File::open(path);
+        return File::open(path).map_err(in_plain_words);
     }
     let file = File::options().read(true).custom_flags(OFlags::NONBLOCK.bits() as i32).open(path)?;
     let since = Instant::now();
@@ -44,6 +44,14 @@ pub fn open(path: &Path) -> io::Result<File> {
         }
     }
     Err(io::Error::new(io::ErrorKind::TimedOut, "a pipe to which no process writes"))
+}
+
+/// The error of a read, in plain words if nothing is there.
+pub fn in_plain_words(error: io::Error) -> io::Error {
+    match error.kind() {
+        kind @ io::ErrorKind::NotFound => io::Error::new(kind, "it does not exist"),
+        _ => error,
+    }
 }
 
 /// How long to wait for the writer of a named pipe.
@@ -78,7 +86,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 /// # Errors
 /// When there is no file, or it is not a regular file.
 pub fn regular(path: &Path) -> io::Result<()> {
-    if path.metadata()?.is_file() {
+    if path.metadata().map_err(in_plain_words)?.is_file() {
         return Ok(());
     }
     Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file, but a pipe, a device or a folder"))

@@ -90,7 +90,8 @@ impl EpsilonSchedule {
             }
             _ => return None,
         };
-        Some((wanted, end))
+        // Four digits: interpolation has rounding errors.
+        Some((wanted, format!("{end:.3e}").parse().unwrap_or(end)))
     }
 
     /// Whether guidance is never used.

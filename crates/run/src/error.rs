@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use mge_base::bounded::in_plain_words;
 use thiserror::Error;
 
 use super::retention::CheckpointName;
@@ -169,7 +170,8 @@ impl RunError {
     /// Turns an [`io::Error`] into a [`RunError::Io`]: `.map_err(RunError::io("read", path))`.
     pub fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunError + use<> {
         let path = path.to_path_buf();
-        move |source| RunError::Io { action, path, source }
+        let plain = move |source| if action == "read" { in_plain_words(source) } else { source };
+        move |source| RunError::Io { action, path, source: plain(source) }
     }
 
     /// A file whose content is wrong, possibly in a line, counted from 1.

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::config::RunConfig;
+use super::config::{RunConfig, settings};
 use super::method::Method;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
@@ -69,7 +69,8 @@ impl RunConfig {
             _ => *place = Value::String(value.to_owned()),
         }
         // The inherent function, which does not check ranges.
-        let mut config = RunConfig::deserialize(config).map_err(|error| wrong(in_plain_words(error.to_string())))?;
+        let mut config =
+            RunConfig::deserialize(config).map_err(|error| wrong(in_plain_words(key, error.to_string())))?;
         // Where a model is, is not part of its text.
         config.prior = if key == "prior" { config.prior.identified() } else { self.prior.clone() };
         Ok(config)
@@ -77,11 +78,13 @@ impl RunConfig {
 }
 
 /// What a setting may be, in place of the name of a type.
-fn in_plain_words(message: String) -> String {
+fn in_plain_words(key: &str, message: String) -> String {
     let expected = message.rsplit_once("expected ").map_or("", |(_, expected)| expected);
     match expected {
-        "f64" | "f32" => "it is a number".to_owned(),
-        "u32" | "u64" | "usize" => "it is a whole number from 0".to_owned(),
+        "f64" | "f32" | "u32" | "u64" | "usize" => {
+            let setting = settings().find(|(path, _)| path == key);
+            setting.map_or_else(|| "it is a number".to_owned(), |(_, setting)| format!("it is {}", setting.range))
+        }
         "a boolean" => "it is true or false".to_owned(),
         _ => message,
     }
@@ -174,7 +177,8 @@ mod tests {
         for (key, value, expected) in [
             ("ddpg.gama", "0.9", "did you mean `ddpg.gamma`?"),
             ("task.name", "x", "there is no setting"),
-            ("episodes", "many", "cannot be `many`: it is a whole number"),
+            ("episodes", "many", "cannot be `many`: it is a whole number from 1 to 10000000"),
+            ("episodes", "1e99", "it is a whole number from 1 to 10000000"),
             ("ddpg.gamma", "2", "gamma"),
         ] {
             let error = config().with_setting(key, value).unwrap_err().to_string();

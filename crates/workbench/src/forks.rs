@@ -23,7 +23,10 @@ impl Session {
         // Reserves the folder, so that a concurrent fork gets another.
         std::fs::create_dir_all(&path).map_err(mge_run::RunError::io("create", &path))?;
         self.warn(&config, &command.changes.iter().map(|(key, _)| key.clone()).collect());
-        let report = format!("forking {name} at episode {} into {}", command.episode, path.display());
+        let mut report = format!("forking {name} at episode {} into {}", command.episode, path.display());
+        if path.parent() != Some(self.folder()) {
+            report += &format!(", not in {}", self.folder().display());
+        }
         let work = move |reporter: &Reporter| {
             let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
             let fork = trainer::fork(&source, &path, config, progress, reporter.stop());

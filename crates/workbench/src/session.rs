@@ -65,6 +65,10 @@ pub struct Session {
     pub(super) interrupt: stop::Stop,
 }
 
+/// The settings of the next run at some time, to which [`Session::go_back`] goes back.
+#[derive(Debug)]
+pub struct Kept(Setup, Journal);
+
 impl Session {
     /// A session on a task, with its runs in `folder`.
     pub fn new(task: Task, folder: PathBuf) -> Self {
@@ -201,6 +205,16 @@ impl Session {
             self.restart_hand_play();
         }
         Ok(report)
+    }
+
+    /// The settings of the next run as they are now.
+    pub fn kept(&self) -> Kept {
+        Kept(self.setup.clone(), self.journal.clone())
+    }
+
+    /// Goes back to earlier settings of the next run, as if nothing had been set since then.
+    pub fn go_back(&mut self, Kept(setup, journal): Kept) {
+        (self.setup, self.journal) = (setup, journal);
     }
 
     pub(super) fn restart_hand_play(&mut self) {

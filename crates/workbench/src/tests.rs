@@ -417,6 +417,17 @@ fn a_command_names_the_file_that_it_would_replace() {
 }
 
 #[test]
+fn a_folder_is_no_file_to_save_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    for line in [format!("save {}", quoted(folder.path())), format!("save {} force", quoted(folder.path()))] {
+        assert_eq!(Command::parse(&line).unwrap().unwrap().overwrites(), None, "nothing is asked");
+        let error = apply(&mut session, &line).unwrap_err();
+        assert!(error.contains("a folder"), "{error}");
+    }
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn endless_files_are_refused_as_tasks_and_models() {
     let folder = tempfile::tempdir().unwrap();

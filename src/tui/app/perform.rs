@@ -80,6 +80,18 @@ impl App {
         Ok(())
     }
 
+    /// Carries out an effect on the settings of the next run, which stay as they were if it fails.
+    ///
+    /// # Errors
+    /// When it fails.
+    pub fn all_or_none(&mut self, effect: Effect) -> Result<(), String> {
+        let (kept, schedule) = (self.workspace.kept(), self.screens.schedule.clone());
+        effect.carry_out(self).inspect_err(|_| {
+            kept.map(|kept| self.workspace.go_back(kept));
+            self.screens.schedule = schedule;
+        })
+    }
+
     /// Opens the dialog that starts a training.
     pub fn ask_to_train(&mut self) {
         self.open(run_form::form(&self.ui(), self.seeds));
@@ -113,10 +125,10 @@ impl App {
     pub fn undo(&mut self) {
         match self.tab {
             Tab::Schedule if self.screens.schedule.undo() => {}
-            Tab::Schedule => self.show_message(
-                Level::Info,
-                "there is no schedule edit to undo; task edits are undone on the Scene and Edit screens",
-            ),
+            Tab::Schedule => {
+                let text = "there is no schedule edit to undo; task edits are undone on the Scene and Edit screens";
+                self.show_message(Level::Info, text);
+            }
             Tab::Runs => self.apply(command::Restore(None)),
             _ => self.apply(command::Undo),
         }

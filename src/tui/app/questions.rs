@@ -20,11 +20,8 @@ impl App {
     /// Asks before a task with unsaved edits is left.
     pub(super) fn ask_to_discard(&mut self, command: Command) {
         let text = format!("The edits of {} are not saved and will be lost.", self.workspace.view().task.name);
-        self.ask(
-            "lose the edits?",
-            text,
-            vec![('y', "open the other task", Effect::new(|app| app.apply_confirmed(command)))],
-        );
+        let open = Effect::new(|app| app.apply_confirmed(command));
+        self.ask("lose the edits?", text, vec![('y', "open the other task", open)]);
     }
 
     /// The file that a command would overwrite, other than the task's own.

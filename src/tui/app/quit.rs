@@ -17,6 +17,7 @@ impl App {
             let doing = match run.state {
                 _ if run.queued => "waits for a core",
                 RunState::Paused => "is paused",
+                _ if run.pausing => "is about to be paused",
                 _ => "is being trained",
             };
             // No number of episodes: it would be out of date while the question is open.
@@ -43,11 +44,8 @@ impl App {
         let mut answers = vec![('y', leave, Effect::call(|app| app.leave(QuitState::Now)))];
         if view.training_runs().next().is_some() {
             answers.push(('b', "leave it training in the background", Effect::call(Self::leave_to_background)));
-            answers.push((
-                'w',
-                "wait: leave when all runs are done",
-                Effect::call(|app| app.leave(QuitState::WhenIdle)),
-            ));
+            let wait = Effect::call(|app| app.leave(QuitState::WhenIdle));
+            answers.push(('w', "wait: leave when all runs are done", wait));
         }
         self.leaving = QuitState::No;
         self.changed = true;

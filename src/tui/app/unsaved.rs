@@ -23,14 +23,12 @@ impl Drop for App {
 /// Saves the task to a new file in the first of the folders that can be written; returns the message to report.
 fn keep(view: &ViewModel, folders: &[PathBuf]) -> String {
     let name = &view.task.name;
+    let file = |number: u32| match number {
+        1 => format!("{NAME}{name}.json"),
+        _ => format!("{NAME}{name}-{number}.json"),
+    };
     let new_file = |folder: &PathBuf| {
-        (1..)
-            .map(
-                |number| if number == 1 { format!("{NAME}{name}.json") } else { format!("{NAME}{name}-{number}.json") },
-            )
-            .map(|file| folder.join(file))
-            .find(|path| !path.exists())
-            .unwrap_or_default()
+        (1..).map(|number| folder.join(file(number))).find(|path| !path.exists()).unwrap_or_default()
     };
     let mut message = String::new();
     for path in folders.iter().map(new_file) {

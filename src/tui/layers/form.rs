@@ -52,6 +52,8 @@ pub struct Field {
     pub input: TextInput,
     /// The texts to choose from with the arrow keys; empty if it is typed.
     pub choices: Vec<String>,
+    /// Whether it has had a text; false in a prompt.
+    pub typed: bool,
 }
 
 impl Form {
@@ -137,6 +139,13 @@ impl Form {
         self.fields.iter().map(|field| field.input.text().trim()).collect()
     }
 
+    /// What is wrong if a text was typed and taken away again, which does not stand for the usual one.
+    fn emptied(&self) -> Option<String> {
+        let Field { name, .. } =
+            self.fields.iter().find(|field| field.typed && field.input.text().trim().is_empty())?;
+        Some(format!("`{name}` is empty: write a value, or open the dialog again for the usual one"))
+    }
+
     /// Selects the field that is `by` after the selected one.
     fn go(&mut self, by: usize) {
         self.select((self.selected + by) % self.fields.len());
@@ -183,13 +192,15 @@ impl Form {
 
 impl Layer for Form {
     fn key(&mut self, key: KeyEvent) -> Response {
-        let choices = self.fields[self.selected].choices.len();
+        let field = &mut self.fields[self.selected];
+        field.typed |= !field.name.is_empty() && !field.input.text().is_empty();
+        let choices = field.choices.len();
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Enter if self.picked.is_some() => self.complete(),
             // What was typed is not what is chosen.
             KeyCode::Enter if self.error.is_some() && !self.typed.is_empty() => {}
-            KeyCode::Enter => match (self.read)(&self.texts()) {
+            KeyCode::Enter => match self.emptied().map_or_else(|| (self.read)(&self.texts()), Err) {
                 Ok(effect) => return Response::Try(effect),
                 Err(error) => self.error = Some(error),
             },
@@ -261,7 +272,7 @@ impl Layer for Form {
             let x = row.x + names.unwrap_or(0);
             let room = Rect { x, width: row.right().saturating_sub(x), ..row };
             let end = line(&field.input, if is_selected { "> " } else { "  " }, room, theme, buffer);
-            if field.input.text().is_empty() {
+            if field.input.text().is_empty() && !field.typed {
                 let shown = columns::shortened(&explained[place][0], usize::from(room.width.saturating_sub(3)), true);
                 buffer.set_string(x + 2, row.y, shown, theme.faint());
             }
@@ -273,12 +284,8 @@ impl Layer for Form {
         let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);
         let fitting = self.fitting();
         let row = |index: usize| {
-            let Value { text, about } = &fitting[index];
-            Row::new([columns::shortened(
-                &format!("{text:<20} {about}"),
-                usize::from(list.width).saturating_sub(2),
-                false,
-            )])
+            let (Value { text, about }, room) = (&fitting[index], usize::from(list.width).saturating_sub(2));
+            Row::new([columns::shortened(&format!("{text:<20} {about}"), room, false)])
         };
         let drawn = list::draw(fitting.len(), self.picked, row, &[Constraint::Fill(1)], list, theme, buffer);
         self.rows.extend(drawn.into_iter().map(|(area, place)| (area, place + 1)));

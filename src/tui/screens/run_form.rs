@@ -1,5 +1,6 @@
 //! The form that starts a training: the settings of the next run, what each means, and what the runs will cost.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use crate::tui::layers::{Field, Form, tool_text};
 use crate::tui::view::{Curves, RunSummary, ViewModel, XAxis, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::text::counted;
-use mge_trainer::{Method, RunConfig};
+use mge_trainer::{Method, RunConfig, warnings};
 use mge_workbench::{Command, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
@@ -37,6 +38,7 @@ const FIELDS: [(&str, &str, &str); 9] = [
 const NONE: &str = "none";
 /// Places of some of them.
 const SEEDS: usize = 2;
+const EPSILON: usize = 4;
 const MODEL: usize = 5;
 const NAME: usize = 8;
 
@@ -68,16 +70,21 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         let settings = settings.with_method(texts[0].parse().unwrap_or(now));
         let about = match FIELDS[place] {
             ("method", _, about) => format!("{}. {about}", settings.method.label()),
-            ("epsilon", ..) if !settings.method.uses("epsilon") => format!("Not used by {}.", settings.method.label()),
+            (name, ..) if !settings.method.uses(name) => format!("Not used by {}.", settings.method.label()),
             (.., about) => about.to_owned(),
         };
         let cost = cost(&settings, &measured, texts, seeds);
         let value = match place {
             SEEDS => seeds.to_string(),
             NAME => free_name(&runs_folder, &usual_name(&settings)),
+            _ if !settings.method.uses(FIELDS[place].0) => "not used".to_owned(),
             _ => value(&settings, place),
         };
-        [value, format!("{about}\nThe agent places: {tool}.\n{cost}")]
+        let episodes = texts[1].parse().unwrap_or(settings.episodes);
+        let epsilon = texts[EPSILON].parse().unwrap_or_else(|_| settings.epsilon.clone());
+        let doubts = warnings([(&RunConfig { episodes, epsilon, ..settings }, &BTreeSet::new())]);
+        let doubts: String = doubts.iter().map(|doubt| format!("\n! {doubt}")).collect();
+        [value, format!("{about}\nThe agent places: {tool}.\n{cost}{doubts}")]
     };
     let title = format!("train on {}", view.task.name);
     Form::new(title, fields, explain, move |texts| read(texts, (now, seeds), &folder)).with_enter("start")
@@ -95,8 +102,7 @@ fn read(texts: &[&str], (now, seeds): (Method, u32), folder: &Path) -> Result<Ef
     let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {now}")).collect();
     let place = folder.join(texts[NAME]).display().to_string();
     let place = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(&place) };
-    let usual = seeds.to_string();
-    let count = if texts[SEEDS].is_empty() { &usual } else { texts[SEEDS] };
+    let count = if texts[SEEDS].is_empty() { &*seeds.to_string() } else { texts[SEEDS] };
     let with_seeds = if count == "1" { String::new() } else { format!("seeds {count}") };
     lines.push(format!("train {place} {with_seeds}"));
     let parsed = lines.iter().map(|line| Command::parse(line).map_err(|error| error.to_string()));
@@ -105,7 +111,7 @@ fn read(texts: &[&str], (now, seeds): (Method, u32), folder: &Path) -> Result<Ef
     let remember = Effect::call(move |app| app.seeds = seeds);
     let all = Effect::all(commands.into_iter().flatten().map(Effect::apply).chain([remember]).collect());
     // The errors of settings have the words of their files.
-    Ok(Effect::new(|app| all.carry_out(app).map_err(|error| error.replace("or null", "or none"))))
+    Ok(Effect::new(|app| app.all_or_none(all).map_err(|error| error.replace("or null", "or none"))))
 }
 
 /// The value of a field in settings.

@@ -22,7 +22,7 @@ const NEAR: u16 = 4;
 type Points = Vec<(u32, f32)>;
 
 /// State of the editor.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Schedule {
     /// The points as edited; None if the schedule is the one in use.
     draft: Option<Points>,
@@ -279,14 +279,16 @@ pub fn add_point(state: &mut Schedule, ui: &Ui) {
 }
 
 /// Deletes the selected point, unless it is the only one.
-pub fn delete_point(state: &mut Schedule, ui: &Ui) {
+pub fn delete_point(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
+    if state.points(ui.view).len() == 1 {
+        return vec![Effect::info("the only point is not deleted: it can be moved")];
+    }
     state.remember();
     state.change(ui.view, |points, selected| {
-        if points.len() > 1 {
-            points.remove(selected);
-        }
+        points.remove(selected);
         selected.min(points.len() - 1)
     });
+    Vec::new()
 }
 
 /// Uses the schedule as edited.

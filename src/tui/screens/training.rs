@@ -269,13 +269,8 @@ fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer)
     let styles = [ui.theme.faint(), Style::new().fg(colours[0]), Style::new().fg(colours[1])];
     let width = usize::from(below.width / 3).saturating_sub(1);
     let row = |cells: [String; 3]| {
-        Row::new(
-            cells
-                .iter()
-                .zip(styles)
-                .map(|(cell, style)| Text::styled(shortened(cell, width, true), style))
-                .collect::<Vec<_>>(),
-        )
+        let cells = cells.iter().zip(styles).map(|(cell, style)| Text::styled(shortened(cell, width, true), style));
+        Row::new(cells.collect::<Vec<_>>())
     };
     Table::new(rows.into_iter().map(row), [Constraint::Fill(1); 3]).render(below, buffer);
     charts

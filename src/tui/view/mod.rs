@@ -159,9 +159,9 @@ impl ViewModel {
         Objects { task: &self.task, proposed: &self.proposed }
     }
 
-    /// Runs that this program is training or will train, without paused ones.
+    /// Runs that this program is training or will train, without those that are paused or about to be.
     pub fn training_runs(&self) -> impl Iterator<Item = &RunSummary> {
-        self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
+        self.active_runs().filter(|run| run.queued || !(run.pausing || run.state == RunState::Paused))
     }
 
     /// The state of this program's trainings in short phrases: number of runs, speed and time left for all of them.

@@ -328,7 +328,7 @@ impl Command {
         let is_figure = matches!(self, Self::Figure(_));
         let is_lost = |to: &Target, format: &Format<'_>| {
             let is_redrawn = is_figure && to.check(format).is_ok();
-            !to.force && to.path.exists() && !is_redrawn
+            !to.force && to.path.is_file() && !is_redrawn
         };
         self.with_output(|to, format| is_lost(to, format).then(|| to.path.clone())).flatten()
     }

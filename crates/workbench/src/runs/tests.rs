@@ -96,7 +96,7 @@ fn a_model_that_does_not_exist_is_refused_at_once_and_one_that_is_gone_before_th
         "unknown model `larned`: use one of trained, learned, rapier, true, uniform, bucket-box, square-floor, \
          box-wall-floor: did you mean `learned`?; or name the file of a model"
     );
-    assert!(try_line(&mut session, "model nothing/there.safetensors").unwrap_err().contains("No such file"));
+    assert!(try_line(&mut session, "model nothing/there.safetensors").unwrap_err().contains("does not exist"));
     assert_eq!(session.config().prior.place(), "bucket-box", "nothing has changed");
     let (run, file) = (folder.path().join("run"), folder.path().join("mine.safetensors"));
     mge_dynamics::shipped("bucket-box").unwrap().save(&file).unwrap();

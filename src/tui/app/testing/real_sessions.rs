@@ -51,6 +51,17 @@ fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
 }
 
 #[test]
+fn a_refused_start_of_a_training_changes_no_setting() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = workbench("task1", folder.path(), &SHORT);
+    let before = app.workspace.view().settings.clone();
+    press(&mut app, "t down 5 0 down down 7 up up up right up t a s k 1 - d d p g - s e e d 0 enter");
+    assert!(seen(&mut app).contains("already holds a run"), "{}", seen(&mut app));
+    press(&mut app, "esc");
+    assert_eq!(app.workspace.view().settings, before);
+}
+
+#[test]
 fn another_task_is_opened_while_a_past_episode_is_predicted() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task5", folder.path(), &SHORT);

@@ -81,7 +81,7 @@ pub fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
         return vec![Effect::info(format!("not ended yet: {}; {}", names(&going), ui.text("{stop} stops it")))];
     }
     let them = if ended.len() > 1 { "them" } else { "it" };
-    let undo = ui.text(&format!("{{undo}} here brings {them} back"));
+    let undo = ui.text(&format!("{{undo}} here, or `restore`, brings {them} back"));
     let what = names(&ended);
     let mut text = format!("With all files: {what}. To the trash, `.trash` beside them: {undo}, until you empty it.");
     if !going.is_empty() {

@@ -73,11 +73,8 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     }
     all.push(("episodes".to_owned(), config.episodes.to_string()));
     let differing = ui.view.groups.settings(&run.path).into_iter().flatten();
-    all.extend(
-        differing
-            .filter(|(path, _)| *path != "epsilon" && *path != "episodes")
-            .map(|(path, value)| (path.clone(), printable(&json::text(value)).into_owned())),
-    );
+    let others = differing.filter(|(path, _)| *path != "epsilon" && *path != "episodes");
+    all.extend(others.map(|(path, value)| (path.clone(), printable(&json::text(value)).into_owned())));
     all.into_iter().flat_map(|(path, value)| lines(&format!("{path} {value}"), width, Style::new())).collect()
 }
 

@@ -64,6 +64,7 @@ fn points_of_the_schedule_are_selected_in_both_directions() {
     check(three, "3 tab backtab J enter", &["epsilon points:0=0.7,1000=0.4,1500=0"], "");
     check(empty(), "3 delete enter", &["epsilon points:1500=0.05"], "");
     check(empty(), "3 delete delete enter", &["epsilon points:1500=0.05"], "");
+    check(empty(), "3 delete delete", &[], "the only point is not deleted");
 }
 
 #[test]

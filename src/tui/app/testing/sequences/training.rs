@@ -20,6 +20,7 @@ fn training_is_started_paused_resumed_and_stopped() {
         view
     };
     check(pausing(), "p", &["resume"], "pausing");
+    check(pausing(), "q", &[], "is about to be paused.");
     check(paused(), "t enter", &["train"], "paused");
     check(typical(), "x", &[], "stop 1 run?");
     check(typical(), "x y", &["stop"], "running");
@@ -86,6 +87,10 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down down 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
     check(empty(), "t down down 0 enter down", &[], "It determines everything random.");
     check(empty(), "t left up up up up up", &[], "Not used by DDPG.");
+    check(empty(), "t left up up up up", &[], "model      > not used");
+    check(empty(), "t down 5 backspace enter", &[], "`episodes` is empty: write a value");
+    check(empty(), "t down 5 backspace 6 enter", &["set episodes 6", "train"], "");
+    check(empty(), "t down 1 0 0", &[], "linear:0.8:0.05:1500 is longer than the run");
     check(empty(), "t esc", &[], "status");
 }
 
