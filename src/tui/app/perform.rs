@@ -87,7 +87,7 @@ impl App {
     pub fn all_or_none(&mut self, effect: Effect) -> Result<(), String> {
         let (kept, schedule) = (self.workspace.kept(), self.screens.schedule.clone());
         effect.carry_out(self).inspect_err(|_| {
-            kept.map(|kept| self.workspace.go_back(kept));
+            kept.into_iter().for_each(|kept| self.workspace.go_back(kept));
             self.screens.schedule = schedule;
         })
     }

@@ -88,6 +88,9 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down down 0 enter down", &[], "It determines everything random.");
     check(empty(), "t left up up up up up", &[], "Not used by DDPG.");
     check(empty(), "t left up up up up", &[], "model      > not used");
+    check(empty(), "t down 5 backspace enter", &[], "`episodes` is empty: write a value");
+    check(empty(), "t down 5 backspace 6 enter", &["set episodes 6", "train"], "");
+    check(empty(), "t down 1 0 0", &[], "linear:0.8:0.05:1500 is longer than the run");
     check(empty(), "t esc", &[], "status");
 }
 
