@@ -172,7 +172,7 @@ pub enum Command {
     Compare(Compare),
     /// Move runs to the trash beside them, or bring them back
     Delete(Delete),
-    /// Give a run another name, in lists, legends, figures and reports
+    /// Give a run another name, in lists and in the workbench
     Rename(Rename),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),

@@ -141,9 +141,8 @@ impl Form {
 
     /// What is wrong if a text was typed and taken away again, which does not stand for the usual one.
     fn emptied(&self) -> Option<String> {
-        let Field { name, .. } =
-            self.fields.iter().find(|field| field.typed && field.input.text().trim().is_empty())?;
-        Some(format!("`{name}` is empty: write a value, or open the dialog again for the usual one"))
+        let field = self.fields.iter().find(|field| field.typed && field.input.text().trim().is_empty())?;
+        Some(format!("`{}` is empty: write a value, or open the dialog again for the usual one", field.name))
     }
 
     /// Selects the field that is `by` after the selected one.
