@@ -316,7 +316,8 @@ impl Layer for CommandPalette {
 
     fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let count = self.found.len() + self.values.len();
-        let title = format!("{} · enter: run   tab: complete   esc: close", counted(count, "command"));
+        let commands = Some(self.found.len()).filter(|found| *found > 0).map(|found| counted(found, "command") + " · ");
+        let title = format!("{}enter: run   tab: complete   esc: close", commands.unwrap_or_default());
         let inside = frame(&title, (116, self.height.min(area.height)), area, theme, buffer);
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
@@ -342,9 +343,8 @@ impl Layer for CommandPalette {
                 None => String::new(),
             };
             let text = shortened(&item.line(), width.saturating_sub(keys.len() + 1), false);
-            let room = width.saturating_sub(keys.len());
-            let line = vec![Span::raw(columns::padded(&text, room)), Span::styled(keys, theme.strong())];
-            Row::new([Line::from(line)])
+            let text = Span::raw(columns::padded(&text, width.saturating_sub(keys.len())));
+            Row::new([Line::from(vec![text, Span::styled(keys, theme.strong())])])
         };
         self.rows = list::draw(count, self.selected, row, &[Constraint::Fill(1)], below, theme, buffer);
         Some(cursor)
