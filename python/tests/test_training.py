@@ -67,7 +67,7 @@ def test_settings_without_effect_are_told_and_wrong_ones_refused(tmp_path):
     assert other.config["method"] == "ddpg-mge" and other.config["start_noise"] == 0.125
     for settings, error, message in [
         ({"ddpg": {"gama": 1}}, ValueError, "did you mean `ddpg.gamma`"),
-        ({"episodes": "many"}, ValueError, "it is a whole number from 0"),
+        ({"episodes": "many"}, ValueError, "it is a whole number from 1 to 10000000"),
         ({"config": "papr"}, FileNotFoundError, "did you mean `paper`"),
         ({"seed": object()}, TypeError, "`seed` is of type object"),
         ({"out": other.path}, ValueError, "already holds a run"),
