@@ -51,7 +51,7 @@ impl TaskScores {
     }
 
     /// Whether each task has one run.
-    pub fn are_single(&self) -> bool {
+    pub(super) fn are_single(&self) -> bool {
         self.tasks.iter().all(|runs| runs.len() == 1)
     }
 
