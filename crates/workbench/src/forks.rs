@@ -42,7 +42,11 @@ impl Session {
             let added = session.runs.add(made?, false);
             session.journal.note(Watch(number).into(), Some(number));
             session.journal.note(asked.clone().into(), Some(added));
-            session.start_run(added, asked.until, "training in").map_err(|error| error.to_string())
+            let current = session.runs.current;
+            let report = session.start_run(added, asked.until, "training in").map_err(|error| error.to_string());
+            // A run that was chosen while the fork was made stays the current one.
+            session.runs.current = current.filter(|current| *current != number).or(session.runs.current);
+            report
         });
         Ok(report)
     }

@@ -16,6 +16,7 @@ impl Session {
     ) -> Result<String, SessionError> {
         let first = self.config().seed;
         let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
+        let before = self.runs().len();
         let mut report = String::new();
         let outcome = (first..=last).try_for_each(|seed| {
             self.apply(Seed(seed))?;
@@ -25,10 +26,9 @@ impl Session {
         });
         self.apply(Seed(first))?;
         outcome?;
-        // A run that waits for a core shows nothing yet.
-        let is_waiting = self.run().is_some_and(RunView::is_queued);
-        if let Some(begun) = self.runs().iter().rev().find(|run| is_waiting && run.is_active()).map(RunView::number) {
-            self.apply(Watch(begun))?;
+        // The first is trained first: those that wait for a core show nothing yet.
+        if let Some(run) = self.runs().get(before).filter(|_| first < last).map(RunView::number) {
+            self.apply(Watch(run))?;
         }
         Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })
     }
