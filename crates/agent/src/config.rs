@@ -1,5 +1,6 @@
 //! The settings of DDPG (paper, section 5.3 and table 2) and their validation.
 
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 use super::replay::MAX_CAPACITY;
@@ -8,42 +9,56 @@ use mge_nn::{Activation, OptimiserKind};
 
 /// Settings of [`Ddpg`](super::Ddpg) and [`Learner`](super::Learner). The defaults were chosen by
 /// measurement; where the paper differs, its value is given and can be set.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(default, deny_unknown_fields)]
 pub struct DdpgConfig {
     /// Linear layers of each network, including the output layer. Paper: 3 of {3, 6, 10}.
+    #[educe(Default = 3)]
     pub layers: usize,
     /// Width of the hidden layers. Paper: 64.
+    #[educe(Default = 64)]
     pub hidden: usize,
     /// Activation of the hidden layers; the actor ends in tanh. Not given in the paper.
+    #[educe(Default = Activation::Relu)]
     pub activation: Activation,
     /// Index in the observation of the point that actions are measured from; `null` to measure them
     /// from 0. If set, the networks' action inputs and outputs are relative to that point.
     pub action_origin: Option<usize>,
     /// Bound of the uniform initial weights and biases of the output layers. Not given in the paper;
     /// 0.003 as in the original DDPG paper.
+    #[educe(Default = 3e-3)]
     pub output_init_bound: f32,
     /// Learning rate of the actor. Paper: 1e-4 of {1e-3, 1e-4, 1e-5}.
+    #[educe(Default = 1e-4)]
     pub actor_learning_rate: f32,
     /// Learning rate of the critic. Paper: 1e-4 of {1e-3, 1e-4, 1e-5}; 1e-3 learns faster.
+    #[educe(Default = 1e-3)]
     pub critic_learning_rate: f32,
     /// Transitions per update. Paper: 128 of {32, 64, 128, 256}.
+    #[educe(Default = 128)]
     pub batch_size: usize,
     /// Optimiser of both networks. Paper: Adam of {Adam, SGD, RMSprop}.
     pub optimiser: OptimiserKind,
     /// Discount factor. Not given in the paper.
+    #[educe(Default = 0.95)]
     pub gamma: f32,
     /// Fraction by which the target networks move towards the online networks in each update. Not
     /// given in the paper.
+    #[educe(Default = 0.005)]
     pub tau: f32,
     /// Capacity of the replay buffer, in transitions. Not given in the paper.
+    #[educe(Default = 100_000)]
     pub replay_capacity: usize,
     /// Transitions recorded before the first update. Not given in the paper.
+    #[educe(Default = 500)]
     pub warmup_steps: usize,
     /// Updates per recorded transition after the warm-up. Not given in the paper.
+    #[educe(Default = 1)]
     pub updates_per_step: usize,
     /// Range `[low, high]` that the critic's target is clamped to, `null` for none. It should
     /// contain every possible return. Not given in the paper; without it the critic can diverge.
+    #[educe(Default = Some([-1.0, 16.0]))]
     pub target_clamp: Option<[f32; 2]>,
     /// The exploration noise.
     pub ou: OuConfig,
@@ -64,45 +79,18 @@ pub struct ImitationConfig {
 }
 
 /// Parameters of [`OrnsteinUhlenbeck`](super::OrnsteinUhlenbeck).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(default, deny_unknown_fields)]
 pub struct OuConfig {
     /// Rate of return to the mean, per step. Paper: 0.15 of {0.1, 0.15, 0.2}.
+    #[educe(Default = 0.15)]
     pub theta: f32,
     /// Mean. Paper: 0.0 of {0.0, 0.1, 0.2}.
     pub mu: f32,
     /// Standard deviation of the random increment, per step. Paper: 0.2 of {0.1, 0.2, 0.4}.
+    #[educe(Default = 0.2)]
     pub sigma: f32,
-}
-
-impl Default for DdpgConfig {
-    fn default() -> Self {
-        Self {
-            layers: 3,
-            hidden: 64,
-            activation: Activation::Relu,
-            action_origin: None,
-            output_init_bound: 3e-3,
-            actor_learning_rate: 1e-4,
-            critic_learning_rate: 1e-3,
-            batch_size: 128,
-            optimiser: OptimiserKind::Adam,
-            gamma: 0.95,
-            tau: 0.005,
-            replay_capacity: 100_000,
-            warmup_steps: 500,
-            updates_per_step: 1,
-            target_clamp: Some([-1.0, 16.0]),
-            ou: OuConfig::default(),
-            imitation: ImitationConfig::default(),
-        }
-    }
-}
-
-impl Default for OuConfig {
-    fn default() -> Self {
-        Self { theta: 0.15, mu: 0.0, sigma: 0.2 }
-    }
 }
 
 /// The numeric settings of [`DdpgConfig`].

@@ -37,10 +37,32 @@ pub fn unknown<const N: usize>(what: &str, known: [&str; N], typed: &str) -> Str
     format!("unknown {what} `{typed}`: use one of {}{}", known.join(", "), did_you_mean(known, typed))
 }
 
-/// Implements `Display` and `FromStr` for an enum that has `ALL` and `name()`. `$what` describes the enum in error
-/// messages.
+/// Gives an enum `ALL`, its variants in their order, and `name()`.
+#[macro_export]
+macro_rules! names {
+    ($enum:ident { $($variant:ident = $name:literal),+ }) => {
+        impl $enum {
+            /// All of them, in order.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
+
+            /// Its name.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name),+
+                }
+            }
+        }
+    };
+}
+
+/// Implements `Display` and `FromStr` for an enum with these [`names!`], or one that has `ALL` and `name()`. `$what`
+/// describes the enum in error messages.
 #[macro_export]
 macro_rules! by_name {
+    ($enum:ident, $what:literal, $names:tt) => {
+        $crate::names!($enum $names);
+        $crate::by_name!($enum, $what);
+    };
     ($enum:ident, $what:literal) => {
         impl std::fmt::Display for $enum {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -58,6 +80,7 @@ macro_rules! by_name {
         }
     };
 }
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -76,13 +99,7 @@ mod tests {
             Bucket,
             Square,
         }
-        impl Tool {
-            const ALL: [Self; 2] = [Self::Bucket, Self::Square];
-            fn name(self) -> &'static str {
-                ["bucket", "square"][self as usize]
-            }
-        }
-        by_name!(Tool, "tool");
+        by_name!(Tool, "tool", { Bucket = "bucket", Square = "square" });
         assert_eq!(Tool::Square.to_string().parse(), Ok(Tool::Square));
         let error = "bukket".parse::<Tool>().unwrap_err();
         assert_eq!(error, "unknown tool `bukket`: use one of bucket, square: did you mean `bucket`?");

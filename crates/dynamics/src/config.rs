@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 use super::error::{DynamicsError, Result};
@@ -12,7 +13,8 @@ use mge_physics::STEPS_PER_ACTION;
 
 /// Structure, inputs and targets of a dynamics model (paper, sections 4.1 and A.1). The
 /// three structural assumptions of section 4.1 are the first three fields.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelConfig {
     /// Assumption 1: one edge function for each pair of object types, or one for all.
@@ -24,8 +26,10 @@ pub struct ModelConfig {
     /// The distance that edges carry.
     pub geometry: Geometry,
     /// Largest distance of an active edge, in units.
+    #[educe(Default = 8.0)]
     pub cutoff: f32,
     /// Physics steps from one prediction to the next.
+    #[educe(Default = 5)]
     pub interval: u32,
     /// What the decoder predicts.
     pub targets: Targets,
@@ -35,12 +39,16 @@ pub struct ModelConfig {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub properties: bool,
     /// The ball's spin is part of its state.
+    #[educe(Default = true)]
     pub spin: bool,
     /// Dense layers of every edge function and of the node function (table 1).
+    #[educe(Default = 17)]
     pub layers: usize,
     /// Hidden size of all networks.
+    #[educe(Default = 64)]
     pub width: usize,
     /// Size of messages and of the node embedding.
+    #[educe(Default = 20)]
     pub embedding: usize,
 }
 
@@ -98,25 +106,6 @@ pub enum Targets {
     /// Displacement beyond that of the current velocity, and change of velocity.
     #[default]
     Residual,
-}
-
-impl Default for ModelConfig {
-    fn default() -> Self {
-        Self {
-            edge_functions: EdgeFunctions::default(),
-            edges: EdgeActivation::default(),
-            coordinates: Coordinates::default(),
-            geometry: Geometry::default(),
-            cutoff: 8.0,
-            interval: 5,
-            targets: Targets::default(),
-            properties: false,
-            spin: true,
-            layers: 17,
-            width: 64,
-            embedding: 20,
-        }
-    }
 }
 
 impl ModelConfig {
@@ -177,18 +166,24 @@ pub const TRAIN_SETTINGS: [Setting; 8] = [
 ];
 
 /// How a model is trained (paper, table 1).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainConfig {
     /// One-step observations (launches) for each tool type.
+    #[educe(Default = 1000)]
     pub observations: usize,
     /// Launches for each tool type that measure the error and are never trained on.
+    #[educe(Default = 100)]
     pub validation: usize,
     /// Passes over the observations; each pass uses one row of every observation.
+    #[educe(Default = 5000)]
     pub epochs: u32,
     /// Rows in a batch.
+    #[educe(Default = 128)]
     pub batch: usize,
     /// Learning rate at the start.
+    #[educe(Default = 1e-4)]
     pub learning_rate: f32,
     /// Learning-rate schedule.
     pub schedule: RateSchedule,
@@ -197,8 +192,10 @@ pub struct TrainConfig {
     /// Loss of the normalised outputs.
     pub loss: Loss,
     /// Also train on the mirror image of every launch (left and right swapped).
+    #[educe(Default = true)]
     pub mirror: bool,
     /// Share of rows drawn from those close to a contact; the rest is drawn from all.
+    #[educe(Default = 0.5)]
     pub contact_share: f32,
     /// Share of rows with a second tool near the ball, which the ball does not touch.
     pub bystanders: f32,
@@ -285,25 +282,6 @@ impl FromStr for Loss {
 
 fn wrong_loss() -> DynamicsError {
     ValidationError::new("loss", "must be squared or huber:WIDTH, such as huber:0.1").into()
-}
-
-impl Default for TrainConfig {
-    fn default() -> Self {
-        Self {
-            observations: 1000,
-            validation: 100,
-            epochs: 5000,
-            batch: 128,
-            learning_rate: 1e-4,
-            schedule: RateSchedule::default(),
-            optimiser: OptimiserKind::Adam,
-            loss: Loss::default(),
-            mirror: true,
-            contact_share: 0.5,
-            bystanders: 0.0,
-            seed: 0,
-        }
-    }
 }
 
 impl TrainConfig {

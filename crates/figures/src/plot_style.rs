@@ -1,9 +1,12 @@
 //! The style that users choose for a figure of curves.
 
+use educe::Educe;
+
 use super::style::{DOUBLE_COLUMN, LABEL_SIZE, SINGLE_COLUMN};
 
 /// Size, font size, axes and bands of a figure of curves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Educe, PartialEq)]
+#[educe(Default)]
 pub struct PlotStyle {
     /// Whether it spans one column of a page instead of two.
     pub single: bool,
@@ -16,23 +19,11 @@ pub struct PlotStyle {
     /// Whether the bands around curves are left out.
     pub without_bands: bool,
     /// Height of a panel with its labels, before magnification.
+    #[educe(Default = Self::HEIGHT)]
     height: f64,
     /// Font size of axis and legend labels.
+    #[educe(Default = Self::FONT)]
     font: f64,
-}
-
-impl Default for PlotStyle {
-    fn default() -> Self {
-        Self {
-            single: false,
-            logarithmic: false,
-            x: None,
-            y: None,
-            without_bands: false,
-            height: Self::HEIGHT,
-            font: Self::FONT,
-        }
-    }
 }
 
 impl PlotStyle {

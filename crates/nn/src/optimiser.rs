@@ -10,10 +10,11 @@ use super::{
 
 /// The optimisers of the paper's hyperparameter sweeps (tables 1 and 2), with PyTorch's default
 /// constants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OptimiserKind {
     /// Adam (Kingma and Ba, 2015): β₁ 0.9, β₂ 0.999, ε 1e-8.
+    #[default]
     Adam,
     /// Plain stochastic gradient descent without momentum.
     Sgd,

@@ -20,17 +20,7 @@ pub enum Activation {
     RmsRelu,
 }
 
-impl Activation {
-    /// The name used in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Identity => "identity",
-            Self::Relu => "relu",
-            Self::Tanh => "tanh",
-            Self::RmsRelu => "rms_relu",
-        }
-    }
-}
+mge_base::names!(Activation { Identity = "identity", Relu = "relu", Tanh = "tanh", RmsRelu = "rms_relu" });
 
 /// Sizes and activations of a stack of dense layers.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -43,19 +43,6 @@ pub enum ToolSplit {
 }
 
 impl ToolSplit {
-    /// Every split.
-    pub const ALL: [Self; 4] = [Self::All, Self::Train, Self::Validation, Self::Test];
-
-    /// The name used on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::Train => "train",
-            Self::Validation => "validation",
-            Self::Test => "test",
-        }
-    }
-
     /// Numbers of its tools, without the no-op.
     pub fn tools(self) -> Vec<usize> {
         let mark = match self {
@@ -92,7 +79,7 @@ impl ToolSplit {
     }
 }
 
-by_name!(ToolSplit, "tools");
+by_name!(ToolSplit, "tools", { All = "all", Train = "train", Validation = "validation", Test = "test" });
 
 /// A tool of the catalogue, at the origin. None for the no-op and for numbers beyond the catalogue.
 pub fn catalogue_tool(number: usize) -> Option<&'static Tool> {

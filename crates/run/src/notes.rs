@@ -1,5 +1,6 @@
 //! User notes on a run: `notes.json` in its folder. Training and comparisons ignore it.
 
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 use super::file::{check_format, parse_json};
@@ -17,9 +18,11 @@ const MAX_TAGS: usize = 20;
 const MAX_TAG_LENGTH: usize = 40;
 
 /// Notes on a run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Educe, PartialEq, Eq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields)]
 pub struct Notes {
+    #[educe(Default = FORMAT)]
     format: u64,
     /// Name that users gave the run; empty for that of its folder.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -30,12 +33,6 @@ pub struct Notes {
     /// Free text.
     #[serde(default)]
     pub note: String,
-}
-
-impl Default for Notes {
-    fn default() -> Self {
-        Self { format: FORMAT, name: String::new(), tags: Vec::new(), note: String::new() }
-    }
 }
 
 impl Notes {

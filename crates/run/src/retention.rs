@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 /// Name of a checkpoint: its folder in `checkpoint/`.
@@ -44,21 +45,17 @@ impl FromStr for CheckpointName {
 }
 
 /// The retention policy for checkpoints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Educe, PartialEq, Eq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Retention {
     /// Number of episodes between writes of `last`; 0: only at the end, on a stop and with other checkpoints.
+    #[educe(Default = 100)]
     pub last_every: u64,
     /// Number of episodes between writes of `episode-N`; 0: never.
     pub periodic_every: u64,
     /// Number of newest `episode-N` to keep; `None`: all of them.
     pub periodic_kept: Option<usize>,
-}
-
-impl Default for Retention {
-    fn default() -> Self {
-        Self { last_every: 100, periodic_every: 0, periodic_kept: None }
-    }
 }
 
 /// The inputs of [`checkpoint_actions`] besides the policy.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 use mge_task::Task;
@@ -23,19 +24,15 @@ pub enum Granularity {
 
 /// Annealing of the exploration noise: its scale falls linearly from 1 towards 0 over the first
 /// `share` of the episodes, but not below `final_scale`. It is the same for all methods.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseDecay {
     /// Least scale of the noise's standard deviation; 1 keeps it constant.
     pub final_scale: f32,
     /// Share of the run's episodes, rounded to whole ones, after which the scale would be 0.
+    #[educe(Default = 0.5)]
     pub share: f32,
-}
-
-impl Default for NoiseDecay {
-    fn default() -> Self {
-        Self { final_scale: 0.0, share: 0.5 }
-    }
 }
 
 impl NoiseDecay {
@@ -57,19 +54,16 @@ impl NoiseDecay {
 }
 
 /// Evaluation of the greedy policy during training.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Educe, PartialEq, Eq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Evaluation {
     /// Episodes of training between evaluations; 0 for none.
+    #[educe(Default = 50)]
     pub every: u32,
     /// Episodes of an evaluation; one is enough for a task without start noise.
+    #[educe(Default = 1)]
     pub episodes: u32,
-}
-
-impl Default for Evaluation {
-    fn default() -> Self {
-        Self { every: 50, episodes: 1 }
-    }
 }
 
 /// When a run ends before its last episode.
@@ -84,37 +78,30 @@ pub struct StopRule {
 
 /// Refinement of clusters from the agent's own rewarding actions during training (the
 /// paper's future work). Off by default.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Educe, PartialEq, Eq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Refinement {
     /// Episodes between refinements; 0 for none.
     pub every: u32,
     /// Number of own rewarding actions of a stage from which on its clusters are built from these only.
+    #[educe(Default = 30)]
     pub least: usize,
     /// Maximum number of own rewarding actions kept per stage; the newest are kept.
+    #[educe(Default = 200)]
     pub most: usize,
 }
 
-impl Default for Refinement {
-    fn default() -> Self {
-        Self { every: 0, least: 30, most: 200 }
-    }
-}
-
 /// Rollouts from stage to stage in the real environment before the first episode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Educe, PartialEq, Eq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Practice {
     /// Maximum number of rollouts towards a stage; 0 for no practice.
     pub rollouts: u32,
     /// Number of rollouts that reach a stage after which no further round follows.
+    #[educe(Default = 40)]
     pub enough: u32,
-}
-
-impl Default for Practice {
-    fn default() -> Self {
-        Self { rollouts: 0, enough: 40 }
-    }
 }
 
 /// The origin of a fork.

@@ -24,16 +24,13 @@ pub enum Tab {
     Log,
 }
 
+// In the order of their numbers, with the titles of the tabs.
+mge_base::names!(Tab {
+    Scene = "Scene", Edit = "Edit", Schedule = "Schedule", Training = "Training",
+    Runs = "Runs", Models = "Models", Figures = "Figures", Log = "Log"
+});
+
 impl Tab {
-    /// All screens, in the order of their numbers.
-    pub const ALL: [Self; 8] =
-        [Self::Scene, Self::Edit, Self::Schedule, Self::Training, Self::Runs, Self::Models, Self::Figures, Self::Log];
-
-    /// Title of the tab.
-    pub fn title(self) -> &'static str {
-        ["Scene", "Edit", "Schedule", "Training", "Runs", "Models", "Figures", "Log"][self as usize]
-    }
-
     /// Whether it shows a scene.
     pub fn has_scene(self) -> bool {
         matches!(self, Self::Scene | Self::Edit)

@@ -1,5 +1,6 @@
 //! What the scene shows.
 
+use educe::Educe;
 use ratatui::style::Color;
 
 use super::object::{Object, Objects};
@@ -10,9 +11,11 @@ use mge_guidance::{ActionPrior, StagePrior};
 use mge_physics::Tool;
 
 /// Which overlays to show on the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Educe, PartialEq, Eq)]
+#[educe(Default)]
 pub struct Overlays {
     /// Means and one- and two-sigma ellipses of the action clusters.
+    #[educe(Default = true)]
     pub clusters: bool,
     /// The rewarding actions behind the clusters.
     pub samples: bool,
@@ -26,12 +29,6 @@ pub struct Overlays {
     pub legend: bool,
     /// Show only this stage's clusters; None for all stages.
     pub stage: Option<usize>,
-}
-
-impl Default for Overlays {
-    fn default() -> Self {
-        Self { clusters: true, samples: false, critic: false, actor: false, model: false, legend: false, stage: None }
-    }
 }
 
 /// A function of the action's position, sampled on a square grid with the first row at the top.

@@ -2,13 +2,16 @@
 
 use std::collections::HashSet;
 
+use educe::Educe;
+
 use crate::tui::chart::{Range, Scale};
 use crate::tui::effect::Effect;
 use crate::tui::view::XAxis;
 use mge_run::Metric;
 
 /// State of the curves.
-#[derive(Debug)]
+#[derive(Debug, Educe)]
+#[educe(Default)]
 pub struct CurvesState {
     /// The episodes shown.
     pub range: Range,
@@ -25,31 +28,17 @@ pub struct CurvesState {
     /// Whether several runs are shown, not only the watched one.
     pub comparing: bool,
     /// Whether runs that differ in the seed only are one curve.
+    #[educe(Default = true)]
     pub(super) folded: bool,
     /// Number of episodes over which values are averaged.
+    #[educe(Default = 10)]
     pub(super) smoothing: usize,
+    #[educe(Default = HashSet::from([Metric::CriticLoss]))]
     logarithmic: HashSet<Metric>,
 }
 
 /// Numbers of episodes over which values can be averaged.
 const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
-
-impl Default for CurvesState {
-    fn default() -> Self {
-        Self {
-            range: Range::default(),
-            crosshair: None,
-            hovered: None,
-            selected: 0,
-            axis: XAxis::default(),
-            alone: false,
-            comparing: false,
-            folded: true,
-            smoothing: 10,
-            logarithmic: HashSet::from([Metric::CriticLoss]),
-        }
-    }
-}
 
 impl CurvesState {
     /// Removes the crosshair, or else shows all curves again, or ends a comparison; false if there is nothing to leave.

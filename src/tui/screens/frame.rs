@@ -104,7 +104,7 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
     for (index, tab) in Tab::ALL.into_iter().enumerate() {
         let number = index + 1;
         let text = if area.width >= TABS || tab == shown {
-            format!(" {number} {} ", tab.title())
+            format!(" {number} {} ", tab.name())
         } else {
             format!(" {number} ")
         };

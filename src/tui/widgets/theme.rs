@@ -53,14 +53,10 @@ pub enum Palette {
     ColourBlind,
 }
 
+// Their names in `MGE_THEME`.
+mge_base::names!(Palette { Dark = "dark", Light = "light", ColourBlind = "colour-blind" });
+
 impl Palette {
-    const ALL: [Self; 3] = [Self::Dark, Self::Light, Self::ColourBlind];
-
-    /// Its name in `MGE_THEME`.
-    pub fn name(self) -> &'static str {
-        ["dark", "light", "colour-blind"][self as usize]
-    }
-
     /// The palette that `MGE_THEME` names.
     pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Self> {
         let named =

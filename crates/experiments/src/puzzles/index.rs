@@ -33,21 +33,7 @@ pub enum Split {
     Test,
 }
 
-by_name!(Split, "split");
-
-impl Split {
-    /// Every split.
-    pub const ALL: [Self; 3] = [Self::Train, Self::Validation, Self::Test];
-
-    /// The name used on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Validation => "validation",
-            Self::Test => "test",
-        }
-    }
-}
+by_name!(Split, "split", { Train = "train", Validation = "validation", Test = "test" });
 
 /// The puzzles of a folder, by number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

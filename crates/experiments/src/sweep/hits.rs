@@ -44,21 +44,7 @@ pub enum Policy {
     Uniform,
 }
 
-by_name!(Policy, "policy");
-
-impl Policy {
-    /// Every policy.
-    pub const ALL: [Self; 3] = [Self::Guided, Self::Random, Self::Uniform];
-
-    /// The name in sweeps and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Guided => "guided",
-            Self::Random => "random",
-            Self::Uniform => "uniform",
-        }
-    }
-}
+by_name!(Policy, "policy", { Guided = "guided", Random = "random", Uniform = "uniform" });
 
 /// A count: the content of `config.json` in its folder. `result.json` has its [`HitCounts`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

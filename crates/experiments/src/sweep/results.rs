@@ -48,16 +48,8 @@ pub(super) enum Kind {
     Hits,
 }
 
-impl Kind {
-    /// Its name in messages.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Agent => "an agent",
-            Self::Model => "a dynamics model",
-            Self::Hits => "a count of hits",
-        }
-    }
-}
+// Their names in messages.
+mge_base::names!(Kind { Agent = "an agent", Model = "a dynamics model", Hits = "a count of hits" });
 
 /// The kind of a run in a sweep's folder.
 pub(super) fn kind_of(path: &Path) -> Result<Kind, RunError> {

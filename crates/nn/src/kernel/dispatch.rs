@@ -64,7 +64,7 @@ unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     unsafe { kernel.run::<simd::Avx2>() }
 }
 
-/// An instruction set the kernels are compiled for.
+/// An instruction set the kernels are compiled for, the best last; the names are recorded with results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Level {
     Portable,
@@ -72,10 +72,9 @@ pub(crate) enum Level {
     Avx512,
 }
 
-impl Level {
-    /// All levels, the best last.
-    pub(crate) const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
+mge_base::names!(Level { Portable = "portable", Avx2 = "avx2", Avx512 = "avx512" });
 
+impl Level {
     /// The best level of this processor.
     #[inline]
     pub(crate) fn best() -> Level {
@@ -84,11 +83,6 @@ impl Level {
             let available = Level::ALL.into_iter().rfind(|level| level.is_available());
             available.unwrap_or(Level::Portable)
         })
-    }
-
-    /// Its name, as recorded with results.
-    pub(crate) fn name(self) -> &'static str {
-        ["portable", "avx2", "avx512"][self as usize]
     }
 
     /// Whether this processor supports it.

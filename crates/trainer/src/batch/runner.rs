@@ -9,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+use educe::Educe;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::{Control, Watch, panic_message};
@@ -99,18 +100,14 @@ pub struct BatchProgress<'a> {
 }
 
 /// Connects a running job to its batch: it reports progress and receives the stop request.
-#[derive(Debug)]
+#[derive(Debug, Educe)]
+#[educe(Default)]
 pub struct JobHandle {
     done: AtomicU64,
     message: Mutex<Option<String>>,
     watch: Watch,
+    #[educe(Default = unbounded())]
     controls: (Sender<Control>, Receiver<Control>),
-}
-
-impl Default for JobHandle {
-    fn default() -> Self {
-        Self { done: AtomicU64::new(0), message: Mutex::default(), watch: Watch::default(), controls: unbounded() }
-    }
 }
 
 impl JobHandle {

@@ -74,17 +74,9 @@ pub enum FigureKind {
     Episode,
 }
 
-impl FigureKind {
-    /// All kinds.
-    pub const ALL: [Self; 5] = [Self::Scene, Self::Clusters, Self::Learning, Self::Dashboard, Self::Episode];
-
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        ["scene", "clusters", "learning", "dashboard", "episode"][self as usize]
-    }
-}
-
-by_name!(FigureKind, "kind of figure");
+by_name!(FigureKind, "kind of figure", {
+    Scene = "scene", Clusters = "clusters", Learning = "learning", Dashboard = "dashboard", Episode = "episode"
+});
 
 command! {
     /// An assertion; the script fails if it does not hold.
@@ -124,17 +116,10 @@ pub enum Quantity {
     Proposals,
 }
 
-impl Quantity {
-    const ALL: [Self; 6] =
-        [Self::Episodes, Self::Success, Self::Greedy, Self::Clusters, Self::Subgoals, Self::Proposals];
-
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        ["episodes", "success", "greedy", "clusters", "subgoals", "proposals"][self as usize]
-    }
-}
-
-by_name!(Quantity, "quantity");
+by_name!(Quantity, "quantity", {
+    Episodes = "episodes", Success = "success", Greedy = "greedy",
+    Clusters = "clusters", Subgoals = "subgoals", Proposals = "proposals"
+});
 
 /// A comparison operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,13 +133,6 @@ pub enum Comparison {
 }
 
 impl Comparison {
-    const ALL: [Self; 3] = [Self::Equal, Self::AtLeast, Self::AtMost];
-
-    /// The sign in the language.
-    pub fn name(self) -> &'static str {
-        ["=", ">=", "<="][self as usize]
-    }
-
     /// Whether it holds.
     pub fn holds(self, left: f64, right: f64) -> bool {
         match self {
@@ -165,7 +143,7 @@ impl Comparison {
     }
 }
 
-by_name!(Comparison, "comparison");
+by_name!(Comparison, "comparison", { Equal = "=", AtLeast = ">=", AtMost = "<=" });
 
 command! {
     /// Saves the session so far as a script.

@@ -18,15 +18,9 @@ pub enum XAxis {
     Time,
 }
 
-impl XAxis {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Episodes, Self::Actions, Self::Charged, Self::Time];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        ["episodes", "actions", "charged actions", "time of training"][self as usize]
-    }
-}
+mge_base::names!(XAxis {
+    Episodes = "episodes", Actions = "actions", Charged = "charged actions", Time = "time of training"
+});
 
 /// Seconds of training over which its pace is measured, and the least of them.
 const LATEST: f32 = 60.0;

@@ -339,7 +339,7 @@ impl Layer for CommandPalette {
             };
             let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
                 _ if item.applies => keymap.keys(item.entry).join(" "),
-                Some(tab) => format!("on {}", tab.title()),
+                Some(tab) => format!("on {}", tab.name()),
                 None => String::new(),
             };
             let text = shortened(&item.line(), width.saturating_sub(keys.len() + 1), false);

@@ -35,15 +35,11 @@ pub enum Sort {
     Success,
 }
 
+mge_base::names!(Sort {
+    Latest = "the latest first", Name = "name", State = "state", Episodes = "episodes", Success = "success"
+});
+
 impl Sort {
-    /// All orders.
-    pub const ALL: [Self; 5] = [Self::Latest, Self::Name, Self::State, Self::Episodes, Self::Success];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        ["the latest first", "name", "state", "episodes", "success"][self as usize]
-    }
-
     fn compare(self, a: &Line, b: &Line) -> Ordering {
         match self {
             Self::Latest => Ordering::Equal,
