@@ -1,11 +1,12 @@
 //! What a result depends on, known by its content: a file by its hash, the program by its version and commit, the
 //! machine by the kind of its processor.
 
-use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::OnceLock;
 
+use derive_more::Display;
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -33,9 +34,12 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
 }
 
 /// A file, known by its content: equal if the hashes are. As text `NAME@sha256:HASH`.
-#[derive(Debug, Clone, Eq)]
+#[derive(Debug, Clone, Display, Educe, Eq)]
+#[display("{name}{MARK}{sha256}")]
+#[educe(PartialEq)]
 pub struct FileId {
     /// The file's name without folder and extension, for people.
+    #[educe(PartialEq = false)]
     pub name: String,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
@@ -54,18 +58,6 @@ impl FileId {
     /// The first digits of the hash, enough to tell files apart.
     pub fn digits(&self) -> &str {
         self.sha256.get(..8).unwrap_or(&self.sha256)
-    }
-}
-
-impl PartialEq for FileId {
-    fn eq(&self, other: &Self) -> bool {
-        self.sha256 == other.sha256
-    }
-}
-
-impl fmt::Display for FileId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{MARK}{}", self.name, self.sha256)
     }
 }
 

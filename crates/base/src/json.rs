@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::{fmt, io};
 
+use jsonc_parser::common::Ranged as _;
+use jsonc_parser::{CollectOptions, ParseOptions, ast, parse_to_ast};
 use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
@@ -155,74 +157,25 @@ pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
 
 /// The line, from 1, on which the value at a JSON path begins, in valid JSON.
 pub fn line_of(text: &[u8], path: &str) -> Option<usize> {
-    let text = without_mark(text).ok()?;
-    let mut places = Places { text, at: 0, found: Vec::new() };
-    places.value(String::new());
-    let (_, at) = places.found.into_iter().find(|(known, _)| known == path)?;
-    Some(1 + text.iter().take(at).filter(|byte| **byte == b'\n').count())
+    let text = str::from_utf8(without_mark(text).ok()?).ok()?;
+    let parsed = parse_to_ast(text, &CollectOptions::default(), &ParseOptions::default()).ok()?;
+    let start = start_of(&parsed.value?, String::new(), path)?;
+    Some(1 + text[..start].matches('\n').count())
 }
 
-/// Walks through JSON and records where each value begins.
-struct Places<'t> {
-    text: &'t [u8],
-    at: usize,
-    found: Vec<(String, usize)>,
-}
-
-impl Places<'_> {
-    /// Skips bytes that satisfy `like`.
-    fn skip(&mut self, like: impl Fn(u8) -> bool) {
-        self.at += self.text.iter().skip(self.at).take_while(|byte| like(**byte)).count();
-    }
-
-    /// The next byte that is not white space; at the end of the text `}`, which ends any list or object.
-    fn next(&mut self) -> u8 {
-        self.skip(|byte| byte.is_ascii_whitespace());
-        self.text.get(self.at).copied().unwrap_or(b'}')
-    }
-
-    /// Reads the string that begins here, without its quotes.
-    fn string(&mut self) -> String {
-        let start = self.at + 1;
-        self.at = start;
-        while let Some(byte) = self.text.get(self.at).filter(|byte| **byte != b'"') {
-            self.at += if *byte == b'\\' { 2 } else { 1 };
+/// Where the value at a JSON path begins, in bytes; `here` is the path of `value`.
+fn start_of(value: &ast::Value<'_>, here: String, path: &str) -> Option<usize> {
+    match value {
+        value if here == path => Some(value.start()),
+        ast::Value::Object(object) => object.properties.iter().find_map(|entry| {
+            let dot = if here.is_empty() { "" } else { "." };
+            start_of(&entry.value, format!("{here}{dot}{}", entry.name.as_str()), path)
+        }),
+        ast::Value::Array(array) => {
+            let mut entries = array.elements.iter().enumerate();
+            entries.find_map(|(index, entry)| start_of(entry, format!("{here}[{index}]"), path))
         }
-        self.at += 1;
-        String::from_utf8_lossy(self.text.get(start..self.at - 1).unwrap_or_default()).into_owned()
-    }
-
-    fn value(&mut self, path: String) {
-        let first = self.next();
-        self.found.push((path.clone(), self.at));
-        match first {
-            b'"' => _ = self.string(),
-            b'{' | b'[' => self.entries(&path, first == b'{'),
-            _ => self.skip(|byte| !b",]} \t\r\n".contains(&byte)),
-        }
-    }
-
-    fn entries(&mut self, path: &str, named: bool) {
-        for index in 0.. {
-            self.at += 1;
-            if [b'}', b']'].contains(&self.next()) {
-                break;
-            }
-            let path = match named {
-                true if path.is_empty() => self.string(),
-                true => format!("{path}.{}", self.string()),
-                false => format!("{path}[{index}]"),
-            };
-            if named {
-                self.next();
-                self.at += 1;
-            }
-            self.value(path);
-            if self.next() != b',' {
-                break;
-            }
-        }
-        self.at += 1;
+        _ => None,
     }
 }
 

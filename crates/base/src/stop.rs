@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
+use educe::Educe;
 use rayon::ThreadPoolBuilder;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU};
 
@@ -28,9 +29,11 @@ pub const ENDING_SIGNALS: [i32; 5] = [SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU
 pub const SAME_SIGNAL: Duration = Duration::from_millis(500);
 
 /// Work in pieces of about the same length, such as episodes. A stop ends a piece that takes long.
-#[derive(Debug)]
+#[derive(Debug, Educe)]
+#[educe(Default)]
 pub struct Pieces {
     /// The next piece may take long.
+    #[educe(Default = true)]
     pub is_slow: bool,
 }
 
@@ -40,12 +43,6 @@ const SLOW_PIECE: Duration = Duration::from_millis(100);
 /// Time for a piece to react to a stop by itself. Afterwards, for example during an update of large
 /// networks, its thread is abandoned.
 const STOP_TIMEOUT: Duration = Duration::from_millis(100);
-
-impl Default for Pieces {
-    fn default() -> Self {
-        Self { is_slow: true }
-    }
-}
 
 impl Pieces {
     /// Does a piece of work on `state`. `work` returns None once the stop given to it is requested; then, and if the

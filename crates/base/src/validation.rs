@@ -91,19 +91,25 @@ pub struct Setting {
 }
 
 /// The range of a number, both ends included.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, derive_more::Display, PartialEq)]
 pub enum Range {
     /// A whole number.
+    #[display("a whole number from {_0} to {_1}")]
     Count(u64, u64),
     /// Any number.
+    #[display("a number from {} to {}", Short(*_0), Short(*_1))]
     Number(f32, f32),
     /// A list of numbers.
+    #[display("numbers from {} to {}", Short(*_0), Short(*_1))]
     Numbers(f32, f32),
     /// A whole number, or null for none.
+    #[display("a whole number from {_0} to {_1}, or null")]
     CountOrNull(u64, u64),
     /// Any number, or null for none.
+    #[display("a number from {} to {}, or null", Short(*_0), Short(*_1))]
     NumberOrNull(f32, f32),
     /// Two numbers in increasing order, or null for none.
+    #[display("two numbers from {} to {}, the lower first, or null", Short(*_0), Short(*_1))]
     IntervalOrNull(f32, f32),
 }
 
@@ -116,21 +122,6 @@ impl Setting {
     /// A number from `low` to `high`.
     pub const fn number(path: &'static str, low: f32, high: f32, about: &'static str) -> Self {
         Self { path, range: Range::Number(low, high), about }
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Count(low, high) => write!(f, "a whole number from {low} to {high}"),
-            Self::Number(low, high) => write!(f, "a number from {} to {}", Short(low), Short(high)),
-            Self::Numbers(low, high) => write!(f, "numbers from {} to {}", Short(low), Short(high)),
-            Self::CountOrNull(low, high) => write!(f, "a whole number from {low} to {high}, or null"),
-            Self::NumberOrNull(low, high) => write!(f, "a number from {} to {}, or null", Short(low), Short(high)),
-            Self::IntervalOrNull(low, high) => {
-                write!(f, "two numbers from {} to {}, the lower first, or null", Short(low), Short(high))
-            }
-        }
     }
 }
 

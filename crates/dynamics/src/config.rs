@@ -1,8 +1,8 @@
 //! Settings of a dynamics model, its training and the launches it learns from.
 
-use std::fmt;
 use std::str::FromStr;
 
+use derive_more::Display;
 use educe::Educe;
 use serde::{Deserialize, Serialize};
 
@@ -215,12 +215,14 @@ pub enum RateSchedule {
 }
 
 /// The loss of one normalised output.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Display, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Loss {
     /// `squared`: the squared error.
+    #[display("squared")]
     Squared,
     /// `huber:WIDTH`: Huber's loss, half the squared error up to this width and linear beyond.
+    #[display("huber:{_0}")]
     Huber(f32),
 }
 
@@ -239,15 +241,6 @@ impl Loss {
                 let (width, size) = (f64::from(width), error.abs());
                 if size < width { size * size / 2.0 } else { width * (size - width / 2.0) }
             }
-        }
-    }
-}
-
-impl fmt::Display for Loss {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Squared => write!(f, "squared"),
-            Self::Huber(width) => write!(f, "huber:{width}"),
         }
     }
 }

@@ -43,17 +43,10 @@ pub enum EndReason {
     MaxActions,
 }
 
-impl std::fmt::Display for EndReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Goal => "goal",
-            Self::OutOfBounds => "left the screen",
-            Self::MarkerOut => "marker left the screen",
-            Self::Standstill => "standstill",
-            Self::MaxActions => "out of actions",
-        })
-    }
-}
+mge_base::by_name!(EndReason, "end of an episode", {
+    Goal = "goal", OutOfBounds = "left the screen", MarkerOut = "marker left the screen",
+    Standstill = "standstill", MaxActions = "out of actions"
+});
 
 /// The outcome of one action.
 #[derive(Debug, Clone, PartialEq)]

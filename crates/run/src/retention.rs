@@ -1,30 +1,23 @@
 //! Decides which checkpoints to write and which to remove, without accessing the disk.
 
-use std::fmt;
 use std::str::FromStr;
 
+use derive_more::Display;
 use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 /// Name of a checkpoint: its folder in `checkpoint/`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Display, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CheckpointName {
     /// `last`: the newest checkpoint.
+    #[display("last")]
     Last,
     /// `best`: the latest checkpoint with the highest score.
+    #[display("best")]
     Best,
     /// `episode-N`: the checkpoint of episode N.
+    #[display("episode-{_0}")]
     Episode(u64),
-}
-
-impl fmt::Display for CheckpointName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            CheckpointName::Last => f.write_str("last"),
-            CheckpointName::Best => f.write_str("best"),
-            CheckpointName::Episode(episode) => write!(f, "episode-{episode}"),
-        }
-    }
 }
 
 impl FromStr for CheckpointName {

@@ -5,6 +5,8 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use educe::Educe;
+
 use super::config::RunConfig;
 use super::method::PriorSource;
 use super::prior::PriorError;
@@ -55,16 +57,12 @@ impl From<ModelFile> for String {
 }
 
 /// The model that is trained for a run, as the run's settings determine it: all are equal.
-#[derive(Debug, Clone, Default, Eq)]
+#[derive(Debug, Clone, Default, Educe, Eq)]
+#[educe(PartialEq)]
 pub struct RunModel {
     /// Its copy in the folder of the run, if there is a run.
+    #[educe(PartialEq = false)]
     copy: Option<PathBuf>,
-}
-
-impl PartialEq for RunModel {
-    fn eq(&self, _other: &Self) -> bool {
-        true
-    }
 }
 
 impl RunModel {

@@ -1,6 +1,7 @@
 //! Text measured in screen columns: a wide character takes two.
 
-use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
+use unicode_truncate::UnicodeTruncateStr;
+use unicode_width::UnicodeWidthStr;
 
 /// Width of a text in columns.
 pub fn width(text: &str) -> usize {
@@ -9,22 +10,12 @@ pub fn width(text: &str) -> usize {
 
 /// Splits a text after the longest prefix that fits into `columns`.
 pub fn split(text: &str, columns: usize) -> (&str, &str) {
-    let mut taken = 0;
-    let too_far = |(_, character): &(usize, char)| {
-        taken += character.width().unwrap_or(0);
-        taken > columns
-    };
-    text.split_at(text.char_indices().find(too_far).map_or(text.len(), |(at, _)| at))
+    text.split_at(text.unicode_truncate(columns).0.len())
 }
 
 /// The longest suffix of a text that fits into `columns`.
 pub fn end(text: &str, columns: usize) -> &str {
-    let mut taken = 0;
-    let fits = |(_, character): &(usize, char)| {
-        taken += character.width().unwrap_or(0);
-        taken <= columns
-    };
-    text.char_indices().rev().take_while(fits).last().map_or("", |(at, _)| &text[at..])
+    text.unicode_truncate_start(columns).0
 }
 
 /// A text padded with spaces to `columns`.

@@ -1,10 +1,12 @@
 //! Frames and wrapped text of popups.
 
+use std::borrow::Cow;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::widgets::{Block, BorderType, Clear, Widget};
+use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
-use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::{Marker, Theme};
 
 /// Clears and frames a box of the wanted inner size in the middle of `area`, limited to `area`, and
@@ -41,33 +43,11 @@ pub fn block(theme: &Theme) -> Block<'static> {
 /// Wraps a text at spaces into lines of at most `width` columns; only words longer than a line are
 /// broken.
 pub fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines = Vec::new();
-    for paragraph in text.lines() {
-        let mut line = String::new();
-        for word in paragraph.split(' ').flat_map(|word| pieces(word, width)) {
-            if !line.is_empty() && columns::width(&line) + 1 + columns::width(word) > width {
-                lines.push(std::mem::take(&mut line));
-            }
-            if !line.is_empty() {
-                line.push(' ');
-            }
-            line.push_str(word);
-        }
-        lines.push(line);
-    }
-    lines
-}
-
-/// Splits a word into pieces of at most `width` columns and at least one character.
-fn pieces(word: &str, width: usize) -> impl Iterator<Item = &str> {
-    let mut rest = Some(word);
-    std::iter::from_fn(move || {
-        let word = rest?;
-        let least = word.chars().next().map_or(0, char::len_utf8);
-        let (piece, left) = word.split_at(columns::split(word, width).0.len().max(least));
-        rest = Some(left).filter(|left| !left.is_empty());
-        Some(piece)
-    })
+    let options = Options::new(width)
+        .word_separator(WordSeparator::AsciiSpace)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .wrap_algorithm(WrapAlgorithm::FirstFit);
+    text.lines().flat_map(|line| textwrap::wrap(line, &options)).map(Cow::into_owned).collect()
 }
 
 #[cfg(test)]
