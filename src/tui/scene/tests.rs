@@ -11,7 +11,7 @@ use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use mge_physics::Tool;
-use mge_task::{Region, Task};
+use mge_task::{Part, Region, Task};
 use mge_trainer::Source;
 
 static TASK: LazyLock<Task> = LazyLock::new(|| mge_task::load("task1").unwrap());
@@ -265,7 +265,7 @@ fn the_ball_of_a_small_scene_is_a_letter() {
 
 #[test]
 fn the_selected_object_is_in_brackets_with_its_name_below() {
-    let (buffer, view) = drawn_in(PART, &theme(), |content| content.selected = Some(Object::Subgoal(0)));
+    let (buffer, view) = drawn_in(PART, &theme(), |content| content.selected = Some(Object::Part(Part::Subgoal(0))));
     let (x, y) = view.cell([0.0, 0.2]).unwrap();
     assert_eq!([x - 2, x + 2].map(|x| buffer[(x, y)].symbol()), ["[", "]"]);
     let below: String = (0..WHOLE.width).map(|x| buffer[(x, y + 2)].symbol()).collect();

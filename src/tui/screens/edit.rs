@@ -5,7 +5,7 @@ use super::scene::{Scene, moved};
 use super::{Screens, Ui, tools};
 use crate::tui::effect::Effect;
 use crate::tui::scene::Object;
-use mge_task::{Edit, STANDARD_RADIUS};
+use mge_task::{Edit, Part, STANDARD_RADIUS};
 use mge_workbench::Command;
 
 /// The effects of an edit of the selected object, given its position.
@@ -39,10 +39,10 @@ pub fn resize(screens: &mut Screens, ui: &Ui, steps: f64) -> Vec<Effect> {
 pub fn delete(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     on_selected(&screens.scene, ui, |object, _| match object.deleted() {
         Some(edit) => Effect::apply(edit),
-        None if matches!(object, Object::Part(_)) => {
-            Effect::info("it is part of the level and can only be removed in its file")
+        None if matches!(object, Object::Part(Part::Target | Part::Goal)) => {
+            Effect::info("a task needs its ball and its goal")
         }
-        None => Effect::info("a task needs its ball and its goal"),
+        None => Effect::info("it is part of the level and can only be removed in its file"),
     })
 }
 
@@ -50,13 +50,13 @@ pub fn delete(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
 pub fn reorder(scene: &Scene, ui: &Ui, later: bool) -> Vec<Effect> {
     let count = ui.view.task.subgoals.len();
     on_selected(scene, ui, |object, _| match object {
-        Object::Subgoal(first) => {
+        Object::Part(Part::Subgoal(first)) => {
             let second = if later { first + 1 } else { first.wrapping_sub(1) };
             if second >= count {
                 return Effect::info(if later { "it is the last one" } else { "it is the first one" });
             }
             let swap = Effect::apply(Edit::SwapSubgoals { first, second });
-            Effect::all(vec![swap, Effect::select(Some(Object::Subgoal(second)))])
+            Effect::all(vec![swap, Effect::select(Some(Object::Part(Part::Subgoal(second))))])
         }
         _ => Effect::info("only subgoals have an order"),
     })
@@ -67,7 +67,7 @@ pub fn add_subgoal(ui: &Ui) -> Vec<Effect> {
     let task = &ui.view.task;
     let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
     let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
-    let added = Object::Subgoal(task.subgoals.len());
+    let added = Object::Part(Part::Subgoal(task.subgoals.len()));
     let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: STANDARD_RADIUS };
     vec![Effect::apply(edit), Effect::select(Some(added))]
 }
@@ -89,7 +89,7 @@ pub fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
     let edit = if accept { Edit::AcceptProposal { index } } else { Edit::DeleteProposal { index } };
     let mut effects = vec![Effect::apply(edit)];
     if index.is_some() {
-        let accepted = Object::Subgoal(ui.view.task.subgoals.len());
+        let accepted = Object::Part(Part::Subgoal(ui.view.task.subgoals.len()));
         effects.push(Effect::select(Some(accepted).filter(|_| accept)));
     }
     effects

@@ -14,6 +14,7 @@ use crate::tui::scene::Object;
 use crate::tui::view::Level;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body};
+use mge_task::Part;
 
 /// Width from which the names of all tabs fit.
 const TABS: u16 = 80;
@@ -84,7 +85,7 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
         Tab::Scene | Tab::Edit => screens.scene.selected().map_or_else(String::new, |object| {
             let [x, y] = ui.view.objects().position(object).unwrap_or_default();
             let name = match object {
-                Object::Tool(index) => {
+                Object::Part(Part::Tool(index)) => {
                     ui.view.task.tools.get(index).map_or_else(String::new, |tool| tool_text(&tool.tool(), true))
                 }
                 object => ui.view.objects().name(object),

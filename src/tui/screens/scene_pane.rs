@@ -15,7 +15,7 @@ use crate::tui::scene::{Content, Object, Objects, draw as draw_scene, legend};
 use crate::tui::view::Choice;
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::columns::{fitting, shortened};
-use mge_task::{Region, Task};
+use mge_task::{Part, Region, Task};
 
 /// Draws the scene. Returns its legend, if that is to be shown.
 pub fn scene_pane(
@@ -33,7 +33,7 @@ pub fn scene_pane(
         _ => while_dragging(ui, scene),
     };
     let mut frame = subject.episode.at(scene.player.step());
-    if matches!(scene.dragged(), Some((Object::Ball, _))) {
+    if matches!(scene.dragged(), Some((Object::Part(Part::Target), _))) {
         frame = PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() };
     }
     let (predicted, truth) = scene.prediction(subject);
@@ -65,11 +65,7 @@ fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
     let Some((object, to)) = scene.dragged() else { return (view.task.clone(), proposed) };
     let mut moved = Task::clone(&view.task);
     match object {
-        Object::Ball => moved.ball.position = to,
-        Object::Goal => moved.goal.position = to,
-        Object::Subgoal(index) => moved.subgoals.get_mut(index).into_iter().for_each(|s| s.position = to),
         Object::Proposal(index) => proposed.get_mut(index).into_iter().for_each(|p| p.position = to),
-        Object::Tool(index) => moved.tools.get_mut(index).into_iter().for_each(|t| t.position = to),
         Object::Part(part) => moved.position_mut(part).into_iter().for_each(|position| *position = to),
     }
     (Arc::new(moved), proposed)

@@ -6,13 +6,13 @@ use crate::tui::effect::Effect;
 use crate::tui::layers::{ToolItem, ToolPalette};
 use crate::tui::scene::Object;
 use mge_physics::ToolKind;
-use mge_task::{Draft, Edit, Property, Task, Values};
+use mge_task::{Draft, Edit, Part, Property, Task, Values};
 use mge_workbench::Command;
 
 /// The index and the type of the selected tool.
 pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
     match scene.selected()? {
-        Object::Tool(index) => Some((index, task.tools.get(index)?.kind)),
+        Object::Part(Part::Tool(index)) => Some((index, task.tools.get(index)?.kind)),
         _ => None,
     }
 }
@@ -31,7 +31,7 @@ pub fn choose_tool(ui: &Ui) -> Vec<Effect> {
         let (size, values) = written(item);
         let at = |position| Edit::AddTool { kind: item.tool.kind, position, size, values: values.clone() };
         let place = places().find(|place| at(*place).apply(&draft).is_ok());
-        let added = Effect::select(Some(Object::Tool(draft.task.tools.len())));
+        let added = Effect::select(Some(Object::Part(Part::Tool(draft.task.tools.len()))));
         Effect::all(vec![Effect::apply(at(place.unwrap_or_default())), added])
     };
     vec![Effect::open(ToolPalette::new("add a tool", ToolItem::all(), add))]

@@ -19,6 +19,7 @@ use crate::tui::terminal::Received;
 use crate::tui::view::{Curves, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::Palette;
 use mge_run::{Metric, RunState};
+use mge_task::Part;
 use mge_workbench::Command;
 
 /// A cell of a row of the list, if the row is shown.
@@ -265,7 +266,7 @@ fn a_click_selects_an_object_within_reach() {
     shot(&mut app, 60, 20);
     let at = scene(&app).cell([0.0, 0.2]).unwrap();
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
-    assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
+    assert_eq!(app.screens.scene.selected(), Some(Object::Part(Part::Subgoal(0))));
     let (mut app, _) = super::app(empty());
     shot(&mut app, 200, 60);
     let far = scene(&app).cell([0.0, 0.6]).unwrap();

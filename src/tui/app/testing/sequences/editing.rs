@@ -45,7 +45,7 @@ fn a_subgoal_is_dragged_with_the_mouse() {
     let from = cell(&mut app, [0.0, 0.2]);
     let to = cell(&mut app, [0.5, -0.5]);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), from);
-    assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
+    assert_eq!(app.screens.scene.selected(), Some(Object::Part(task::Part::Subgoal(0))));
     mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
     let screen = shot(&mut app, 120, 40);
     assert_eq!(screen[to].symbol(), "1", "the subgoal is shown where the mouse is");
@@ -74,7 +74,7 @@ fn only_a_grabbed_object_is_dragged() {
     shot(&mut app, 120, 40);
     let rows = region(&app, |area, region| matches!(region, HitRegion::Row(0)).then_some(area));
     jitter(&mut app, (rows.x, rows.y));
-    assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
+    assert_eq!(app.screens.scene.selected(), Some(Object::Part(task::Part::Subgoal(0))));
     press(&mut app, "3");
     shot(&mut app, 120, 40);
     let tab = tab(&app, Tab::Schedule);
@@ -267,11 +267,11 @@ fn added_and_accepted_objects_are_selected() {
         press(&mut app, keys);
         app.screens.scene.selected()
     };
-    assert_eq!(selected("A"), Some(Object::Subgoal(1)));
-    assert_eq!(selected("2 tab tab Y"), Some(Object::Subgoal(1)));
+    assert_eq!(selected("A"), Some(Object::Part(task::Part::Subgoal(1))));
+    assert_eq!(selected("2 tab tab Y"), Some(Object::Part(task::Part::Subgoal(1))));
     assert_eq!(selected("2 tab tab D"), None);
     assert_eq!(selected("2 Y"), None, "all were accepted");
-    assert_eq!(selected("2 T b o x enter"), Some(Object::Tool(typical().task.tools.len())));
+    assert_eq!(selected("2 T b o x enter"), Some(Object::Part(task::Part::Tool(typical().task.tools.len()))));
     assert_eq!(selected("2 tab P"), None, "the tool is in hand");
     assert_eq!(selected("tab home"), None, "a past episode is not edited");
 }

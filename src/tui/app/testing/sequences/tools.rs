@@ -73,7 +73,7 @@ fn the_wheel_turns_the_selected_tool() {
     let at = cell(&mut app, [0.5, 0.5]);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
     mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
-    assert_eq!(app.screens.scene.selected(), Some(Object::Tool(0)));
+    assert_eq!(app.screens.scene.selected(), Some(Object::Part(task::Part::Tool(0))));
     mouse(&mut app, MouseEventKind::ScrollUp, at);
     assert_eq!(asked.borrow().last().unwrap(), "tool set 1 angle=15");
 }
