@@ -99,18 +99,15 @@ pub enum ExperimentError {
     /// The folder holds puzzles of another sequence.
     #[error("{}: these puzzles have another seed, split, start noise or format: choose another folder with --out", .0.display())]
     OtherPuzzles(PathBuf),
-    /// Another file is in the place of a puzzle's task.
-    #[error("{}: is not the puzzle of this name: remove it, and the puzzle is generated again, or choose another folder with --out", .0.display())]
-    NotThePuzzle(PathBuf),
+    /// The file of a puzzle is another file, or was made from another puzzle of the same name.
+    #[error("{}: is not the puzzle of this name: remove it, and the puzzle is made again, or choose another folder with --out", .0.display())]
+    OtherPuzzle(PathBuf),
     /// The index of puzzles is damaged, or a file of another kind.
     #[error("{0}: it is no index of puzzles: choose a folder that `mge puzzles generate` has written")]
     NoIndex(SyntaxError),
     /// The index of puzzles has another format version.
     #[error("{}: the index has format version {found}, this program reads version {wanted}: generate the puzzles again", path.display())]
     Version { path: PathBuf, found: u32, wanted: u32 },
-    /// A file of the folder was made from another puzzle of the same name.
-    #[error("{}: it was made from another puzzle of this name: remove it, or choose another folder with --out", .0.display())]
-    OtherPuzzle(PathBuf),
     /// The proposals in the folder come from another search.
     #[error("{}: its puzzles have subgoals of another model or number: choose another folder with --out", .0.display())]
     OtherSearch(PathBuf),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use super::Task;
 use mge_base::atomic::{Format, Target};
@@ -170,13 +170,8 @@ pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
 
 /// A well-formed but unvalidated task. Validation is separate from parsing so that its errors have only the file and
 /// the path.
-struct Unchecked(Task);
-
-impl<'de> Deserialize<'de> for Unchecked {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Task::deserialize(deserializer).map(Self)
-    }
-}
+#[derive(Deserialize)]
+struct Unchecked(#[serde(deserialize_with = "Task::deserialize")] Task);
 
 /// The JSON text of a task, as it is saved.
 pub fn to_json(task: &Task) -> String {

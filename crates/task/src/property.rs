@@ -39,7 +39,6 @@ pub type Values = Vec<(Property, f64)>;
 
 /// A row of [`PROPERTIES`].
 struct Row {
-    name: &'static str,
     unit: &'static str,
     /// Change per key press.
     step: f64,
@@ -58,7 +57,6 @@ const DEGREES: &str = "degrees";
 macro_rules! number {
     ($name:ident: $field:ident) => {
         Row {
-            name: stringify!($name),
             unit: "",
             step: 0.1,
             belongs_to: |_| true,
@@ -73,7 +71,6 @@ macro_rules! number {
 static PROPERTIES: [Row; 11] = {
     use ToolKind::{Circle, SeeSaw};
     const ON_LEFT: Row = Row {
-        name: "on_left",
         of: |tool| f64::from(u8::from(tool.on_left)),
         set: |form, value| form.on_left = Some(value >= 0.5),
         ..number!(size: size)
@@ -116,19 +113,8 @@ fn rounded(value: f64) -> f64 {
 }
 
 impl Property {
-    /// Every property.
-    pub const ALL: [Self; 11] = {
-        use Property::*;
-        [Size, Angle, Radius, Elasticity, Friction, Force, Velocity, MaxAngle, OnLeft, BallMass, RollFriction]
-    };
-
     fn row(self) -> &'static Row {
         &PROPERTIES[self as usize]
-    }
-
-    /// The name used in files and in commands.
-    pub fn name(self) -> &'static str {
-        self.row().name
     }
 
     /// Its unit; empty for plain numbers.
@@ -166,7 +152,10 @@ impl Property {
     }
 }
 
-by_name!(Property, "property");
+by_name!(Property, "property", {
+    Size = "size", Angle = "angle", Radius = "radius", Elasticity = "elasticity", Friction = "friction", Force = "force",
+    Velocity = "vel", MaxAngle = "max_angle", OnLeft = "on_left", BallMass = "ball_mass", RollFriction = "roll_friction"
+});
 
 impl Form {
     /// The form with these properties replaced, for a tool of a type.

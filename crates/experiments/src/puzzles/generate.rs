@@ -104,7 +104,7 @@ struct Count {
 /// are kept. A puzzle depends only on the sequence and its number, not on `count` or threads.
 ///
 /// # Errors
-/// [`ExperimentError::OtherPuzzles`] when the folder holds another sequence; [`ExperimentError::NotThePuzzle`], before the work,
+/// [`ExperimentError::OtherPuzzles`] when the folder holds another sequence; [`ExperimentError::OtherPuzzle`], before the work,
 /// when another file is in the place of a puzzle; [`ExperimentError::Interrupted`], after the finished puzzles have been
 /// written; when files cannot be read or written.
 pub fn generate(
@@ -152,13 +152,13 @@ pub fn generate(
 /// The task in the file of a puzzle; none if there is no such file.
 ///
 /// # Errors
-/// [`ExperimentError::NotThePuzzle`] when it is not a task of this name.
+/// [`ExperimentError::OtherPuzzle`] when it is not a task of this name.
 fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, ExperimentError> {
     if path.symlink_metadata().is_err() {
         return Ok(None);
     }
     let task = task::load(&path.display().to_string()).ok().filter(|task| task.name == name);
-    task.map(Some).ok_or_else(|| ExperimentError::NotThePuzzle(path.to_owned()))
+    task.map(Some).ok_or_else(|| ExperimentError::OtherPuzzle(path.to_owned()))
 }
 
 /// The search for one puzzle: draws layouts until one is accepted.
@@ -192,7 +192,7 @@ impl<'a> Search<'a> {
         let to = Target { path: puzzle.path(&folder.path), force: folder.force };
         // A killed process may have written it already.
         if existing(&to.path, &puzzle.name)?.is_some_and(|known| known != *task) {
-            return Err(ExperimentError::NotThePuzzle(to.path));
+            return Err(ExperimentError::OtherPuzzle(to.path));
         }
         task::save(&task, to)?;
         Ok(Some(puzzle))
