@@ -233,8 +233,14 @@ impl Composition {
             Against::Episodes => learning_curves(&runs, estimates, self.success)?,
             against => action_curves(&runs, estimates, against)?,
         };
-        let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
-        let (legend, reference, style) = (legend.collect(), self.reference.clone(), self.style);
+        let known_names = Groups::new(runs.iter().map(|run| &run.row)).legend();
+        let text = |(label, name): &(String, Option<String>)| {
+            let usual = || known_names.iter().find(|(known, _)| known == label).map(|(_, text)| text.clone());
+            (label.clone(), name.clone().or_else(usual).unwrap_or_else(|| label.clone()))
+        };
+        let chosen: Vec<(String, String)> = self.curves.iter().map(text).collect();
+        let legend = if chosen.is_empty() { known_names } else { chosen };
+        let (reference, style) = (self.reference.clone(), self.style);
         Ok(Composed { figure: LearningCurves { legend, reference, style, known, ..curves }, seeds, config_hash })
     }
 

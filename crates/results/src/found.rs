@@ -166,7 +166,8 @@ fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, Fo
         Err(error) if error.is_not_found() => RunHistory::default(),
         read => read?,
     };
-    let trained = TrainedRun::new(&config, &history);
+    let mut trained = TrainedRun::new(&config, &history);
+    trained.row.name = directory.given_name();
     Ok((stamp, FoundRun { path: path.to_owned(), state: directory.status()?.state, config, trained }))
 }
 

@@ -69,6 +69,16 @@ impl<'a> Groups<'a> {
         &self.labels
     }
 
+    /// Labels, each with its text in a legend: a single run that users gave a name has that.
+    pub fn legend(&self) -> Vec<(String, String)> {
+        let text = |label: &String| {
+            let mut rows = self.tasks.iter().flat_map(|task| self.of(task, label));
+            let name = rows.next().map(|row| &row.name).filter(|name| !name.is_empty() && rows.next().is_none());
+            (label.clone(), name.unwrap_or(label).clone())
+        };
+        self.labels.iter().map(text).collect()
+    }
+
     /// Names of the tasks in order of appearance.
     pub fn tasks(&self) -> &[String] {
         &self.tasks

@@ -92,7 +92,7 @@ pub fn report(
     };
     let curves = |curves: LearningCurves| match is_pooled {
         true => LearningCurves { statistics: over_tasks(&groups), ..curves },
-        false => curves,
+        false => LearningCurves { legend: groups.legend(), ..curves },
     };
     draw("methods", &methods)?;
     draw("learning", &curves(learning_curves(&runs, bootstrap, Success::Training)?))?;
@@ -138,6 +138,7 @@ impl Comparison {
             100.0 * confidence,
         );
         self.write_left_out(&mut text);
+        self.write_names(&mut text);
         text.push_str("## Sample efficiency\n\n");
         self.write_tables(&mut text)?;
         self.write_figures(&mut text);
@@ -164,6 +165,19 @@ impl Comparison {
             let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
         }
         text.push('\n');
+    }
+
+    /// Writes the names that users gave to runs.
+    fn write_names(&self, text: &mut String) {
+        let mut named = self.learning.iter().filter(|row| !row.name.is_empty()).peekable();
+        if named.peek().is_some() {
+            text.push_str("Runs with names:\n\n");
+            for row in named {
+                let what = format!("{}, seed {}, on {}", row.label(), row.seed, row.task);
+                let _ = writeln!(text, "- {}: {}", markdown::text(&row.name), markdown::text(&what));
+            }
+            text.push('\n');
+        }
     }
 
     fn write_aggregates(&self, text: &mut String) {

@@ -28,6 +28,9 @@ pub struct LearningRow {
     /// How many of all these have another value than the default of its method.
     #[serde(skip)]
     pub unusual: usize,
+    /// The name that users gave the run; empty if they gave none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub name: String,
     /// Master seed.
     pub seed: u64,
     /// Number of episodes trained.
@@ -118,6 +121,7 @@ impl LearningRow {
             settings: Settings::new(),
             implied: Settings::new(),
             unusual: 0,
+            name: String::new(),
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,

@@ -23,7 +23,7 @@ pub enum RunError {
     },
     /// A new run was requested in a folder that already holds a run.
     #[error(
-        "{} already holds a run: continue it with `mge resume`, or choose another folder",
+        "{} already holds a run: continue it with `mge resume`, or choose another folder, for a script with `--runs`",
         .0.display()
     )]
     AlreadyARun(PathBuf),

@@ -75,13 +75,18 @@ impl RunDirectory {
 
     /// The name of the run: the one that users gave it, or else that of its folder.
     pub fn name(&self) -> String {
-        // Unreadable notes count as none here; writing new ones reports the error.
-        let given = self.notes().map_or_else(|_| String::new(), |notes| notes.name);
+        let given = self.given_name();
         if given.is_empty() {
             self.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
         } else {
             given
         }
+    }
+
+    /// The name that users gave the run; empty if they gave none.
+    pub fn given_name(&self) -> String {
+        // Unreadable notes count as none here; writing new ones reports the error.
+        self.notes().map_or_else(|_| String::new(), |notes| notes.name)
     }
 
     /// Changes the notes on the run. This is allowed during training, which does not use them. Of changes by several
