@@ -56,7 +56,7 @@ fn age(run: &Path) -> Option<f64> {
 fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
-    let label = if run.folder_name() != run.name { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
+    let label = if run.is_named() { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
     let task = run.config.task.name.clone();
     [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
 }
@@ -150,12 +150,15 @@ pub fn compare(arguments: &Compare) -> Outcome {
     if arguments.format.json {
         let settings: Map<String, Value> = settings.into_iter().map(|(path, values)| (path, json!(values))).collect();
         let runs = [&first, &second].map(|run| run.path.display().to_string());
-        return output::json(&json!({ "runs": runs, "settings": settings, "results": rows }));
+        let names = [&first, &second].map(|run| run.name());
+        return output::json(&json!({ "runs": runs, "names": names, "settings": settings, "results": rows }));
     }
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
     let results =
         ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(result_text)));
     let names = ("run".to_owned(), [&first, &second].map(|run| run.path.display().to_string()));
-    let lines = std::iter::once(names).chain(settings).chain(results).map(|(name, [a, b])| [name, a, b]);
+    let given = ("name".to_owned(), [&first, &second].map(|run| run.trained.row.name.clone()));
+    let given = Some(given).filter(|(_, names)| names.iter().any(|name| !name.is_empty()));
+    let lines = std::iter::once(names).chain(given).chain(settings).chain(results).map(|(name, [a, b])| [name, a, b]);
     output::table(&lines.collect::<Vec<_>>())
 }

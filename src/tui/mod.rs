@@ -15,6 +15,7 @@ mod effect;
 mod fuzz;
 mod input;
 mod layers;
+#[path = "../../benches/tui/offscreen.rs"]
 mod offscreen;
 mod run;
 mod scene;

@@ -78,8 +78,18 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     assert_eq!(json_of(here, &["runs", "--json"])[0]["name"], json!("the best"));
     let listed = succeed(mge(here, ["runs"]));
     assert!(listed.contains("the best: DDPG, seed 0"), "{listed}");
+    train(here, "runs/b", &["--set", "ddpg.gamma=0.5"]);
+    let compared = succeed(mge(here, ["compare", "runs/a", "runs/b"]));
+    assert!(compared.lines().nth(1).is_some_and(|line| line.starts_with("name ") && line.contains("the best")));
+    succeed(mge(here, ["report", "runs/a", "runs/b", "--out", "report"]));
+    let report = std::fs::read_to_string(here.join("report/report.md")).unwrap();
+    assert!(report.contains("- the best: DDPG, ddpg.gamma 0.95, seed 0, on task1"), "{report}");
+    succeed(mge(here, ["figures", "runs/a", "runs/b", "--svg", "--out", "figures"]));
+    for figure in ["figures/learning.svg", "figures/dashboard-a.svg", "report/figures/learning.svg"] {
+        assert!(std::fs::read_to_string(here.join(figure)).unwrap().contains("the best"), "{figure}");
+    }
     fail(mge(here, ["rename", "runs/a", "b/c"]), "a name has at most");
-    fail(mge(here, ["rename", "runs/b", "c"]), "runs/b");
+    fail(mge(here, ["rename", "runs/c", "d"]), "runs/c");
     assert_eq!(mge(here, ["rename", "runs/a"]).status.code(), Some(2));
     assert_eq!(succeed(mge(here, ["rename", "runs/a", ""])), "the best is a now\n");
     assert!(here.join("runs/a").exists());

@@ -153,7 +153,9 @@ pub fn run_label(config: &RunConfig) -> String {
 }
 
 fn dashboard(run: &RunView) -> Dashboard {
-    let config = run.config();
+    let (config, name) = (run.config(), run.name());
+    let is_named = run.directory().path().file_name().is_some_and(|folder| *folder != *name);
+    let named = if is_named { format!("{name}: ") } else { String::new() };
     let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
     // An evaluation whose episode was not kept is shown at the next kept one.
     let mut greedy = vec![f64::NAN; run.records().len()];
@@ -164,7 +166,7 @@ fn dashboard(run: &RunView) -> Dashboard {
         }
     }
     Dashboard {
-        title: format!("{} on {}", run_label(config), config.task.name),
+        title: format!("{named}{} on {}", run_label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
         greedy_success: greedy,

@@ -18,8 +18,8 @@ impl Session {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (source, name, number) = (run.directory().clone(), run.name(), run.number());
         let config = self.forked(run, &name, command)?;
-        let free = || self.runs.free_folder_named(&format!("{name}-at{}", command.episode));
-        let path = command.folder.clone().unwrap_or_else(free);
+        let free = || self.setup.free_folder(&format!("{name}-at{}", command.episode));
+        let path = command.folder.as_ref().map_or_else(free, |folder| self.setup.place(folder));
         // Reserves the folder, so that a concurrent fork gets another.
         std::fs::create_dir_all(&path).map_err(mge_run::RunError::io("create", &path))?;
         self.warn(&config, &command.changes.iter().map(|(key, _)| key.clone()).collect());
@@ -161,6 +161,26 @@ mod tests {
         assert_ne!(fork[15..], source[15..]);
         let script = first.to_script();
         assert!(script.contains("fork 10 until 15\nwait\n") && script.contains("epsilon 0\nresume\nwait"), "{script}");
+    }
+
+    #[test]
+    fn a_name_alone_is_that_of_a_folder_in_the_folder_for_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        play(&mut session, &format!("{}fork 12 in other until 13\nwait\n", TRAIN.replace("train\n", "train mine\n")));
+        assert!(["mine", "other"].iter().all(|name| folder.path().join(name).join("config.json").is_file()));
+        for line in ["train mine", "fork 12 in other"] {
+            assert!(refused(&mut session, line).contains("already holds a run"), "{line}");
+        }
+        let recorded = session.to_script();
+        assert!(recorded.contains("train mine\n") && recorded.contains("in other until 13"), "{recorded}");
+        // Played there again, it fails before anything is trained, and elsewhere it does the same.
+        let error = Script::parse(&recorded, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap_err().to_string();
+        assert!(error.starts_with("s:") && error.contains("mine already holds a run"), "{error}");
+        let elsewhere = tempfile::tempdir().unwrap();
+        let mut second = self::session(elsewhere.path());
+        play(&mut second, &recorded);
+        assert_eq!(rows(elsewhere.path(), "other"), rows(folder.path(), "other"));
     }
 
     #[test]

@@ -55,7 +55,8 @@ pub use run::RunView;
 pub use runs::{free_name, usual_name};
 pub use saved::{Player, SavedAgent, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
-pub use session::{FIRST_TASK, Kept, Notice, Session};
+pub use session::{FIRST_TASK, Notice, Session};
+pub use setup::check_settings;
 
 use mge_base::atomic::{self, Format, Target};
 use mge_run::RunError;

@@ -7,6 +7,7 @@ use super::command::{Command, Model, Task, WaitFor};
 use super::session::{Notice, Session};
 use mge_base::bounded;
 use mge_base::paths::expanded;
+use mge_run::RunError;
 use mge_trainer::{PriorSource, warnings};
 
 /// Variables of a script and their values, which replace `${NAME}`.
@@ -86,7 +87,7 @@ impl Script {
     /// With the line of the first command that would fail whatever the results of the work before it.
     pub fn dry_run(&self, session: &Session) -> Result<Vec<(usize, String)>, ScriptError> {
         let mut setup = session.setup.clone();
-        let (mut written, mut found) = (Vec::new(), Vec::new());
+        let (mut written, mut found, mut deletes) = (Vec::new(), Vec::new(), false);
         for (line, command) in &self.commands {
             match command {
                 // The task is then one that the script itself changes by proposals or writes.
@@ -95,8 +96,13 @@ impl Script {
                 Command::Model(Model(PriorSource::ModelFile(file))) if written.contains(&file.path) => continue,
                 _ => {}
             }
+            // A run that the script deletes makes room for another.
+            deletes |= matches!(command, Command::Delete(_));
             let checked = command.check_output(session.file()).map_err(SessionError::from);
-            let checked = checked.and_then(|()| command.as_execute().check(&mut setup));
+            let checked = checked.and_then(|()| match setup.try_command(command) {
+                Err(SessionError::Run(RunError::AlreadyARun(_))) if deletes => Ok(()),
+                checked => checked,
+            });
             checked.map_err(|error| self.failed(*line, error))?;
             written.extend(command.with_output(|to, _| to.path.clone()));
             if let Command::Train(_) = command {

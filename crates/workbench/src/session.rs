@@ -65,14 +65,10 @@ pub struct Session {
     pub(super) interrupt: stop::Stop,
 }
 
-/// The settings of the next run at some time, to which [`Session::go_back`] goes back.
-#[derive(Debug)]
-pub struct Kept(Setup, Journal);
-
 impl Session {
     /// A session on a task, with its runs in `folder`.
     pub fn new(task: Task, folder: PathBuf) -> Self {
-        let setup = Setup::new(task);
+        let setup = Setup::new(task, folder);
         Self {
             hand_play: HandPlay::new(setup.config.task.clone(), setup.config.seed),
             setup,
@@ -81,7 +77,7 @@ impl Session {
             notices: Vec::new(),
             #[cfg(test)]
             gate: Arc::default(),
-            runs: Runs::new(folder),
+            runs: Runs::default(),
             reader: Arc::default(),
             estimates: Arc::default(),
             journal: Journal::default(),
@@ -126,6 +122,7 @@ impl Session {
         let named = |folder: &Path| Ok::<_, SessionError>(self.runs.number_ever_of(folder).map(run_name));
         let recorded = command.clone().with_run_folders(named)?;
         command.check_output(self.file())?;
+        command.check_room(&self.setup)?;
         let report = command.as_execute().execute(self)?;
         if unrecorded {
             return Ok(report);
@@ -178,7 +175,7 @@ impl Session {
                 Ok(Some(folder.to_owned()))
             }
             None if name.exists() => Ok(None),
-            None => Ok(Some(self.runs.folder.join(name)).filter(|folder| folder.exists())),
+            None => Ok(Some(self.setup.folder.join(name)).filter(|folder| folder.exists())),
         })
     }
 
@@ -207,14 +204,13 @@ impl Session {
         Ok(report)
     }
 
-    /// The settings of the next run as they are now.
-    pub fn kept(&self) -> Kept {
-        Kept(self.setup.clone(), self.journal.clone())
-    }
-
-    /// Goes back to earlier settings of the next run, as if nothing had been set since then.
-    pub fn go_back(&mut self, Kept(setup, journal): Kept) {
-        (self.setup, self.journal) = (setup, journal);
+    /// Checks commands, each after those before it, without carrying them out.
+    ///
+    /// # Errors
+    /// Why the first of them would be refused.
+    pub fn check(&self, commands: &[Command]) -> Result<(), SessionError> {
+        let mut setup = self.setup.clone();
+        commands.iter().try_for_each(|command| setup.try_command(command))
     }
 
     pub(super) fn restart_hand_play(&mut self) {
@@ -359,7 +355,7 @@ impl Session {
 
     /// The folder for new runs.
     pub fn folder(&self) -> &Path {
-        &self.runs.folder
+        &self.setup.folder
     }
 
     /// The episode played by hand.

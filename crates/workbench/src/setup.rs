@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::SessionError;
+use super::{Command, SessionError, free_name};
 use mge_base::atomic::Target;
 use mge_task::{Edit, Editor, Task, file_of, load_regular, save_as};
 use mge_trainer::{RunConfig, check_model};
@@ -21,24 +21,45 @@ pub(super) struct Setup {
     pub set: BTreeSet<String>,
     /// The number of episodes to which continuing extends a run that has fewer.
     pub extends_to: Option<u32>,
+    /// The folder for new runs.
+    pub folder: PathBuf,
+}
+
+/// Checks commands on the settings of the next run, without carrying them out and without its model, which takes long.
+///
+/// # Errors
+/// Why the first of them would be refused.
+pub fn check_settings(config: &RunConfig, folder: &Path, commands: &[Command]) -> Result<(), SessionError> {
+    let mut setup = Setup { config: config.clone(), ..Setup::new(Task::clone(&config.task), folder.to_owned()) };
+    commands.iter().try_for_each(|command| match command {
+        Command::Train(_) => Ok(command.check_room(&setup).map(|()| setup.config.validate())??),
+        _ => setup.try_command(command),
+    })
 }
 
 impl Setup {
-    pub fn new(task: Task) -> Self {
+    pub fn new(task: Task, folder: PathBuf) -> Self {
         let config = RunConfig::usual_for(Arc::new(task.clone()));
-        Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new(), extends_to: None }
+        Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new(), extends_to: None, folder }
+    }
+
+    /// Where a new run goes: a name alone is that of a folder in the folder for runs.
+    pub fn place(&self, folder: &Path) -> PathBuf {
+        match folder.file_name() {
+            Some(name) if name == folder => self.folder.join(name),
+            _ => folder.to_owned(),
+        }
+    }
+
+    /// An unused folder of this name in the folder for runs, with a number appended if needed.
+    pub fn free_folder(&self, name: &str) -> PathBuf {
+        self.folder.join(free_name(&self.folder, name))
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
-        self.take_task(load_regular(name)?, file_of(name));
+        (self.editor, self.file) = (Editor::new(load_regular(name)?), file_of(name));
+        self.config.task = Arc::new(self.editor.task().clone());
         Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
-    }
-
-    /// Replaces the task; `file` is where it was read from.
-    pub fn take_task(&mut self, task: Task, file: Option<PathBuf>) {
-        let editor = Editor::new(task);
-        self.config.task = Arc::new(editor.task().clone());
-        (self.editor, self.file) = (editor, file);
     }
 
     pub fn save_task(&mut self, to: Option<&Target>) -> Result<String, SessionError> {
@@ -108,6 +129,12 @@ impl Setup {
     pub fn check(&self) -> Result<(), SessionError> {
         self.config.validate()?;
         check_model(&self.config).map_err(|error| SessionError::Failed(error.to_string()))
+    }
+
+    /// Checks a command as far as possible without its work, and makes its changes of the task and the settings.
+    pub fn try_command(&mut self, command: &Command) -> Result<(), SessionError> {
+        command.check_room(self)?;
+        command.as_execute().check(self)
     }
 
     /// Takes over the edited task, unless it is unchanged: a new `Arc` restarts hand play.

@@ -2,7 +2,7 @@
 
 mod opened;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::*;
 use mge_run::{Event, RunState};
@@ -405,14 +405,14 @@ fn properties_of_commands_in_scripts() {
 fn a_command_names_the_file_that_it_would_replace() {
     let folder = tempfile::tempdir().unwrap();
     for (before, name, after) in
-        [("clusters", "a.json", ""), ("model train box", "a.safetensors", " 1"), ("record", "a.mge", "")]
+        [("clusters", "a.json", ""), ("model train box", "a.safetensors", " 1"), ("figure scene", "a.png", "")]
     {
         let file = folder.path().join(name);
         let command = Command::parse(&format!("{before} {}{after}", file.display())).unwrap().unwrap();
-        assert_eq!(command.overwrites(), None, "{name}: there is no such file");
+        assert_eq!(command.overwrites(), Vec::<PathBuf>::new(), "{name}: there is no such file");
         std::fs::write(&file, "mine").unwrap();
-        assert_eq!(command.overwrites(), Some(file), "{name}");
-        assert_eq!(command.forced().overwrites(), None, "{name}: the user has agreed");
+        assert_eq!(command.overwrites(), [file], "{name}");
+        assert_eq!(command.forced().overwrites(), Vec::<PathBuf>::new(), "{name}: the user has agreed");
     }
 }
 
@@ -421,7 +421,7 @@ fn a_folder_is_no_file_to_save_to() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     for line in [format!("save {}", quoted(folder.path())), format!("save {} force", quoted(folder.path()))] {
-        assert_eq!(Command::parse(&line).unwrap().unwrap().overwrites(), None, "nothing is asked");
+        assert!(Command::parse(&line).unwrap().unwrap().overwrites().is_empty(), "nothing is asked");
         let error = apply(&mut session, &line).unwrap_err();
         assert!(error.contains("a folder"), "{error}");
     }

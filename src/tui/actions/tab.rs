@@ -29,10 +29,3 @@ mge_base::names!(Tab {
     Scene = "Scene", Edit = "Edit", Schedule = "Schedule", Training = "Training",
     Runs = "Runs", Models = "Models", Figures = "Figures", Log = "Log"
 });
-
-impl Tab {
-    /// Whether it shows a scene.
-    pub fn has_scene(self) -> bool {
-        matches!(self, Self::Scene | Self::Edit)
-    }
-}

@@ -1,7 +1,8 @@
 //! The table of actions with keys.
 
 use super::Context::{
-    self, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
+    self, Animation, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Picture, Playback, Runs, Scene,
+    Schedule,
 };
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
@@ -121,6 +122,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Effects(|s, _| s.curves.next_axis())),
         ("log-axis", "g", "", "", "a logarithmic axis for the selected curve, or a linear one", Change(|s, _| s.curves.switch_scale())),
         ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Effects(|s, _| training::fold(&mut s.curves))),
+        ("next-settings", "n", "", "", "show the next of the settings in which the two compared runs differ", Change(|s, _| s.curves.page += 1)),
     ]),
     (Runs, &[
         ("watch-run", "enter", "watch", "open", "watch the selected run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::watch))),
@@ -146,10 +148,15 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("evaluate-model", "v", "evaluate", "model evaluate", "", Effects(|s, ui| models::evaluate(&s.lists, ui))),
         ("stop-model", "X", "", "model stop", "", Verb),
     ]),
-    (Figures, &[
-        ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG, the episode as GIF", Do(|app| app.export_selected("png"))),
+    (Picture, &[
+        ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG", Do(|app| app.export_selected("png"))),
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
         ("export-pdf", "D", "as PDF", "figure", "export the selected figure as PDF", Do(|app| app.export_selected("pdf"))),
+    ]),
+    (Animation, &[
+        ("export-gif", "enter", "as GIF", "figure", "export the selected episode as GIF", Do(|app| app.export_selected("gif"))),
+    ]),
+    (Figures, &[
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
     ]),
     (Log, &[

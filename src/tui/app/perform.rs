@@ -1,17 +1,18 @@
 //! What actions do with the app.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{App, Awaited, TerminalRequest};
 use crate::tui::actions::{Entry, Run, Tab};
-use crate::tui::effect::Effect;
-use crate::tui::layers::{Arguments, CommandPalette};
+use crate::tui::effect::{Effect, Layer};
+use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
 use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary};
+use mge_base::text::counted;
 use mge_task as task;
 use mge_trainer::non_default_settings;
-use mge_workbench::{Command, FigureKind, command};
+use mge_workbench::{Command, command};
 
 /// Number of typed commands that are kept.
 const MAX_HISTORY: usize = 100;
@@ -49,12 +50,33 @@ impl App {
     pub fn try_apply(&mut self, command: Command) -> Result<(), String> {
         match command {
             Command::Quit(_) => self.quit(),
-            Command::Task(_) if self.workspace.view().dirty => self.ask_to_discard(command),
-            command => match self.would_overwrite(&command) {
-                Some(path) => self.ask_to_overwrite(&path, command),
-                None => return self.apply_confirmed(command),
-            },
+            Command::Task(_) if self.workspace.view().dirty => {
+                let text = format!("The edits of {} are not saved and will be lost.", self.workspace.view().task.name);
+                let open = Effect::new(|app| app.apply_confirmed(command));
+                self.ask("lose the edits?", text, vec![('y', "open the other task", open)]);
+            }
+            command => return self.export(vec![command], None),
         }
+        Ok(())
+    }
+
+    /// Carries out commands, and shows a text in place of their reports; asks first, once, if files would be lost.
+    ///
+    /// # Errors
+    /// When a command fails; the rest are skipped.
+    pub fn export(&mut self, commands: Vec<Command>, text: Option<String>) -> Result<(), String> {
+        let mut lost: Vec<PathBuf> = commands.iter().flat_map(Command::overwrites).collect();
+        lost.retain(|path| self.workspace.view().file.as_ref() != Some(path));
+        if !lost.is_empty() {
+            let title = format!("overwrite {}?", counted(lost.len(), "file"));
+            let names = some_of(lost.iter().map(|path| path.display().to_string()));
+            let commands = commands.into_iter().map(Command::forced).collect();
+            let overwrite = Effect::new(|app| app.export(commands, text));
+            self.ask(&title, format!("What they contain will be lost: {names}."), vec![('y', "overwrite", overwrite)]);
+            return Ok(());
+        }
+        commands.into_iter().try_for_each(|command| self.apply_confirmed(command))?;
+        text.into_iter().for_each(|text| self.show_message(Level::Good, text));
         Ok(())
     }
 
@@ -80,16 +102,29 @@ impl App {
         Ok(())
     }
 
-    /// Carries out an effect on the settings of the next run, which stay as they were if it fails.
+    /// Carries out commands, unless one of them would be refused: nothing has changed then.
     ///
     /// # Errors
-    /// When it fails.
-    pub fn all_or_none(&mut self, effect: Effect) -> Result<(), String> {
-        let (kept, schedule) = (self.workspace.kept(), self.screens.schedule.clone());
-        effect.carry_out(self).inspect_err(|_| {
-            kept.into_iter().for_each(|kept| self.workspace.go_back(kept));
-            self.screens.schedule = schedule;
-        })
+    /// When one of them is refused.
+    pub fn apply_all(&mut self, commands: Vec<Command>) -> Result<(), String> {
+        self.workspace.check(&commands)?;
+        commands.into_iter().try_for_each(|command| self.try_apply(command))
+    }
+
+    /// Opens a layer over the screen.
+    pub fn open(&mut self, layer: impl Layer + 'static) {
+        self.layers.push(Box::new(layer));
+    }
+
+    pub(super) fn ask(&mut self, title: &str, text: String, answers: Vec<(char, &str, Effect)>) {
+        self.open(Question::warning(title, text, answers));
+    }
+
+    /// Opens the palette with the command that saves the task as another file.
+    pub fn save_as(&mut self) {
+        let view = self.workspace.view();
+        let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
+        self.open_palette(&Command::from(command::Save(Some((&path).into()))).to_string());
     }
 
     /// Opens the dialog that starts a training.
@@ -112,10 +147,9 @@ impl App {
         self.carry_out(effects);
     }
 
-    /// Exports the selected figure; an episode is always an animation.
+    /// Exports the selected figure.
     pub fn export_selected(&mut self, format: &str) {
         let kind = figures::selected(&self.screens.lists);
-        let format = if kind == FigureKind::Episode { "gif" } else { format };
         let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
         self.apply(figure);
     }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
+use crate::tui::chart::Range;
 use crate::tui::screens::{run_form, runs, training};
 use crate::tui::view::{Choice, Level, RunSummary, Subject};
 use mge_run::RunState;
@@ -134,7 +135,8 @@ impl App {
 
     /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
     fn shows_scene(&self) -> bool {
-        self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice, Choice::Past(_)))
+        matches!(self.tab, Tab::Scene | Tab::Edit)
+            || (self.tab == Tab::Training && matches!(self.subject.choice, Choice::Past(_)))
     }
 
     /// Shows a requested greedy episode once it is available.
@@ -180,7 +182,9 @@ impl App {
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
         let is_other = !Arc::ptr_eq(&subject.episode, &self.subject.episode);
         if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
-            self.screens.curves.forget_window();
+            // The window of one run does not suit another.
+            let curves = &mut self.screens.curves;
+            (curves.range, curves.crosshair, curves.hovered) = (Range::Whole, None, None);
         }
         self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
         self.subject = subject;

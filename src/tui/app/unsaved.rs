@@ -14,8 +14,16 @@ const NAME: &str = "unsaved-";
 impl Drop for App {
     /// Saves unsaved edits, as after a signal or a panic.
     fn drop(&mut self) {
-        if self.keeps_edits && !self.is_leaving() && self.workspace.view().dirty {
-            terminal::report_at_the_end(keep(self.workspace.view(), &[PathBuf::new(), std::env::temp_dir()]));
+        let view = self.workspace.view();
+        if !self.keeps_edits || self.is_leaving() {
+            return;
+        }
+        if view.dirty {
+            terminal::report_at_the_end(keep(view, &[PathBuf::new(), std::env::temp_dir()]));
+        }
+        if self.screens.schedule.is_edited() {
+            let schedule = self.screens.schedule.shown(view);
+            terminal::report_at_the_end(format!("the drawn schedule was not in use yet: `epsilon {schedule}` sets it"));
         }
     }
 }
@@ -43,15 +51,9 @@ fn keep(view: &ViewModel, folders: &[PathBuf]) -> String {
 /// Reports a task that an earlier workbench saved in `folder`.
 pub fn report_recovered_edits(app: &mut App, folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
-    let is_kept = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name.starts_with(NAME) && name.ends_with(".json")
-    };
-    let kept = entries.flatten().map(|entry| entry.path()).filter(is_kept);
-    if let Some(path) = kept.min() {
-        let path = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = format!("an earlier workbench left unsaved edits: `task {path}` opens them");
-        app.warn(Level::Warning, &text);
+    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    if let Some(name) = names.filter(|name| name.starts_with(NAME) && name.ends_with(".json")).min() {
+        app.warn(Level::Warning, &format!("an earlier workbench left unsaved edits: `task {name}` opens them"));
     }
 }
 
@@ -80,6 +82,18 @@ mod tests {
         assert!(keep(&typical(), &["/nowhere".into()]).contains("are lost"));
         let fallback = keep(&typical(), &["/nowhere".into(), folder.path().to_owned()]);
         assert!(fallback.contains("are kept in") && fallback.contains("unsaved-task1-3.json"), "{fallback}");
+    }
+
+    #[test]
+    fn a_schedule_that_is_being_drawn_is_told_if_a_signal_ends_the_workbench() {
+        let told = |keys: &str| {
+            let (mut app, _) = app(empty());
+            app.keeps_edits = true;
+            press(&mut app, keys);
+            drop(app);
+            terminal::take_panics().concat().contains("`epsilon points:0=0.81,1500=0.05` sets it")
+        };
+        assert!(told("3 up") && !told("3 up q y"));
     }
 
     #[test]

@@ -166,6 +166,7 @@ mod tests {
             unit: 1.0,
             crosshair: None,
             marks: Vec::new(),
+            more: "more",
             empty: "press t",
         }
     }
@@ -237,7 +238,10 @@ mod tests {
         let mut plot = plot(&values, &[]);
         let names = ["one", "two", "three", "four", "five", "six", "seven", "eight"];
         plot.curves = names.map(|name| curve(name, &values, &[])).into();
-        assert_eq!(lines(&plot, Marker::Ascii)[..2], ["loss  one: 1  two: 1", "  three: 1  +5 more"]);
+        let small = lines(&plot, Marker::Ascii);
+        assert_eq!(small[..2], ["loss  1  1  1  1  1  1  1", "  1"], "their values in their colours");
+        assert!(of_height(&plot, 11).contains("six: 1") && of_height(&plot, 11).contains("+2 more"));
+        assert!(of_height(&plot, 14).contains("eight: 1") && !of_height(&plot, 14).contains("more"));
     }
 
     #[test]

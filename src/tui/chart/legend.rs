@@ -1,7 +1,7 @@
 //! Title and legend of a chart: the names of its curves with their latest values or those at the crosshair.
 
 use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
 use super::axes::number;
@@ -11,37 +11,48 @@ use crate::tui::widgets::theme::Theme;
 
 /// Least width of a name in columns; in a wide chart it has half of the width.
 const NAME: usize = 24;
-/// Columns reserved for the count of curves that do not fit.
-const COUNT: usize = 10;
+/// Least height of a chart whose curves are named, and of its plot.
+const NAMED: u16 = 10;
 
-/// Title and legend, on as many lines as they need, at most a fifth of the area and one more. Curves that do not fit
-/// are counted.
+/// Title and legend, on as many lines as they need and leave the plot its room. In a small chart, curves of which not
+/// all can be named have their values only: a large one names them. Curves that do not fit are counted.
 pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
-    let most = usize::from(area.height / 5).max(1) + usize::from(area.height >= 6);
+    let few = usize::from(area.height / 5).max(1) + usize::from(area.height >= 6);
+    let most = few.max(area.height.saturating_sub(NAMED).into());
+    let (named, left) = entries(plot, true, area, most, theme);
+    if left == 0 || area.height >= NAMED { named } else { entries(plot, false, area, most, theme).0 }
+}
+
+/// Title and legend on at most this many lines, and the number of curves that do not fit.
+fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) -> (Vec<Line<'static>>, usize) {
     let mut lines = vec![Line::styled(columns::shortened(plot.title, usize::from(area.width), false), theme.strong())];
     if let Some([_, at]) = plot.crosshair {
         lines[0].push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
     }
-    let named: Vec<&Curve> = plot.curves.iter().filter(|curve| !curve.values.is_empty()).collect();
-    for (index, curve) in named.iter().enumerate() {
-        let left = named.len() - index;
+    let all = plot.curves.iter().filter(|curve| !curve.values.is_empty());
+    let text = |curve: &Curve| {
         let name = columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true);
-        let colon = if name.is_empty() { "" } else { ": " };
-        let text = format!("  {name}{colon}{}", number(curve.value(plot.crosshair.map(|[x, _]| x))));
+        let name = if name.is_empty() || !is_named { String::new() } else { name + ": " };
+        format!("  {name}{}", number(curve.value(plot.crosshair.map(|[x, _]| x))))
+    };
+    let texts: Vec<(String, Color)> = all.map(|curve| (text(curve), curve.colour)).collect();
+    for (index, (text, colour)) in texts.iter().enumerate() {
+        let left = texts.len() - index;
+        let rest = format!("  +{left} {}", plot.more);
+        let after = || texts[index + 1..].iter().map(|(text, _)| columns::width(text)).sum();
         let fits = |line: &Line, lines: usize| {
-            let count = if lines == most && left > 1 { COUNT } else { 0 };
-            line.width() + columns::width(&text) + count <= usize::from(area.width)
+            let reserved = if lines == most { columns::width(&rest).min(after()) } else { 0 };
+            line.width() + columns::width(text) + reserved <= usize::from(area.width)
         };
-        if lines.len() < most && !lines.last().is_some_and(|line| fits(line, lines.len())) {
+        if lines.len() < most && !fits(&lines[lines.len() - 1], lines.len()) {
             lines.push(Line::default());
         }
-        let count = lines.len();
-        let Some(line) = lines.last_mut() else { break };
-        if !fits(line, count) {
-            line.push_span(Span::styled(format!("  +{left} more"), theme.faint()));
-            break;
+        let last = lines.len() - 1;
+        if !fits(&lines[last], lines.len()) {
+            lines[last].push_span(Span::styled(rest, theme.faint()));
+            return (lines, left);
         }
-        line.push_span(Span::styled(text, Style::new().fg(curve.colour)));
+        lines[last].push_span(Span::styled(text.clone(), Style::new().fg(*colour)));
     }
-    lines
+    (lines, 0)
 }

@@ -59,6 +59,8 @@ pub struct Plot<'a> {
     pub crosshair: Option<[f32; 2]>,
     /// Interventions: episode, colour and description.
     pub marks: Vec<(u64, Color, &'a str)>,
+    /// What follows the number of curves that the legend has no room for, such as where it has more.
+    pub more: &'a str,
     /// The text shown without data.
     pub empty: &'a str,
 }

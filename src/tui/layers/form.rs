@@ -1,4 +1,4 @@
-//! A form: fields of one line each, checked on enter. A prompt is a form with one field, whose words may be completed.
+//! A form: fields of one line each, checked while one types and on enter. A prompt is a form with one field, whose words may be completed.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::buffer::Buffer;
@@ -145,6 +145,12 @@ impl Form {
         Some(format!("`{}` is empty: write a value, or open the dialog again for the usual one", field.name))
     }
 
+    /// What is wrong with what has been typed so far. A prompt with completions expects unfinished words.
+    fn problem(&self, texts: &[&str]) -> Option<String> {
+        let is_typed = self.completions.is_empty() && texts.iter().any(|text| !text.is_empty());
+        self.emptied().or_else(|| (self.read)(texts).err()).filter(|_| is_typed)
+    }
+
     /// Selects the field that is `by` after the selected one.
     fn go(&mut self, by: usize) {
         self.select((self.selected + by) % self.fields.len());
@@ -249,6 +255,7 @@ impl Layer for Form {
 
     fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let (texts, count) = (self.texts(), self.fields.len());
+        let problem = self.problem(&texts).filter(|_| self.error.is_none());
         let explained: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts)).collect();
         let is_large = count > 1 || !self.completions.is_empty();
         let width = area.width.saturating_sub(8).min(if is_large { 72 } else { 64 });
@@ -277,7 +284,12 @@ impl Layer for Form {
             }
             cursor = if is_selected { Some(end) } else { cursor };
         }
-        let below = Rect { y: inside.y + count as u16 + 1, ..inside }.intersection(inside);
+        let [between, below] =
+            [0, 1].map(|row| Rect { y: inside.y + count as u16 + row, ..inside }.intersection(inside));
+        if let Some(problem) = problem {
+            let line = columns::shortened(&problem, usize::from(width), false);
+            Line::styled(line, Style::new().fg(theme.bad)).render(between, buffer);
+        }
         let rows = about.len() as u16;
         Text::from_iter(about).style(style).render(below, buffer);
         let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);

@@ -8,6 +8,6 @@ mod tour;
 
 pub use form::{Field, Form};
 pub use palette::{Arguments, CommandPalette, Value};
-pub use question::Question;
+pub use question::{Question, some_of};
 pub use tools::{ToolItem, ToolPalette, tool_text};
 pub use tour::Tour;

@@ -18,6 +18,16 @@ const KEYS: u16 = 3;
 /// Columns of the text.
 const WIDTH: u16 = 60;
 
+/// Number of names in a question.
+const MAX_NAMED: usize = 6;
+
+/// The names, or some of them and the number of the others.
+pub fn some_of(names: impl ExactSizeIterator<Item = String>) -> String {
+    let more = names.len().saturating_sub(MAX_NAMED);
+    let names = names.take(MAX_NAMED).collect::<Vec<_>>().join(", ");
+    if more > 0 { format!("{names} and {more} more") } else { names }
+}
+
 /// A question and its answers.
 pub struct Question {
     title: String,

@@ -34,6 +34,7 @@ impl<'a> Shown<'a> {
     /// Its label.
     pub fn label(&self) -> String {
         match self {
+            Self::Run(run, _) if run.is_named() => run.name.clone(),
             Self::Run(run, None) => run.label.clone(),
             Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.config.seed),
             Self::Group(group, _) => format!("{}, {}", group.label, counted(group.seeds(), "seed")),
@@ -134,7 +135,7 @@ impl<'a> Charts<'a> {
 
     /// Draws the chart of a metric.
     pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let (many, axis) = (self.shown.len() > 1, self.state.axis);
+        let (many, axis, smoothing) = (self.shown.len() > 1, self.state.axis, self.state.smoothing(metric));
         let axes: Vec<Positions<'_>> = self.shown.iter().map(|shown| Positions::of(shown.curves(), axis)).collect();
         let greedy = self.shown.iter().zip(&axes).map(|(shown, axis)| match metric {
             Metric::Success => shown.evaluations().iter().map(|(episode, value)| (axis.at(*episode), *value)).collect(),
@@ -148,7 +149,8 @@ impl<'a> Charts<'a> {
             episodes: &axes[index].positions,
             values: shown.curves().get(metric),
             band: shown.band(metric),
-            smoothing: smoothed_values(shown.curves(), self.state.smoothing(metric)),
+            // Of a long run, whose episodes are thinned, fewer values.
+            smoothing: (smoothing * shown.curves().episodes().len() / shown.curves().last_episode().max(1)).max(1),
             // The first values of the success rate are means of fewer episodes.
             partial: if metric == Metric::Success { axes[index].at(WINDOW.get() as u64 - 1) } else { 0 },
             points: &greedy[index],
@@ -157,7 +159,6 @@ impl<'a> Charts<'a> {
             Some(Shown::Run(run, _)) => without_episodes(run),
             _ => self.ui.text("no episodes yet: {train} trains"),
         };
-        let smoothing = self.state.smoothing(metric);
         let averaged = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
         let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
         let window = self.state.range.window(episodes(&self.shown));
@@ -188,6 +189,8 @@ impl<'a> Charts<'a> {
             let colour = if many { colour } else { self.ui.theme.warn };
             shown.marks().iter().map(move |mark| (axis.at(mark.episode), colour, &*mark.text))
         });
+        let more = if self.state.alone { "more" } else { "more: {large} on screen {screen-training}" };
+        let more = self.ui.text(more);
         let plot = Plot {
             marks: marks.collect(),
             title: &title,
@@ -197,6 +200,7 @@ impl<'a> Charts<'a> {
             y: metric.info().range,
             scale: self.state.scale(metric),
             crosshair: self.crosshair().map(|episode| [self.x_of(episode), episode]),
+            more: &more,
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
@@ -212,11 +216,6 @@ fn time_unit(last: f32) -> (f32, &'static str) {
         ..600.0 => (60e3, "minutes"),
         _ => (3.6e6, "hours"),
     }
-}
-
-/// The number of values that a moving average over episodes covers: fewer if the episodes are thinned.
-fn smoothed_values(curves: &Curves, episodes: usize) -> usize {
-    (episodes * curves.episodes().len()).checked_div(curves.last_episode()).unwrap_or(episodes).max(1)
 }
 
 /// Where the episodes of the watched run are on the x axis, or else of what has most episodes.

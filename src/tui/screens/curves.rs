@@ -27,6 +27,8 @@ pub struct CurvesState {
     pub alone: bool,
     /// Whether several runs are shown, not only the watched one.
     pub comparing: bool,
+    /// Which of the settings in which two compared runs differ are shown, if there are many.
+    pub page: usize,
     /// Whether runs that differ in the seed only are one curve.
     #[educe(Default = true)]
     pub(super) folded: bool,
@@ -44,11 +46,6 @@ impl CurvesState {
     /// Removes the crosshair, or else shows all curves again, or ends a comparison; false if there is nothing to leave.
     pub fn leave(&mut self) -> bool {
         self.crosshair.take().is_some() || std::mem::take(&mut self.alone) || std::mem::take(&mut self.comparing)
-    }
-
-    /// Shows all episodes: the window of one run does not suit another.
-    pub fn forget_window(&mut self) {
-        (self.range, self.crosshair, self.hovered) = (Range::Whole, None, None);
     }
 
     /// Moves the crosshair to the past episode that is shown, or removes it when the past is left.

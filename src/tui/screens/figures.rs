@@ -134,7 +134,7 @@ fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: 
     Text::from(text).render(below, buffer);
 }
 
-const EXPLANATION: &str = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, into the folder figures/. {compose} composes the learning figure.";
+const EXPLANATION: &str = "Nothing exported yet: the keys in the last row export the selected figure into the folder figures/. {compose} composes the learning figure.";
 
 /// The selected figure.
 pub fn selected(lists: &Lists) -> FigureKind {

@@ -11,7 +11,7 @@ use crate::tui::view::{Curves, RunSummary, ViewModel, XAxis, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig, warnings};
-use mge_workbench::{Command, free_name, usual_name};
+use mge_workbench::{Command, check_settings, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
 const FIELDS: [(&str, &str, &str); 9] = [
@@ -63,8 +63,8 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
     let measured: Vec<_> = measured(view).map(|run| (run.config.method, run.curves.clone())).collect();
-    let (settings, folder, now) = (view.settings.clone(), view.folder.clone(), view.settings.method);
-    let runs_folder = folder.clone();
+    let (settings, folder) = (view.settings.clone(), view.folder.clone());
+    let (now, before, runs_folder) = (settings.method, settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
     let explain = move |place: usize, texts: &[&str]| {
         let settings = settings.with_method(texts[0].parse().unwrap_or(now));
@@ -87,11 +87,11 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         [value, format!("{about}\nThe agent places: {tool}.\n{cost}{doubts}")]
     };
     let title = format!("train on {}", view.task.name);
-    Form::new(title, fields, explain, move |texts| read(texts, (now, seeds), &folder)).with_enter("start")
+    Form::new(title, fields, explain, move |texts| read(texts, (&before, seeds), &folder)).with_enter("start")
 }
 
-/// Sets what the fields say and starts the runs in a folder, given the method of the session and the usual seeds.
-fn read(texts: &[&str], (now, seeds): (Method, u32), folder: &Path) -> Result<Effect, String> {
+/// Sets what the fields say and starts the runs in a folder, given the settings of the session and the usual seeds.
+fn read(texts: &[&str], (before, seeds): (&RunConfig, u32), folder: &Path) -> Result<Effect, String> {
     if texts[NAME].contains(['/', '\\']) || texts[NAME].starts_with('.') {
         return Err(format!("`{}` is not a name: it has no / and does not begin with a dot", texts[NAME]));
     }
@@ -99,19 +99,22 @@ fn read(texts: &[&str], (now, seeds): (Method, u32), folder: &Path) -> Result<Ef
     // A rule that is left out is null in the settings.
     let value = |text: &'_ str| if text == NONE { "null".into() } else { shell_words::quote(text).into_owned() };
     let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", value(text)));
-    let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {now}")).collect();
-    let place = folder.join(texts[NAME]).display().to_string();
-    let place = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(&place) };
+    let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {}", before.method)).collect();
     let count = if texts[SEEDS].is_empty() { &*seeds.to_string() } else { texts[SEEDS] };
     let with_seeds = if count == "1" { String::new() } else { format!("seeds {count}") };
-    lines.push(format!("train {place} {with_seeds}"));
+    let name = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(texts[NAME]) };
+    lines.push(format!("train {name} {with_seeds}"));
     let parsed = lines.iter().map(|line| Command::parse(line).map_err(|error| error.to_string()));
-    let commands: Vec<Option<Command>> = parsed.collect::<Result<_, String>>()?;
-    let seeds = count.parse().unwrap_or(1);
-    let remember = Effect::call(move |app| app.seeds = seeds);
-    let all = Effect::all(commands.into_iter().flatten().map(Effect::apply).chain([remember]).collect());
+    let commands: Vec<Command> = parsed.filter_map(Result::transpose).collect::<Result<_, String>>()?;
     // The errors of settings have the words of their files.
-    Ok(Effect::new(|app| app.all_or_none(all).map_err(|error| error.replace("or null", "or none"))))
+    let reworded = |error: String| error.replace("or null", "or none");
+    check_settings(before, folder, &commands).map_err(|error| reworded(error.to_string()))?;
+    let seeds = count.parse().unwrap_or(1);
+    Ok(Effect::new(move |app| {
+        app.apply_all(commands).map_err(reworded)?;
+        app.seeds = seeds;
+        Ok(())
+    }))
 }
 
 /// The value of a field in settings.

@@ -84,7 +84,7 @@ impl Schedule {
     }
 
     /// The schedule as edited, or the one in use.
-    fn shown(&self, view: &ViewModel) -> EpsilonSchedule {
+    pub fn shown(&self, view: &ViewModel) -> EpsilonSchedule {
         self.draft.clone().map_or_else(|| view.settings.epsilon.clone(), EpsilonSchedule::Points)
     }
 

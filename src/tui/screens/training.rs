@@ -138,7 +138,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
     let inside = match pair(curves, marked, ui) {
-        Some(pair) => differences(pair, inside, ui, buffer),
+        Some(pair) => differences(pair, curves.page, inside, ui, buffer),
         None => inside,
     };
     let charts = Charts::new(curves, shown, ui);
@@ -245,22 +245,23 @@ fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
     fitting(&["training".to_owned(), name, state, done, seeds, left, speed, before], room)
 }
 
-/// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.
-fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
+/// Draws the settings in which two runs differ below the charts, in the colours of the runs, those of a `page` if there
+/// are many; returns the area left.
+fn differences(pair: [&RunSummary; 2], page: usize, area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
     let mut all = mge_results::differences(&pair[0].config, &pair[1].config);
-    // What does not fit is counted: what matters most comes first.
+    // What matters most comes first.
     all.sort_by_key(|(path, _)| ["task.name", "method"].iter().position(|first| first == path).unwrap_or(usize::MAX));
-    let most = usize::from(area.height / 3);
-    let left = (all.len() + 1).saturating_sub(most);
-    let room = most.saturating_sub(1 + usize::from(left > 0));
+    let most = usize::from(area.height / 3).max(3) - 1;
+    let room = if all.len() > most { most - 1 } else { most };
+    let (pages, more) = (all.len().div_ceil(room), all.len().saturating_sub(room));
     let head = [String::new(), pair[0].name.clone(), pair[1].name.clone()];
     let mut rows = vec![head];
-    rows.extend(all.into_iter().take(room).map(|(path, values)| {
+    rows.extend(all.into_iter().skip(page % pages.max(1) * room).take(room).map(|(path, values)| {
         let [first, second] = values.map(|value| printable(&value).to_string());
         [path, first, second]
     }));
-    if left > 0 {
-        rows.push([format!("+{} more", left + 1), String::new(), String::new()]);
+    if more > 0 {
+        rows.push([ui.text(&format!("+{more} more: {{next-settings}}")), String::new(), String::new()]);
     } else if rows.len() == 1 {
         rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
     }

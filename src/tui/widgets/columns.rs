@@ -18,11 +18,6 @@ pub fn end(text: &str, columns: usize) -> &str {
     text.unicode_truncate_start(columns).0
 }
 
-/// A text padded with spaces to `columns`.
-pub fn padded(text: &str, columns: usize) -> String {
-    format!("{text}{}", " ".repeat(columns.saturating_sub(width(text))))
-}
-
 /// As many of the first parts as fit into `columns`, joined; empty parts are skipped.
 pub fn fitting(parts: &[String], columns: usize) -> String {
     let mut text = String::new();
@@ -57,7 +52,6 @@ mod tests {
         assert_eq!(split("ab", 4), ("ab", ""));
         assert_eq!(end("a日本", 3), "本");
         assert_eq!(end("abc", 2), "bc");
-        assert_eq!(padded("日", 4), "日  ");
     }
 
     #[test]

@@ -322,15 +322,13 @@ impl Command {
         found
     }
 
-    /// The existing file whose content would be lost if the command were [forced](Self::forced): any file, except a
-    /// figure in place of a figure, which can be drawn again.
-    pub fn overwrites(&self) -> Option<PathBuf> {
+    /// The existing files whose content would be lost if the command were [forced](Self::forced): the one that it writes,
+    /// with the table beside a figure.
+    pub fn overwrites(&self) -> Vec<PathBuf> {
+        let lost = self.with_output(|to, _| (!to.force && to.path.is_file()).then(|| to.path.clone())).flatten();
         let is_figure = matches!(self, Self::Figure(_));
-        let is_lost = |to: &Target, format: &Format<'_>| {
-            let is_redrawn = is_figure && to.check(format).is_ok();
-            !to.force && to.path.is_file() && !is_redrawn
-        };
-        self.with_output(|to, format| is_lost(to, format).then(|| to.path.clone())).flatten()
+        let table = lost.as_ref().filter(|_| is_figure).map(|path| path.with_extension("csv"));
+        lost.into_iter().chain(table.filter(|table| table.is_file())).collect()
     }
 
     /// The command, replacing a file of any format.
@@ -506,7 +504,7 @@ mod tests {
             ("seed x", "`x` is not a seed"),
             ("epsilon 2", "not between 0 and 1"),
             ("figure pie a.png", "unknown kind of figure `pie`: use one of scene, clusters"),
-            ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in FOLDER] [until N]"),
+            ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in NAME] [until N]"),
             ("undo now", "`now` was not expected"),
             ("set ddpg {\"hidden\":4}", "`{hidden:4}` is not JSON: write it in single quotes"),
             ("task 'a", "a quote is not closed"),

@@ -9,7 +9,7 @@ use super::arguments::{
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::setup::Setup;
 use crate::{Session, SessionError};
-use mge_run::{CheckpointName, Notes, RunDirectory};
+use mge_run::{CheckpointName, Notes, RunDirectory, RunError};
 use mge_trainer::Control;
 
 /// Commands that control the current run. The journal derives them from the run's state or event log.
@@ -23,13 +23,13 @@ command! {
     /// Starts or queues a run with the current settings.
     #[derive(Default)]
     Train {
-        /// Its folder; None for a new one in the folder for runs. With several seeds, each run has a subfolder.
+        /// Its folder, a name alone that of one in the folder for runs; None for a new one there. With several seeds, each run has a subfolder.
         folder: Option<PathBuf> = Optional(Place("a folder", false), |word| ["seeds", "until"].contains(&word)),
         /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
-    }: "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; the key opens a dialog";
+    }: "train" "[NAME] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; the key opens a dialog";
     execute = |this, session| match this.seeds {
         None => session.train(this.folder.as_deref(), this.until),
         Some(seeds) => session.train_seeds(seeds, this.folder.as_deref(), this.until),
@@ -102,11 +102,11 @@ command! {
         episode: u32 = Number("number of episodes"),
         /// Settings to change, and their values.
         changes: Vec<(String, String)> = Changes,
-        /// The new run's folder; None for a new one in the folder for runs.
+        /// The new run's folder, as that of a training.
         folder: Option<PathBuf> = Keyword("in", Place("a folder", false)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
-    }: "fork" "EPISODE [KEY=VALUE]... [in FOLDER] [until N]" "train a new run from an episode of the watched one, with other settings";
+    }: "fork" "EPISODE [KEY=VALUE]... [in NAME] [until N]" "train a new run from an episode of the watched one, with other settings";
     execute = |this, session| session.fork(this);
     // It is recorded once the new run has its number.
     script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Result, ..ScriptRole::default() };
@@ -179,6 +179,28 @@ command! {
         name: String = Rest("a name"),
     }: "rename" "RUN NAME" "give a run another name; an empty one is that of its folder";
     execute = |this, session| session.rename(&this.folder, &this.name);
+}
+
+impl Command {
+    /// Checks that the folders that it names for new runs are free.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub(crate) fn check_room(&self, setup: &Setup) -> Result<(), RunError> {
+        let (folder, seeds) = match self {
+            Self::Train(Train { folder, seeds, .. }) => (folder, *seeds),
+            Self::Fork(Fork { folder, .. }) => (folder, None),
+            _ => return Ok(()),
+        };
+        let Some(folder) = folder.as_ref().map(|folder| setup.place(folder)) else { return Ok(()) };
+        let check = |folder: PathBuf| match RunDirectory::open(&folder) {
+            Ok(_) => Err(RunError::AlreadyARun(folder)),
+            Err(_) => RunDirectory::at(&folder).check_room(),
+        };
+        let Some(count) = seeds else { return check(folder) };
+        let first = setup.config.seed;
+        (first..first.saturating_add(count.into())).try_for_each(|seed| check(folder.join(format!("seed{seed}"))))
+    }
 }
 
 /// Changes the notes in the folder of a run.

@@ -99,8 +99,8 @@ fn check_file(source: &PriorSource) -> Result<(), SessionError> {
 command! {
     /// Chooses the folder for runs.
     Out(folder: PathBuf = Place("a folder", false)): "out" "FOLDER" "choose the folder for runs";
-    execute = |this, session| {
-        session.runs.folder.clone_from(&this.0);
+    prepare = |this, setup| {
+        setup.folder.clone_from(&this.0);
         Ok(format!("runs go to {}", this.0.display()))
     };
 }

@@ -32,7 +32,7 @@ const LEAST: f64 = 1.0;
 pub struct Curves {
     episodes: Vec<u64>,
     /// Seconds of training at the end of each episode.
-    seconds: Vec<f32>,
+    pub(super) seconds: Vec<f32>,
     values: [Vec<f32>; Metric::KEPT.len()],
     /// The least and the greatest finite value of each metric.
     ranges: [Option<[f32; 2]>; Metric::KEPT.len()],
@@ -105,11 +105,6 @@ impl Curves {
     /// The number of the last episode; 0 if there is none.
     pub fn last_episode(&self) -> usize {
         self.episodes.last().map_or(0, |episode| *episode as usize)
-    }
-
-    /// The seconds of training at the end of the episode in a place.
-    pub(super) fn seconds_at(&self, place: usize) -> f32 {
-        self.seconds[place]
     }
 
     /// Adds an episode: the seconds of training at its end, and a value for each metric, in the order of

@@ -108,7 +108,7 @@ impl GroupCurves {
                     }
                 }
             });
-            let seconds = places.iter().map(|(run, place)| run.seconds_at(*place)).sum::<f32>() / places.len() as f32;
+            let seconds = places.iter().map(|(run, place)| run.seconds[*place]).sum::<f32>() / places.len() as f32;
             group.middle.push(*episode, seconds, found.map(|[middle, ..]| middle));
             group.low.push(*episode, seconds, found.map(|[_, low, _]| low));
             group.high.push(*episode, seconds, found.map(|[.., high]| high));
@@ -174,8 +174,7 @@ impl Grouping {
                 curves: None,
             };
             grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
-            let group = group.with_statistics(&begun);
-            grouping.groups.push(group.with_curves(runs, &counted));
+            grouping.groups.push(group.with_statistics(&begun, runs, &counted));
         }
         grouping
     }
@@ -228,25 +227,19 @@ fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
 }
 
 impl RunGroup {
-    fn with_statistics(mut self, begun: &Groups<'_>) -> Self {
-        let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
-        if self.is_many() {
-            // There are no statistics until a run has begun.
-            let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &bootstrap).ok().flatten();
-            self.success = summary.map(|summary| summary.iqm);
-        }
-        self
-    }
-
-    /// Adds the aggregated curves of its `counted` runs, if it has several.
-    fn with_curves(self, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
+    /// Adds the statistics of the runs that have `begun`, and the aggregated curves of its `counted` runs, if it has
+    /// several.
+    fn with_statistics(self, begun: &Groups<'_>, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
         if !self.is_many() {
             return self;
         }
+        let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
+        // There are no statistics until a run has begun.
+        let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &bootstrap).ok().flatten();
         let curves: Vec<&Curves> = counted.iter().map(|place| &*runs[*place].curves).collect();
         // They have no episodes before half of its runs have been read.
         let curves = Some(GroupCurves::new(&curves)).filter(|curves| !curves.middle.episodes().is_empty());
-        Self { curves: curves.map(Arc::new), ..self }
+        Self { success: summary.map(|summary| summary.iqm), curves: curves.map(Arc::new), ..self }
     }
 }
 
@@ -258,23 +251,14 @@ const PAUSE: Duration = Duration::from_millis(500);
 /// Keeps a grouping up to date in the background.
 #[derive(Debug, Default)]
 pub struct Grouper {
-    known: Arc<Grouping>,
+    /// The latest grouping.
+    pub known: Arc<Grouping>,
     /// The runs may have changed since they were grouped.
-    stale: bool,
+    pub stale: bool,
     loader: Loader<u64, Arc<Grouping>>,
 }
 
 impl Grouper {
-    /// The latest grouping.
-    pub fn known(&self) -> &Arc<Grouping> {
-        &self.known
-    }
-
-    /// Says that the runs may have changed.
-    pub fn set_stale(&mut self) {
-        self.stale = true;
-    }
-
     /// Takes over a finished grouping, and groups the runs again if they have changed and the pause is over. True if
     /// there is a new grouping.
     pub fn poll(&mut self, runs: &[Arc<RunSummary>]) -> bool {
@@ -445,18 +429,18 @@ mod tests {
         let mut grouper = Grouper::default();
         let mut runs = runs();
         assert!(!grouper.poll(&runs) && !grouper.loader.is_loading(), "nothing is known to have changed");
-        grouper.set_stale();
+        grouper.stale = true;
         grouper.poll(&runs);
-        assert!(finish(&mut grouper, &runs) && grouper.known().of(Path::new("runs/a")).is_some());
+        assert!(finish(&mut grouper, &runs) && grouper.known.of(Path::new("runs/a")).is_some());
         Arc::make_mut(&mut runs[4]).done += 1;
-        grouper.set_stale();
+        grouper.stale = true;
         grouper.poll(&runs);
         assert!(!grouper.loader.is_loading(), "during the pause");
         std::thread::sleep(PAUSE);
         grouper.poll(&runs);
         assert!(finish(&mut grouper, &runs));
         std::thread::sleep(PAUSE);
-        grouper.set_stale();
+        grouper.stale = true;
         grouper.poll(&runs);
         assert!(!grouper.loader.is_loading() && !grouper.stale, "the runs are the same");
     }

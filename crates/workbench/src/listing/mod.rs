@@ -38,7 +38,7 @@ pub struct Listing {
     runs: Vec<Arc<RunSummary>>,
     folder: Loader<PathBuf, Arc<Folder>>,
     /// The folder has to be scanned at once.
-    is_due: bool,
+    pub is_due: bool,
     histories: Histories,
     grouper: Grouper,
     /// Runs that were in the session before they were found in the folder; they are listed last.
@@ -53,7 +53,7 @@ impl Listing {
 
     /// The latest grouping of the runs.
     pub fn groups(&self) -> &Arc<Grouping> {
-        self.grouper.known()
+        &self.grouper.known
     }
 
     /// Number of runs in the session's folder that have not been read yet; at least 1 before they have been counted.
@@ -83,11 +83,6 @@ impl Listing {
     pub fn request_curves(&mut self, runs: Vec<PathBuf>, session: &Session) {
         let is_opened = |path: &PathBuf| session.runs().iter().any(|run| run.directory().path() == path);
         self.histories.request(runs.into_iter().filter(|path| !is_opened(path)).collect());
-    }
-
-    /// Scans the folder at once.
-    pub fn rescan(&mut self) {
-        self.is_due = true;
     }
 
     /// Takes over what was read, and reads on. True if something is new.
@@ -146,7 +141,7 @@ impl Listing {
         let begun = session.runs().iter().map(|run| run.directory().path());
         let begun = begun.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path).cloned());
         self.runs = listed.chain(begun).collect();
-        self.grouper.set_stale();
+        self.grouper.stale = true;
     }
 
     /// The summary of a run with its curves, as far as they have been read.

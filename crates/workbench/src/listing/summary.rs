@@ -111,6 +111,11 @@ impl RunSummary {
         self.path.file_name().and_then(OsStr::to_str).unwrap_or(&self.name)
     }
 
+    /// Whether users gave it another name than that of its folder.
+    pub fn is_named(&self) -> bool {
+        self.name != self.folder_name()
+    }
+
     /// Configured number of episodes.
     pub fn episodes(&self) -> u64 {
         u64::from(self.config.episodes)
@@ -155,10 +160,10 @@ impl RunSummary {
         self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
     }
 
-    /// Seconds until the run is finished at its present rate. Its first episodes, before it has learned anything, tell
-    /// too little about the later ones.
+    /// Seconds until the run is finished at its present rate. Its first two fifths, in which most of what it learns
+    /// makes it faster, tell too little about the rest.
     pub fn seconds_left(&self) -> Option<f64> {
-        let rate = self.rate().filter(|_| 5 * self.done >= self.episodes())?;
+        let rate = self.rate().filter(|_| 5 * self.done >= 2 * self.episodes())?;
         Some(self.episodes().saturating_sub(self.done) as f64 / rate)
     }
 

@@ -1,5 +1,6 @@
 //! The runs of a session by number, their queue for cores and their folders.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use crate::SessionError;
@@ -8,7 +9,7 @@ use mge_base::paths::fitting;
 use mge_run::RunState;
 
 /// The runs of a session.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Runs {
     /// In the order in which they were started or opened, that of their numbers.
     pub all: Vec<RunView>,
@@ -22,27 +23,11 @@ pub(crate) struct Runs {
     pub deleted: Vec<Vec<PathBuf>>,
     /// Number of runs queued so far.
     pub turns: u64,
-    /// Maximum number of runs trained at the same time; further runs are queued.
-    pub cores: usize,
-    /// The folder for new runs.
-    pub folder: PathBuf,
+    /// Maximum number of runs trained at the same time, by default one on each core; further runs are queued.
+    pub cores: Option<NonZeroUsize>,
 }
 
 impl Runs {
-    /// No runs yet; new ones go to `folder`.
-    pub fn new(folder: PathBuf) -> Self {
-        Self {
-            all: Vec::new(),
-            current: None,
-            created: 0,
-            former: Vec::new(),
-            deleted: Vec::new(),
-            turns: 0,
-            cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            folder,
-        }
-    }
-
     /// The number of the run in a folder, if it is in the session.
     pub fn number_of(&self, folder: &Path) -> Option<usize> {
         // A folder may have several names, such as `.`.
@@ -111,11 +96,12 @@ impl Runs {
 
     /// Starts queued runs while cores are free; true if any was started.
     pub fn start_queued(&mut self) -> bool {
+        let cores = self.cores.or(std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
         let mut began = false;
         loop {
             let working = self.all.iter().filter(|run| run.is_working()).count();
             let next = self.all.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
-            let Some(run) = next.filter(|_| working < self.cores) else { return began };
+            let Some(run) = next.filter(|_| working < cores) else { return began };
             // The run keeps the error, where it is shown.
             began |= run.start().is_ok();
         }
@@ -132,11 +118,6 @@ impl Runs {
             Some(run) if run.is_active() => Err(SessionError::Busy(run.name())),
             _ => Ok(()),
         }
-    }
-
-    /// An unused folder of this name, with a number appended if needed.
-    pub fn free_folder_named(&self, base: &str) -> PathBuf {
-        self.folder.join(free_name(&self.folder, base))
     }
 }
 

@@ -10,6 +10,7 @@ mod tests;
 pub(super) use list::Runs;
 pub use list::free_name;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,7 +21,10 @@ use super::run::RunView;
 use super::run_log::Recorded;
 use super::session::{Session, episode_number};
 use super::setup::Setup;
+use mge_base::atomic::parent_of;
+use mge_base::paths::entries;
 use mge_base::text::counted;
+use mge_results::is_listed_run;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, last_deleted, restore};
 use mge_trainer::{Control, RunConfig, check_continuation, checked_history};
 
@@ -32,7 +36,8 @@ pub fn usual_name(config: &RunConfig) -> String {
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
         self.setup.check()?;
-        let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
+        let free = || self.setup.free_folder(&usual_name(&self.setup.config));
+        let path = folder.map_or_else(free, |folder| self.setup.place(folder));
         let directory = self.setup.config.create_run(&path)?;
         let Setup { config, set, .. } = self.setup.clone();
         self.warn(&config, &set);
@@ -143,14 +148,9 @@ impl Session {
         self.journal.note(Open(folder).into(), self.runs.current);
     }
 
-    /// Sets the number of runs trained at the same time, at least one.
+    /// Sets the number of runs trained at the same time; 0 for one on each core.
     pub fn set_cores(&mut self, cores: usize) {
-        self.runs.cores = cores.max(1);
-    }
-
-    /// An unused folder for a new run.
-    fn free_folder(&self) -> PathBuf {
-        self.runs.free_folder_named(&usual_name(&self.setup.config))
+        self.runs.cores = NonZeroUsize::new(cores);
     }
 
     pub(super) fn stop(&mut self) -> Result<String, SessionError> {
@@ -220,7 +220,12 @@ impl Session {
         if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
             run.name = directory.name();
         }
-        Ok(format!("{before} is {} now", directory.name()))
+        let (name, beside) = (directory.name(), entries(parent_of(directory.path())).unwrap_or_default());
+        let is_same = |other: &&PathBuf| **other != directory.path() && RunDirectory::at(other).name() == name;
+        Ok(match beside.iter().filter(|path| is_listed_run(path)).find(is_same) {
+            Some(other) => format!("{before} is {name} now, as is {}: only their folders differ", other.display()),
+            None => format!("{before} is {name} now"),
+        })
     }
 
     pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
@@ -236,7 +241,7 @@ impl Session {
         let folders = match (folder, self.runs.deleted.last()) {
             (Some(folder), _) => vec![folder.to_owned()],
             (None, Some(together)) => together.clone(),
-            (None, None) => vec![last_deleted(&self.runs.folder)?.ok_or(SessionError::Nothing("restore"))?],
+            (None, None) => vec![last_deleted(&self.setup.folder)?.ok_or(SessionError::Nothing("restore"))?],
         };
         for folder in &folders {
             restore(folder)?;
@@ -253,7 +258,7 @@ impl Session {
 
     /// Removes the runs in the trash of a folder of runs, or else of the session's, for good.
     pub(super) fn empty_trash(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        let folder = folder.unwrap_or(&self.runs.folder).to_owned();
+        let folder = folder.unwrap_or(&self.setup.folder).to_owned();
         let count = empty_trash(&folder)?;
         self.runs.forget_trashed(|deleted| deleted.parent() == Some(&folder));
         Ok(format!("removed {} for good", counted(count, "deleted run")))

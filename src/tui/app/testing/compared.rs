@@ -77,4 +77,10 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     let screen = text(&shot(&mut app, 60, 20));
     assert!(screen.contains("fork.changes") && screen.contains("+3 more"), "{screen}");
     assert!(!screen.contains("fork.episode") && screen.contains("0.01\"]"), "{screen}");
+    assert!(screen.contains("+3 more: n"), "{screen}");
+    press(&mut app, "n");
+    let screen = text(&shot(&mut app, 60, 20));
+    assert!(screen.contains("fork.episode") && !screen.contains("fork.changes"), "{screen}");
+    press(&mut app, "n");
+    assert!(text(&shot(&mut app, 60, 20)).contains("fork.changes"), "the first ones follow the last");
 }

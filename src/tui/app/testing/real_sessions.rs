@@ -54,11 +54,12 @@ fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
 fn a_refused_start_of_a_training_changes_no_setting() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &SHORT);
-    let before = app.workspace.view().settings.clone();
+    let (before, lines) = (app.workspace.view().settings.clone(), app.workspace.view().log_total);
     press(&mut app, "t down 5 0 down down 7 up up up right up t a s k 1 - d d p g - s e e d 0 enter");
     assert!(seen(&mut app).contains("already holds a run"), "{}", seen(&mut app));
     press(&mut app, "esc");
     assert_eq!(app.workspace.view().settings, before);
+    assert_eq!(app.workspace.view().log_total, lines, "no command was carried out");
 }
 
 #[test]

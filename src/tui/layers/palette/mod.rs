@@ -342,9 +342,9 @@ impl Layer for CommandPalette {
                 Some(tab) => format!("on {}", tab.name()),
                 None => String::new(),
             };
-            let text = shortened(&item.line(), width.saturating_sub(keys.len() + 1), false);
-            let text = Span::raw(columns::padded(&text, width.saturating_sub(keys.len())));
-            Row::new([Line::from(vec![text, Span::styled(keys, theme.strong())])])
+            let room = width.saturating_sub(keys.len());
+            let text = shortened(&item.line(), room.saturating_sub(1), false);
+            Row::new([Line::from(vec![Span::raw(format!("{text:<room$}")), Span::styled(keys, theme.strong())])])
         };
         self.rows = list::draw(count, self.selected, row, &[Constraint::Fill(1)], below, theme, buffer);
         Some(cursor)

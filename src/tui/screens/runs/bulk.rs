@@ -3,14 +3,11 @@
 use super::super::Ui;
 use super::super::figures::path_of;
 use crate::tui::effect::Effect;
-use crate::tui::layers::Question;
-use crate::tui::view::{Level, RunSummary};
+use crate::tui::layers::{Question, some_of};
+use crate::tui::view::RunSummary;
 use mge_base::text::counted;
 use mge_run::RunState;
 use mge_workbench::{Command, FigureKind, command};
-
-/// Number of runs that a question before their deletion names.
-const MAX_NAMED: usize = 6;
 
 /// Pauses runs, or resumes paused ones. Of several, paused ones stay paused unless all are paused.
 pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
@@ -38,12 +35,12 @@ pub fn export(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let dashboard = |run: &&RunSummary| {
         let path = path_of(FigureKind::Dashboard, Some(run.folder_name()), "png");
         let figure = command::Figure::with_defaults(FigureKind::Dashboard, &path);
-        [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
+        [Command::from(command::Open(run.path.clone())), figure.into()]
     };
-    let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
-    effects.extend(back(ui));
-    effects.push(Effect::message(Level::Good, format!("drawing the dashboards of {what} into figures/")));
-    effects
+    let watched = ui.subject.run().map(|watched| command::Open(watched.path.clone()).into());
+    let commands = runs.iter().flat_map(dashboard).chain(watched).collect();
+    let text = format!("drawing the dashboards of {what} into figures/");
+    vec![Effect::new(|app| app.export(commands, Some(text)))]
 }
 
 /// Whether a run is queued, being trained or paused.
@@ -69,9 +66,7 @@ pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 
 /// The names of runs, or of some of them and the number of the others.
 fn names(runs: &[&RunSummary]) -> String {
-    let names = runs.iter().take(MAX_NAMED).map(|run| run.name.as_str()).collect::<Vec<_>>().join(", ");
-    let more = runs.len().saturating_sub(MAX_NAMED);
-    if more > 0 { format!("{names} and {more} more") } else { names }
+    some_of(runs.iter().map(|run| run.name.clone()))
 }
 
 /// Deletes runs after a question, except those that are queued, being trained or paused.

@@ -17,7 +17,7 @@ use mge_run::Event;
 use mge_task::Task;
 use mge_trainer::{PriorSource, RunConfig, Trace};
 use mge_workbench::listing::Listing;
-use mge_workbench::{Command, FigureKind, Kept, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
+use mge_workbench::{Command, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
 use refresh::hand_episode;
 
 /// What the screens need from a session.
@@ -31,12 +31,13 @@ pub trait Workspace {
     /// # Errors
     /// What is wrong, in one line.
     fn apply(&mut self, command: Command) -> Result<String, String>;
-    /// The settings of the next run as they are now.
-    fn kept(&self) -> Option<Kept> {
-        None
+    /// Checks commands, each after those before it, without carrying them out.
+    ///
+    /// # Errors
+    /// Why one of them would be refused, in one line.
+    fn check(&self, _commands: &[Command]) -> Result<(), String> {
+        Ok(())
     }
-    /// Goes back to earlier settings of the next run.
-    fn go_back(&mut self, _to: Kept) {}
     /// Requests the next finished training episode.
     fn request_live(&self);
     /// The model of the current settings for a task, or why there is none; None while it is being loaded.
@@ -289,7 +290,7 @@ impl Workspace for SessionWorkspace {
         );
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {
-            self.listing.rescan();
+            self.listing.is_due = true;
         }
         match &outcome {
             Ok(report) if report.is_empty() => {}
@@ -300,13 +301,8 @@ impl Workspace for SessionWorkspace {
         outcome
     }
 
-    fn kept(&self) -> Option<Kept> {
-        Some(self.session.kept())
-    }
-
-    fn go_back(&mut self, to: Kept) {
-        self.session.go_back(to);
-        self.refresh();
+    fn check(&self, commands: &[Command]) -> Result<(), String> {
+        self.session.check(commands).map_err(|error| error.to_string())
     }
 
     fn request_live(&self) {

@@ -5,6 +5,16 @@ use crate::tui::view::RunSummary;
 use mge_run::Metric;
 
 #[test]
+fn a_run_has_the_name_that_it_was_given_in_legends() {
+    let mut view = grouped();
+    change_run(&mut view, 0, |run| run.name = "baseline".to_owned());
+    let (mut app, _) = app(view);
+    press(&mut app, "5 tab end space up space V tab");
+    let screen = text(&shot(&mut app, 160, 50));
+    assert!(screen.contains("baseline: "), "{screen}");
+}
+
+#[test]
 fn curves_are_read_zoomed_and_compared() {
     check(typical(), "4", &[], "critic loss, mean of 10, log");
     check(typical(), "4 left left", &[], "episode 693");

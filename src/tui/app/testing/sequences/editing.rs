@@ -1,6 +1,9 @@
 //! The scene and the editor of the task, by keys and mouse.
 
+use std::path::Path;
+
 use super::*;
+use mge_workbench::Command;
 
 #[test]
 fn a_subgoal_is_moved_with_keys() {
@@ -108,7 +111,7 @@ fn saving_asks_before_another_file_is_overwritten() {
     app.event(Event::Paste(format!("save {}", path.display())));
     press(&mut app, "enter");
     assert!(asked.borrow().is_empty());
-    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite the file?"));
+    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite 1 file?"));
     press(&mut app, "esc");
     assert!(asked.borrow().is_empty() && app.layers.is_empty());
     press(&mut app, "w ctrl-u");
@@ -119,7 +122,26 @@ fn saving_asks_before_another_file_is_overwritten() {
     press(&mut app, ":");
     app.event(Event::Paste(format!("record {}", path.display())));
     press(&mut app, "enter");
-    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite the file?"), "typed commands ask, too");
+    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite 1 file?"), "typed commands ask, too");
+}
+
+#[test]
+fn every_export_asks_once_before_it_overwrites_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["a-dashboard.png", "b-dashboard.png", "b-dashboard.csv"].map(|name| folder.path().join(name));
+    files.iter().for_each(|file| std::fs::write(file, "").unwrap());
+    let figure = |file: &Path, end: &str| format!("figure dashboard {}{end}", file.display());
+    let parsed = |line: &str| Command::parse(line).unwrap().unwrap();
+    let lines = ["open a", &figure(&files[0], ""), "open b", &figure(&files[1], "")].map(str::to_owned);
+    let (mut app, asked) = app(typical());
+    app.export(lines.iter().map(|line| parsed(line)).collect(), Some("drawing".to_owned())).unwrap();
+    let screen = text(&shot(&mut app, 200, 40));
+    assert!(screen.contains("overwrite 3 files?") && screen.contains("b-dashboard.csv"), "{screen}");
+    assert!(asked.borrow().is_empty() && app.layers.len() == 1);
+    press(&mut app, "y");
+    let forced = ["open a".to_owned(), figure(&files[0], " force"), "open b".to_owned(), figure(&files[1], " force")];
+    assert_eq!(*asked.borrow(), forced, "each of its own run");
+    assert_eq!(app.message(), "drawing");
 }
 
 #[test]

@@ -248,14 +248,16 @@ fn a_group_shows_the_most_urgent_state_of_its_runs() {
     let mut view = grouped();
     change_run(&mut view, 1, |run| run.state = RunState::Failed("no reason".into()));
     for place in [3, 4] {
-        change_run(&mut view, place, |run| (run.state, run.active) = (RunState::Running, true));
+        change_run(&mut view, place, |run| {
+            (run.state, run.active, run.done) = (RunState::Running, true, run.done + 500);
+        });
     }
     view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));
     assert!(screen.contains("1 failed") && screen.contains("task1: DDPG"), "{screen}");
-    assert!(screen.contains(" 2:08 "), "1600 episodes at 12.5 a second take longest\n{screen}");
+    assert!(screen.contains(" 1:28 "), "1100 episodes at 12.5 a second take longest\n{screen}");
     press(&mut app, "end tab down space");
     let marked = |line: &&str| line.contains("* ") || line.contains("*>");
     assert_eq!(text(&shot(&mut app, 200, 60)).lines().filter(marked).count(), 1, "the group is not marked");

@@ -82,7 +82,7 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down down 3 enter", &["train seeds 3"], "");
     check(empty(), "t up up up 0 . 8 down 3 0 enter", &["set stop.success 0.8", "set stop.minutes 30", "train"], "");
     check(empty(), "t up up up n o n e enter", &["set stop.success null", "train"], "");
-    check(empty(), "t up m i n e enter", &["train runs/mine"], "");
+    check(empty(), "t up m i n e enter", &["train mine"], "");
     check(empty(), "t up a / b enter", &[], "`a/b` is not a name");
     check(empty(), "t down down 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
     check(empty(), "t down down 0 enter down", &[], "It determines everything random.");
@@ -92,6 +92,23 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down 5 backspace 6 enter", &["set episodes 6", "train"], "");
     check(empty(), "t down 1 0 0", &[], "linear:0.8:0.05:1500 is longer than the run");
     check(empty(), "t esc", &[], "status");
+}
+
+#[test]
+fn a_wrong_value_in_the_run_dialog_is_told_while_it_is_typed() {
+    check(empty(), "t down 0", &[], "episodes: is 0, but must be a whole number from 1");
+    check(empty(), "t down 0 down", &[], "episodes: is 0, but must be a whole number from 1");
+    check(empty(), "t up up up up up l i n", &[], "`lin` is not a number");
+    check(empty(), "t up up up 2", &[], "stop.success");
+    check(empty(), "t up a / b", &[], "`a/b` is not a name");
+    check(empty(), "t down 5 backspace", &[], "`episodes` is empty: write a value");
+    let (mut app, _) = app(empty());
+    press(&mut app, "t down 0");
+    let wrong = text(&shot(&mut app, 80, 24));
+    press(&mut app, "backspace 5");
+    let right = text(&shot(&mut app, 80, 24));
+    assert!(wrong.contains("Episodes of each run.") && !right.contains("whole number"), "{wrong}\n{right}");
+    assert_eq!(wrong.find("train on task1"), right.find("train on task1"), "the dialog stays where it is");
 }
 
 #[test]
@@ -146,6 +163,14 @@ fn figures_are_previewed_and_exported() {
     check(empty(), "7 s", &["figure scene figures/task1-scene.svg"], "");
     check(empty(), "7 D", &["figure scene figures/task1-scene.pdf"], "");
     check(empty(), "7 end enter", &["figure episode figures/task1-episode.gif"], "");
+    check(empty(), "7 end s D", &[], "");
+    let offered = |keys: &str| {
+        let (mut app, _) = app(empty());
+        press(&mut app, keys);
+        text(&shot(&mut app, 120, 40)).lines().last().unwrap_or_default().to_owned()
+    };
+    assert!(offered("7").starts_with("enter as PNG  s as SVG  D as PDF  tab compose"), "{}", offered("7"));
+    assert!(offered("7 end").starts_with("enter as GIF  tab compose"), "{}", offered("7 end"));
     let name = "figures/task1-ddpg-mge-seed0-dashboard.png";
     check(typical(), "7 end up enter", &[&format!("figure dashboard {name}")], "");
 }
