@@ -23,27 +23,19 @@ mod vector;
 #[pyo3::pymodule]
 mod _mge {
     #[pymodule_export]
-    use super::arguments::checked;
-    #[pymodule_export]
-    use super::facts::words;
-    #[pymodule_export]
-    use super::figures::{Figure, figure_learning, figure_methods, figure_tasks};
-    #[pymodule_export]
-    use super::model::{Model, model_names, rollout, tool_types};
-    #[pymodule_export]
-    use super::prior::{ActionPrior, Actor, build_prior, figure_clusters};
-    #[pymodule_export]
-    use super::runs::{read_results, read_run, write_report};
-    #[pymodule_export]
-    use super::state::State;
-    #[pymodule_export]
-    use super::task::{Task, level_names, task_names};
-    #[pymodule_export]
-    use super::tools::{tool_feature_names, tool_features, tool_numbers};
-    #[pymodule_export]
-    use super::training::{resume, train};
-    #[pymodule_export]
-    use super::vector::VectorCore;
+    use super::{
+        arguments::checked,
+        facts::words,
+        figures::{Figure, figure_learning, figure_methods, figure_tasks},
+        model::{Model, model_names, rollout, tool_types},
+        prior::{ActionPrior, Actor, build_prior, figure_clusters},
+        runs::{read_results, read_run, write_report},
+        state::State,
+        task::{Task, level_names, task_names},
+        tools::{tool_feature_names, tool_features, tool_numbers},
+        training::{resume, train},
+        vector::VectorCore,
+    };
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "the name in Python")]
     const __version__: &str = env!("CARGO_PKG_VERSION");

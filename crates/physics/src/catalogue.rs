@@ -17,16 +17,8 @@ pub const NO_OP: usize = 2365;
 /// Tools in an action set, the no-op included.
 pub const ACTION_SET: usize = 40;
 
-/// Run-length encoding of CREATE's split `full_clean` over the catalogue: `t` training, `v` validation, `e` test, `.`
-/// none. The no-op, `n`, is in all splits.
-const SPLITS: &str = "\
-400t40.2v2e2v5e1v1e1v1e1v1e1v2e3v2e3v2e2v2e2v2e1v1e1v1e4v2e1v1e2v3e2v2e2v1e3v2e1v1e3v2e2v4e9v6e2v1e1v2e2v2e2v1e1v2e2\
-v2e2v2e1v2e2v1e2v1e1v1e1v1e1v1e2v1e1v1e1v1e2v4e2v1e1v1e2v2e3v1e3v1e1v1e2v2e3v1e2v3e1v1e3v3e4v1e1v2e1v2e1v2e2v2e5v1e1\
-v2e2v1e1v4e1v2e1v1e3v1e1v1e1v3e3v1e1v5e1v1e3v1e1v2e3v1e1v4e1v1e3v4e2v1e1v2e2v1e1v2e1v2e3v1e1v2e1v3e4v2e2v3e5v2e4v9e1\
-v2e1v1e588.5e2v1e3v1e2v2e1v4e1v1e1v2e2v2e3v2e1v1e1v3e2v6e5v1e418t1e1v1e2v1e2v2e4v1e1v1e1v2e1v1e1v1e2v1e1v2e9v2e2v7e1\
-v1e1v1e1v1e2v2e2v2e3v1e4v4e1v2e4v1e1v1e1v1e2v1e1v1e1v3e1v2e3v1e1v3e1v1e2v1e2v1e1v4e1v1e3v4e3v2e3v6e1v3e2v2e2v1e1v7e3\
-v1e3v4e2v4e2v3e1v4e1v1e1v1e4v1e3v1e3v1e1v2e1v1e1v1e7v1e1v2e3v3e11v2e1v1e2v1e1v4e1v4e3v2e1v1e3v2e2v1e1v1e1v2e1v1e2v4e\
-2v1e3v1e2v3e4v1e4v1e1v5e3v1e3v5e2v6e2v1e1v1e1v2e1v3e1v2e3v1e1v1e7v7e2v2e1v3e1v1e1v8e2v1e3v1e2v1e2v1e6v120t1n";
+/// CREATE's split `full_clean`: a letter for each tool of the catalogue, `t` training, `v` validation, `e` test, `.` none.
+const SPLITS: &str = include_str!("../splits.txt");
 
 /// Which tools of the catalogue may be in an action set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,33 +37,19 @@ pub enum ToolSplit {
 impl ToolSplit {
     /// Numbers of its tools, without the no-op.
     pub fn tools(self) -> Vec<usize> {
-        let mark = match self {
-            Self::All => return (0..NO_OP).collect(),
-            Self::Train => 't',
-            Self::Validation => 'v',
-            Self::Test => 'e',
+        let marks = match self {
+            Self::All => "tve.",
+            Self::Train => "t",
+            Self::Validation => "v",
+            Self::Test => "e",
         };
-        let mut tools = Vec::new();
-        let mut first = 0;
-        let mut run = 0;
-        for c in SPLITS.chars() {
-            match c.to_digit(10) {
-                Some(digit) => run = 10 * run + digit as usize,
-                None => {
-                    if c == mark {
-                        tools.extend(first..first + run);
-                    }
-                    first += run;
-                    run = 0;
-                }
-            }
-        }
-        tools
+        let tools = SPLITS.chars().filter(|mark| !mark.is_whitespace()).enumerate();
+        tools.filter(|(_, mark)| marks.contains(*mark)).map(|(number, _)| number).collect()
     }
 
     /// Draws an action set as CREATE does at every reset: the no-op, then distinct tools, all equally likely.
     pub fn draw(self, rng: &mut impl Rng) -> Vec<usize> {
-        // Decoding the split takes longer than drawing from it.
+        // Reading the split takes longer than drawing from it.
         static TOOLS: LazyLock<[Vec<usize>; 4]> = LazyLock::new(|| ToolSplit::ALL.map(ToolSplit::tools));
         let tools = &TOOLS[self as usize];
         let drawn = index::sample(rng, tools.len(), ACTION_SET - 1);

@@ -1,7 +1,6 @@
 //! The session's background jobs. Commands never wait for a job: they start it, and the next poll
 //! after its end applies its result to the session.
 
-use std::fmt;
 use std::time::Duration;
 
 use super::command::Command;
@@ -20,18 +19,13 @@ const MAX_RUNNING: usize = 4;
 type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
 
 /// A job started by a command.
+#[derive(Debug)]
 pub(super) struct CommandJob {
     pub command: Command,
     /// Its entries in the journal, removed when it fails.
     pub entries: Vec<u64>,
     shown: Progress,
     pub job: Job<Completion>,
-}
-
-impl fmt::Debug for CommandJob {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("CommandJob").field("command", &self.command).finish_non_exhaustive()
-    }
 }
 
 impl Session {
