@@ -42,7 +42,7 @@ fn queued_runs_are_counted_in_their_group_and_in_the_border_of_the_list() {
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));
     assert!(screen.contains("1 run, 2 q"), "{screen}");
-    // 1100, 1500 and 1700 episodes are left.
+    // 1000, 1600 and 1700 episodes are left.
     assert!(screen.contains("1 training · 2 queued · 12.5 episodes/s · 5:44 left"), "{screen}");
     press(&mut app, "4");
     assert!(text(&shot(&mut app, 200, 60)).contains("3 of 3 seeds finished"));

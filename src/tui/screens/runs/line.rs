@@ -96,9 +96,11 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Seconds until all its runs are finished at their present rates, if they are trained in parallel.
+    /// Seconds until all its runs that are being trained are finished at their present rates; None if one of them is
+    /// too young to tell.
     pub fn seconds_left(&self) -> Option<f64> {
-        self.runs().iter().filter_map(|run| run.seconds_left()).reduce(f64::max)
+        let running = self.runs().into_iter().filter(|run| run.state == RunState::Running);
+        running.map(RunSummary::seconds_left).reduce(|one, other| Some(one?.max(other?)))?
     }
 
     /// The most urgent state of its runs with the number of runs in it, and its style.

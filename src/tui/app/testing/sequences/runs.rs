@@ -253,11 +253,17 @@ fn a_group_shows_the_most_urgent_state_of_its_runs() {
         });
     }
     view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
-    let (mut app, _) = app(view);
+    let (mut app, _) = app(view.clone());
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));
     assert!(screen.contains("1 failed") && screen.contains("task1: DDPG"), "{screen}");
     assert!(screen.contains(" 1:28 "), "1100 episodes at 12.5 a second take longest\n{screen}");
+    let mut younger = app.workspace.view().clone();
+    change_run(&mut younger, 4, |run| run.done = 400);
+    bring(&mut app, younger);
+    assert!(!text(&shot(&mut app, 200, 60)).contains(" 1:28 "), "one of them is too young to tell");
+    change_run(&mut view, 4, |run| run.done = 900);
+    bring(&mut app, view);
     press(&mut app, "end tab down space");
     let marked = |line: &&str| line.contains("* ") || line.contains("*>");
     assert_eq!(text(&shot(&mut app, 200, 60)).lines().filter(marked).count(), 1, "the group is not marked");
