@@ -187,7 +187,7 @@ pub enum Command {
     /// Write tables and figures of runs: report.md, report.html and report.json
     Report(Report),
     /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy
-    /// starts; about 100 minutes on two cores, nine with --quick
+    /// starts; about 100 minutes on two cores, eight with --quick
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),
