@@ -259,7 +259,7 @@ mod tests {
             [-1, 1]. Losses, Q and saturation are means over the updates of the episode (the greatest Q: their\n\
             maximum), each over the minibatch before the networks change, and\n\
             empty until the first update. The columns `episode` and `end` are the number of the episode, from 1, and why it \
-            ended.\n\n\
+            ended: `goal`, `left the screen`, `marker left the screen`, `standstill` or `out of actions`.\n\n\
             | name | title | unit | better | formula | meaning | TensorBoard |\n|---|---|---|---|---|---|---|\n"
             .to_owned();
         for metric in Metric::ALL {
