@@ -167,16 +167,14 @@ mod tests {
     fn a_name_alone_is_that_of_a_folder_in_the_folder_for_runs() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
-        play(&mut session, &format!("{}fork 12 in other until 13\nwait\n", TRAIN.replace("train\n", "train mine\n")));
-        assert!(["mine", "other"].iter().all(|name| folder.path().join(name).join("config.json").is_file()));
-        for line in ["train mine", "fork 12 in other"] {
-            assert!(refused(&mut session, line).contains("already holds a run"), "{line}");
-        }
+        play(&mut session, &format!("{TRAIN}fork 12 in other until 13\nwait\n"));
+        assert!(folder.path().join("other/config.json").is_file());
+        assert!(refused(&mut session, "fork 12 in other").contains("already holds a run"));
         let recorded = session.to_script();
-        assert!(recorded.contains("train mine\n") && recorded.contains("in other until 13"), "{recorded}");
+        assert!(recorded.contains("in other until 13"), "{recorded}");
         // Played there again, it fails before anything is trained, and elsewhere it does the same.
         let error = Script::parse(&recorded, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap_err().to_string();
-        assert!(error.starts_with("s:") && error.contains("mine already holds a run"), "{error}");
+        assert!(error.starts_with("s:") && error.contains("other already holds a run"), "{error}");
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = self::session(elsewhere.path());
         play(&mut second, &recorded);

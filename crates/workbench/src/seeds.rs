@@ -14,13 +14,13 @@ impl Session {
         folder: Option<&Path>,
         until: Option<u32>,
     ) -> Result<String, SessionError> {
-        let (first, folder) = (self.config().seed, folder.map(|folder| self.setup.place(folder)));
+        let first = self.config().seed;
         let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
         let before = self.runs().len();
         let mut report = String::new();
         let outcome = (first..=last).try_for_each(|seed| {
             self.apply(Seed(seed))?;
-            let folder = folder.as_ref().map(|folder| folder.join(format!("seed{seed}")));
+            let folder = folder.map(|folder| folder.join(format!("seed{seed}")));
             report = self.apply(Train { folder, seeds: None, until })?;
             Ok::<_, SessionError>(())
         });

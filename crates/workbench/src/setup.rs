@@ -43,7 +43,7 @@ impl Setup {
         Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new(), extends_to: None, folder }
     }
 
-    /// Where a new run goes: a name alone is that of a folder in the folder for runs.
+    /// Where a fork goes: a name alone is that of a folder in the folder for runs.
     pub fn place(&self, folder: &Path) -> PathBuf {
         match folder.file_name() {
             Some(name) if name == folder => self.folder.join(name),

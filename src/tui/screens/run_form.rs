@@ -102,8 +102,9 @@ fn read(texts: &[&str], (before, seeds): (&RunConfig, u32), folder: &Path) -> Re
     let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {}", before.method)).collect();
     let count = if texts[SEEDS].is_empty() { &*seeds.to_string() } else { texts[SEEDS] };
     let with_seeds = if count == "1" { String::new() } else { format!("seeds {count}") };
-    let name = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(texts[NAME]) };
-    lines.push(format!("train {name} {with_seeds}"));
+    let place = folder.join(texts[NAME]).display().to_string();
+    let place = if texts[NAME].is_empty() { "".into() } else { shell_words::quote(&place) };
+    lines.push(format!("train {place} {with_seeds}"));
     let parsed = lines.iter().map(|line| Command::parse(line).map_err(|error| error.to_string()));
     let commands: Vec<Command> = parsed.filter_map(Result::transpose).collect::<Result<_, String>>()?;
     // The errors of settings have the words of their files.

@@ -23,13 +23,13 @@ command! {
     /// Starts or queues a run with the current settings.
     #[derive(Default)]
     Train {
-        /// Its folder, a name alone that of one in the folder for runs; None for a new one there. With several seeds, each run has a subfolder.
+        /// Its folder; None for a new one in the folder for runs. With several seeds, each run has a subfolder.
         folder: Option<PathBuf> = Optional(Place("a folder", false), |word| ["seeds", "until"].contains(&word)),
         /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
-    }: "train" "[NAME] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; the key opens a dialog";
+    }: "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; the key opens a dialog";
     execute = |this, session| match this.seeds {
         None => session.train(this.folder.as_deref(), this.until),
         Some(seeds) => session.train_seeds(seeds, this.folder.as_deref(), this.until),
@@ -102,7 +102,7 @@ command! {
         episode: u32 = Number("number of episodes"),
         /// Settings to change, and their values.
         changes: Vec<(String, String)> = Changes,
-        /// The new run's folder, as that of a training.
+        /// The new run's folder; a name alone is that of one in the folder for runs.
         folder: Option<PathBuf> = Keyword("in", Place("a folder", false)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
@@ -188,11 +188,10 @@ impl Command {
     /// The first that is not.
     pub(crate) fn check_room(&self, setup: &Setup) -> Result<(), RunError> {
         let (folder, seeds) = match self {
-            Self::Train(Train { folder, seeds, .. }) => (folder, *seeds),
-            Self::Fork(Fork { folder, .. }) => (folder, None),
+            Self::Train(Train { folder: Some(folder), seeds, .. }) => (folder.clone(), *seeds),
+            Self::Fork(Fork { folder: Some(folder), .. }) => (setup.place(folder), None),
             _ => return Ok(()),
         };
-        let Some(folder) = folder.as_ref().map(|folder| setup.place(folder)) else { return Ok(()) };
         let check = |folder: PathBuf| match RunDirectory::open(&folder) {
             Ok(_) => Err(RunError::AlreadyARun(folder)),
             Err(_) => RunDirectory::at(&folder).check_room(),

@@ -120,10 +120,13 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
         "the best",
         "for other programs"
     );
-    apply(&mut session, &["train other", "wait"]);
-    let report = try_line(&mut session, "rename other the best").unwrap();
-    assert!(report.starts_with("other is the best now, as is ") && report.contains("task1-ddpg-seed0:"), "{report}");
-    apply(&mut session, &["rename other ''", "rename task1-ddpg-seed0 ''", "watch 1"]);
+    apply(&mut session, &["seed 1", "train", "wait"]);
+    let report = try_line(&mut session, "rename task1-ddpg-seed1 the best").unwrap();
+    assert!(
+        report.starts_with("task1-ddpg-seed1 is the best now, as is ") && report.contains("task1-ddpg-seed0:"),
+        "{report}"
+    );
+    apply(&mut session, &["rename task1-ddpg-seed1 ''", "rename task1-ddpg-seed0 ''", "watch 1"]);
     assert_eq!(session.run().unwrap().name(), "task1-ddpg-seed0");
 }
 
