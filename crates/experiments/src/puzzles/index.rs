@@ -137,13 +137,13 @@ impl Index {
         sequence(self) == sequence(other)
     }
 
-    /// How its puzzles were chosen, in a sentence.
+    /// How its puzzles were chosen, in a line.
     pub fn selection(&self) -> String {
         let count = |of: fn(&Puzzle) -> u64| self.puzzles.iter().map(of).sum::<u64>();
         let (puzzles, too_easy, too_hard) = (self.puzzles.len(), count(|one| one.too_easy), count(|one| one.too_hard));
         let drawn = puzzles as u64 + too_easy + too_hard;
         format!(
-            "Of {drawn} layouts, {too_easy} were too easy and {too_hard} too hard for uniform play: {puzzles} are puzzles."
+            "layouts: {drawn}, of which too easy for uniform play: {too_easy}, too hard: {too_hard}; puzzles: {puzzles}"
         )
     }
 }
