@@ -82,7 +82,7 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down down 3 enter", &["train seeds 3"], "");
     check(empty(), "t up up up 0 . 8 down 3 0 enter", &["set stop.success 0.8", "set stop.minutes 30", "train"], "");
     check(empty(), "t up up up n o n e enter", &["set stop.success null", "train"], "");
-    check(empty(), "t up m i n e enter", &["train mine"], "");
+    check(empty(), "t up m i n e enter", &["train runs/mine"], "");
     check(empty(), "t up a / b enter", &[], "`a/b` is not a name");
     check(empty(), "t down down 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
     check(empty(), "t down down 0 enter down", &[], "It determines everything random.");
