@@ -110,8 +110,8 @@ pub fn result_label(key: &str) -> &str {
 
 /// The scores that are aggregated over tasks.
 const MEASURES: [Measure; 4] = [
-    Measure { key: "charged_area", label: "area over charged actions", score: CHARGED_AREA },
-    Measure { key: "auc", label: "area under the curve", score: AREA },
+    Measure { key: "charged_area", label: "charged area", score: CHARGED_AREA },
+    Measure { key: "auc", label: "area", score: AREA },
     Measure { key: "final_success", label: "final success", score: FINAL },
     Measure { key: "held_success", label: "held success", score: HELD },
 ];
