@@ -12,7 +12,7 @@ use mge_base::text::counted;
 use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState};
 use mge_trainer::non_default_settings;
-use mge_workbench::listing::{RunSummary, read_run, span};
+use mge_workbench::listing::{RunSummary, marks, read_run, span};
 use mge_workbench::run_label;
 
 /// Lists runs. Damaged ones are named on stderr.
@@ -92,7 +92,9 @@ pub fn show(arguments: &Show) -> Outcome {
     let (directory, run) = read(&arguments.run)?;
     let notes = directory.notes()?;
     // A run that has not begun has no history.
-    let trained = RunHistory::read(&directory).ok().and_then(|history| history.times.last().map(|last| last.seconds));
+    let history = RunHistory::read(&directory).unwrap_or_default();
+    let interventions = marks(&run.config, &history.interventions).into_iter();
+    let interventions: Vec<_> = interventions.map(|mark| format!("episode {}: {}", mark.episode, mark.text)).collect();
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
     let reason = match &run.state {
@@ -107,9 +109,9 @@ pub fn show(arguments: &Show) -> Outcome {
         "task": run.config.task.name,
         "label": run_label(&run.config),
         "settings": settings,
-        "seconds": trained.map(f64::round),
+        "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),
-        "forked": run.config.fork.as_ref().map(ToString::to_string),
+        "interventions": Some(interventions).filter(|all| !all.is_empty()),
         "tags": notes.tags,
         "note": notes.note,
     });
