@@ -1,9 +1,17 @@
 //! Runs that differ only in the seed, started by one command.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::command::{Seed, Train, Watch};
 use super::{RunView, Session, SessionError};
+
+/// The folder of the run with a seed, when several are trained in `folder`: one beside it, so that lists of the folder
+/// for runs have it.
+pub(super) fn folder_of_seed(folder: &Path, seed: u64) -> PathBuf {
+    let mut name = folder.components().as_path().as_os_str().to_owned();
+    name.push(format!("-seed{seed}"));
+    name.into()
+}
 
 impl Session {
     /// Starts or queues a run for each of `seeds` consecutive seeds, beginning with the one set. Each run is
@@ -20,7 +28,7 @@ impl Session {
         let mut report = String::new();
         let outcome = (first..=last).try_for_each(|seed| {
             self.apply(Seed(seed))?;
-            let folder = folder.map(|folder| folder.join(format!("seed{seed}")));
+            let folder = folder.map(|folder| folder_of_seed(folder, seed));
             report = self.apply(Train { folder, seeds: None, until })?;
             Ok::<_, SessionError>(())
         });
@@ -57,5 +65,10 @@ mod tests {
         assert_eq!(names(&second), names(&session), "{}", session.to_script());
         let metrics = |folder: &Path| std::fs::read(folder.join("task1-ddpg-seed9/metrics.csv")).unwrap();
         assert_eq!(metrics(elsewhere.path()), metrics(folder.path()));
+        // Runs in a folder of their own name are beside it, where the folder's runs are listed.
+        play(&mut session, &format!("train {}/ seeds 2\nwait\n", folder.path().join("named").display()));
+        assert!(
+            ["named-seed7", "named-seed8"].iter().all(|name| folder.path().join(name).join("metrics.csv").exists())
+        );
     }
 }

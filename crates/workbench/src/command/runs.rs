@@ -7,6 +7,7 @@ use super::arguments::{
     Words, optional,
 };
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
+use crate::seeds::folder_of_seed;
 use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_run::{CheckpointName, Notes, RunDirectory, RunError};
@@ -23,7 +24,7 @@ command! {
     /// Starts or queues a run with the current settings.
     #[derive(Default)]
     Train {
-        /// Its folder; None for a new one in the folder for runs. With several seeds, each run has a subfolder.
+        /// Its folder; None for a new one in the folder for runs. With several seeds, `-seedN` is appended to its name.
         folder: Option<PathBuf> = Optional(Place("a folder", false), |word| ["seeds", "until"].contains(&word)),
         /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
@@ -198,7 +199,7 @@ impl Command {
         };
         let Some(count) = seeds else { return check(folder) };
         let first = setup.config.seed;
-        (first..first.saturating_add(count.into())).try_for_each(|seed| check(folder.join(format!("seed{seed}"))))
+        (first..first.saturating_add(count.into())).try_for_each(|seed| check(folder_of_seed(&folder, seed)))
     }
 }
 
