@@ -93,8 +93,6 @@ pub fn show(arguments: &Show) -> Outcome {
     let notes = directory.notes()?;
     // A run that has not begun has no history.
     let history = RunHistory::read(&directory).unwrap_or_default();
-    let interventions = marks(&run.config, &history.interventions).into_iter();
-    let interventions: Vec<_> = interventions.map(|mark| format!("episode {}: {}", mark.episode, mark.text)).collect();
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
     let reason = match &run.state {
@@ -111,7 +109,7 @@ pub fn show(arguments: &Show) -> Outcome {
         "settings": settings,
         "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),
-        "interventions": Some(interventions).filter(|all| !all.is_empty()),
+        "interventions": Some(interventions(&run, &history)).filter(|all| !all.is_empty()),
         "tags": notes.tags,
         "note": notes.note,
     });
@@ -126,6 +124,12 @@ pub fn show(arguments: &Show) -> Outcome {
     output::table(&lines.map(line).collect::<Vec<_>>())
 }
 
+/// What was done to a run from outside, such as another epsilon schedule.
+fn interventions(run: &FoundRun, history: &RunHistory) -> Vec<String> {
+    let marks = marks(&run.config, &history.interventions).into_iter();
+    marks.map(|mark| format!("episode {}: {}", mark.episode, mark.text)).collect()
+}
+
 /// A result for a person: numbers with at most three decimals.
 fn result_text(value: &Value) -> String {
     match value.as_f64() {
@@ -135,32 +139,41 @@ fn result_text(value: &Value) -> String {
     }
 }
 
-/// The results of a run, without its settings.
+/// The results of a run, without its settings and name.
 fn results(row: &impl serde::Serialize) -> Value {
     let mut results = json::to_value(row);
-    for setting in ["task", "method", "seed", "epsilon", "settings", "implied"] {
-        results.as_object_mut().and_then(|results| results.remove(setting));
+    let others = ["name", "task", "method", "seed", "epsilon", "settings", "implied"];
+    if let Some(results) = results.as_object_mut() {
+        results.retain(|key, _| !others.contains(&&**key));
     }
     results
 }
 
 /// Compares two runs.
 pub fn compare(arguments: &Compare) -> Outcome {
-    let [(_, first), (_, second)] = [read(&arguments.first)?, read(&arguments.second)?];
+    let [first, second] = [read(&arguments.first)?, read(&arguments.second)?];
+    let done =
+        [&first, &second].map(|(directory, run)| interventions(run, &RunHistory::read(directory).unwrap_or_default()));
+    let [(_, first), (_, second)] = [first, second];
     let settings = differences(&first.config, &second.config);
     let rows = [&first, &second].map(|run| results(&run.trained.row));
     if arguments.format.json {
         let settings: Map<String, Value> = settings.into_iter().map(|(path, values)| (path, json!(values))).collect();
         let runs = [&first, &second].map(|run| run.path.display().to_string());
         let names = [&first, &second].map(|run| run.name());
-        return output::json(&json!({ "runs": runs, "names": names, "settings": settings, "results": rows }));
+        return output::json(
+            &json!({ "runs": runs, "names": names, "settings": settings, "interventions": done, "results": rows }),
+        );
     }
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
     let results =
         ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(result_text)));
     let names = ("run".to_owned(), [&first, &second].map(|run| run.path.display().to_string()));
     let given = ("name".to_owned(), [&first, &second].map(|run| run.trained.row.name.clone()));
-    let given = Some(given).filter(|(_, names)| names.iter().any(|name| !name.is_empty()));
-    let lines = std::iter::once(names).chain(given).chain(settings).chain(results).map(|(name, [a, b])| [name, a, b]);
+    let done = ("interventions".to_owned(), done.map(|all| all.join("; ")));
+    let [given, done] =
+        [given, done].map(|row| Some(row).filter(|(_, texts)| texts.iter().any(|text| !text.is_empty())));
+    let lines = std::iter::once(names).chain(given).chain(settings).chain(done).chain(results);
+    let lines = lines.map(|(name, [a, b])| [name, a, b]);
     output::table(&lines.collect::<Vec<_>>())
 }

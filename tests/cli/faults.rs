@@ -90,6 +90,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     assert!(message.contains("mge resume"), "{message}");
     let shown = ask(&["show", "run"]);
     assert!(shown.contains(": epsilon 0.25"), "the run has interventions\n{shown}");
+    assert!(ask(&["compare", "run", "run"]).contains(": epsilon 0.25"));
 
     // The program installs its signal handlers before it trains.
     let child = under_way(&["resume", "--detached", "--quiet", "run"], &run, metrics(&run).lines().count());

@@ -53,6 +53,10 @@ fn a_run_is_shown_and_two_are_compared() {
     let lines = succeed(mge(here, ["compare", "a", "b"]));
     let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     assert!(lines.lines().any(|line| words(line) == ["ddpg.gamma", "0.95", "0.5"]), "{lines}");
+    succeed(mge(here, ["rename", "b", "other"]));
+    let renamed = succeed(mge(here, ["compare", "a", "b"]));
+    let rows = |text: &str| text.lines().map(words).skip_while(|row| row[0] != "ddpg.gamma").collect::<Vec<_>>();
+    assert_eq!(rows(&renamed), rows(&lines));
 }
 
 #[test]
