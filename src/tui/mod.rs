@@ -15,7 +15,6 @@ mod effect;
 mod fuzz;
 mod input;
 mod layers;
-#[path = "../../benches/tui/offscreen.rs"]
 mod offscreen;
 mod run;
 mod scene;

@@ -5,10 +5,10 @@ use std::time::Duration;
 use ratatui::Terminal;
 use ratatui::backend::Backend;
 
-use crate::tui::app::App;
-use crate::tui::input::{Key, KeyError, Keymap};
-use crate::tui::view::SessionWorkspace;
-use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use super::app::App;
+use super::input::{Key, KeyError, Keymap};
+use super::view::SessionWorkspace;
+use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_workbench::Session;
 
 /// A workbench without an event loop: the caller presses keys, lets time pass and draws.
