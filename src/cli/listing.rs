@@ -79,20 +79,19 @@ fn entry(run: &RunSummary) -> Value {
     })
 }
 
-/// Reads a run; a folder of runs is refused.
-fn read(folder: &Path) -> Outcome<(RunDirectory, FoundRun)> {
+/// Reads a run, with its history, which is empty before it has begun; a folder of runs is refused.
+fn read(folder: &Path) -> Outcome<(RunDirectory, FoundRun, RunHistory)> {
     let directory = RunDirectory::open(folder)?;
     let mut runs = read_runs(&[folder.to_owned()])?;
     let run = runs.pop().ok_or_else(|| RunError::NoRuns(folder.to_owned()))?;
-    Ok((directory, run))
+    let history = RunHistory::read(&directory).unwrap_or_default();
+    Ok((directory, run, history))
 }
 
 /// Shows a run.
 pub fn show(arguments: &Show) -> Outcome {
-    let (directory, run) = read(&arguments.run)?;
+    let (directory, run, history) = read(&arguments.run)?;
     let notes = directory.notes()?;
-    // A run that has not begun has no history.
-    let history = RunHistory::read(&directory).unwrap_or_default();
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
     let reason = match &run.state {
@@ -151,10 +150,8 @@ fn results(row: &impl serde::Serialize) -> Value {
 
 /// Compares two runs.
 pub fn compare(arguments: &Compare) -> Outcome {
-    let [first, second] = [read(&arguments.first)?, read(&arguments.second)?];
-    let done =
-        [&first, &second].map(|(directory, run)| interventions(run, &RunHistory::read(directory).unwrap_or_default()));
-    let [(_, first), (_, second)] = [first, second];
+    let [(_, first, of_first), (_, second, of_second)] = [read(&arguments.first)?, read(&arguments.second)?];
+    let done = [interventions(&first, &of_first), interventions(&second, &of_second)];
     let settings = differences(&first.config, &second.config);
     let rows = [&first, &second].map(|run| results(&run.trained.row));
     if arguments.format.json {

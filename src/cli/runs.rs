@@ -95,8 +95,6 @@ pub fn instead_of(error: &(dyn std::error::Error + 'static)) -> String {
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()))?;
-    // A name alone is that of a folder here.
-    let runs = arguments.out.as_deref().and_then(Path::parent).map_or(runs, Path::to_owned);
     let mut session = Session::on_task(&arguments.task, runs)?;
     let Train { method, seed, episodes, epsilon, model, .. } = arguments;
     let options = [
@@ -180,6 +178,7 @@ pub fn fork(arguments: &Fork) -> Outcome {
     let task = arguments.task.as_ref().map(|_| "edited".to_owned());
     let changes = definitions(&arguments.settings, "--set", [("task", "--task", task)])?;
     let folder = arguments.out.clone();
+    // A name alone is that of a folder here, not beside the run.
     if let Some(parent) = folder.as_deref().and_then(Path::parent) {
         session.apply(command::Out(parent.to_owned()))?;
     }

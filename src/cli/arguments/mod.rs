@@ -172,7 +172,7 @@ pub enum Command {
     Compare(Compare),
     /// Move runs to the trash beside them, or bring them back
     Delete(Delete),
-    /// Give a run another name, in lists and in the workbench
+    /// Give a run another name, in lists, legends, figures and reports
     Rename(Rename),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),
@@ -187,7 +187,7 @@ pub enum Command {
     /// Write tables and figures of runs: report.md, report.html and report.json
     Report(Report),
     /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy
-    /// starts; about 100 minutes on two cores, eight with --quick
+    /// starts; some hours on two cores, nine minutes with --quick
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),

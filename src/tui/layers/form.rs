@@ -1,4 +1,5 @@
-//! A form: fields of one line each, checked while one types and on enter. A prompt is a form with one field, whose words may be completed.
+//! A form: fields of one line each, checked while one types and on enter. A prompt is a form with one field, whose words
+//! may be completed.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::buffer::Buffer;

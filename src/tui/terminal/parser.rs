@@ -1,6 +1,6 @@
 //! Parses the bytes of a terminal into events. No byte of an event is lost: incomplete sequences wait
-//! for the rest; unknown sequences and strings, such as late replies to another program, are skipped. The parsers of
-//! crossterm, termina and termwiz do not tell whether a sequence is unfinished, bound what they keep, or read all replies.
+//! for the rest; unknown sequences and strings, such as late replies to another program, are skipped. crossterm's
+//! parser is not public, and termina's does not tell whether a sequence is unfinished.
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
