@@ -1,4 +1,4 @@
-"""DDPG of Stable-Baselines3 on task1; with `--own-model`, guided by a custom dynamics model."""
+"""DDPG of Stable-Baselines3 on task1; with `--guided`, guided by our dynamics model."""
 
 import sys
 
@@ -9,8 +9,6 @@ from mge.sb3 import PuzzleVecEnv
 from stable_baselines3 import DDPG
 from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.vec_env import VecMonitor
-
-from own_model import Bounces
 
 
 class Guided(DDPG):
@@ -28,9 +26,9 @@ class Guided(DDPG):
 torch.set_num_threads(1)  # faster for small networks
 random, task = np.random.default_rng(0), mge.Task("task1")
 steps = int(next((word for word in sys.argv[1:] if word.isdigit()), 20_000))
-guided = "--own-model" in sys.argv
+guided = "--guided" in sys.argv
 if guided:
-    prior = mge.build_prior(task, Bounces(), seed=0)
+    prior = mge.build_prior(task, mge.Model.shipped_for(task), seed=0)
 agent = (Guided if guided else DDPG)(
     "MlpPolicy",
     VecMonitor(PuzzleVecEnv(task, 4)),

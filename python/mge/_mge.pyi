@@ -127,10 +127,6 @@ class VectorCore:
     def step(self, places: _Float32, tools: NDArray[np.int64] | None = None) -> None:
         """Takes one action in each environment: a place and, where agents choose tools, the index of a tool."""
 
-    def time_alone(self, actions: _Float32) -> float:
-        """Seconds that the Rust library alone needs for these actions, steps x count x 2: the baseline
-        for `step`."""
-
     def arrays(self) -> tuple[_Float32, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         """The arrays of observations, rewards, terminations, truncations."""
 
@@ -240,7 +236,7 @@ class Figure:
         """The figure's data as CSV."""
 
     def save(self, path: _Path, dpi: int | None = None) -> None:
-        """Writes the figure in the format of the path's extension (.png, .svg, .pdf), and its data
+        """Writes the figure in the format of the path's extension (.png, .svg), and its data
         beside it as CSV."""
 
 def task_names() -> list[str]:
@@ -264,7 +260,7 @@ def model_names() -> list[str]:
     """Names of the shipped models."""
 
 def tool_types() -> list[str]:
-    """Names of the tool types, indexed by their number in observations and in `advance`."""
+    """Names of the tool types, indexed by their number in observations."""
 
 def whole(value: Any, name: str, least: int, most: int) -> int:
     """A whole number from `least` to `most`; `name` is that of the argument in errors."""
@@ -276,7 +272,7 @@ def build_prior(task: _Task, model: _Model, seed: int = 0, **settings: Any) -> A
     """Builds the action prior of a task from rollouts in a model.
 
     Args:
-        model: a `Model`, `"physics"`, `"rapier"`, the name or path of a model, or a custom one.
+        model: a `Model`, `"physics"`, `"rapier"`, or the name or path of a model.
         settings: those of `guidance` that differ from their defaults, such as `model_rollouts=1000`.
     """
 

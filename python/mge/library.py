@@ -3,37 +3,13 @@
 from __future__ import annotations
 
 import os
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from mge import _mge
 from mge._mge import Model, State, Task
-
-
-class DynamicsModel(Protocol):
-    """The interface of a custom dynamics model, accepted wherever a `Model` is.
-
-    Attributes:
-        interval: physics steps (1/30 s) per prediction; must divide the 40 of an action.
-    """
-
-    interval: int
-
-    def advance(self, balls: np.ndarray, tools: np.ndarray) -> np.ndarray:
-        """Predicts the balls one interval later.
-
-        Args:
-            balls: float32, n x 5: x, y (normalised), velocity x, y (units/s; the screen is 84 units
-                wide), spin (radians/s).
-            tools: float32, n x m x 8: type (index in `mge.tool_types()`), x, y (normalised), size,
-                angle, radius, elasticity, friction; NaN where a scene has fewer tools.
-
-        Returns:
-            An array like `balls`.
-        """
-        ...
 
 
 class Rollouts(NamedTuple):
@@ -62,7 +38,7 @@ class Rollouts(NamedTuple):
 
 def rollout(
     task: Task | str | os.PathLike[str],
-    model: Model | DynamicsModel | str | os.PathLike[str],
+    model: Model | str | os.PathLike[str],
     actions: npt.ArrayLike,
     start: State | None = None,
 ) -> Rollouts:
@@ -70,8 +46,8 @@ def rollout(
 
     Args:
         task: a `Task`, the name of a shipped one, or the path of a task file.
-        model: a `Model`, `"physics"`, `"rapier"` (another engine), the name or path of a model, or a
-            custom one.
+        model: a `Model`, `"physics"`, `"rapier"` (another engine), or the name or path of a
+            model.
         actions: n x length x 2, normalised places of tools.
         start: one state for all sequences or one for each; None for the start of the task.
     """

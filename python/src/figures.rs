@@ -54,8 +54,8 @@ impl Figure {
         self.drawn(py, |drawn| String::from_utf8_lossy(&drawn.figure.table().to_csv()).into_owned())
     }
 
-    /// Writes the figure in the format of the path's extension (.png, .svg, .pdf), and its data
-    /// beside it as CSV.
+    /// Writes the figure in the format of the path's extension (.png, .svg), and its data beside
+    /// it as CSV.
     #[pyo3(signature = (path, dpi = None))]
     fn save(&self, py: Python<'_>, path: PathBuf, #[pyo3(from_py_with = dpi)] dpi: Option<u32>) -> PyResult<()> {
         let dpi = dpi.unwrap_or(DEFAULT_DPI);

@@ -1,11 +1,9 @@
-//! Dynamics models, including those written in Python: predictions and rollouts as arrays.
+//! Dynamics models: predictions and rollouts as arrays.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
-};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -13,20 +11,17 @@ use pyo3::types::{PyBytes, PyDict};
 use super::arguments::{numbers, numbers_or_nan, steps};
 use super::arrays::rows;
 use super::error::exception;
-use super::pool::{Caller, abandonable, build, work, work_on};
+use super::pool::{abandonable, work};
 use super::state::{BALL, State, ball_row};
 use super::task::Task;
-use mge_base::stop::Stop;
-use mge_dynamics::{self as dynamics, DynamicsError, Predictor, Rollout, rollouts};
+use mge_dynamics::{self as dynamics, DynamicsError, Predictor, Rollout};
 use mge_env::{Action, Environment, Snapshot};
 use mge_guidance::{RapierPhysics, RolloutModel, TruePhysics};
-use mge_physics::{BallState, Tool, to_normalised, to_units};
+use mge_physics::{BallState, Tool, to_units};
 use mge_task::{self as task, ToolSpec};
 
 /// Number of balls predicted between two looks at the stop request.
 const AT_ONCE: usize = 1024;
-/// Columns of a tool: type, x, y, size, angle, radius, elasticity, friction.
-const TOOL: usize = 8;
 
 fn ball_of(row: &[f32]) -> BallState {
     BallState {
@@ -35,12 +30,6 @@ fn ball_of(row: &[f32]) -> BallState {
         angular_velocity: row[4],
         ..BallState::default()
     }
-}
-
-fn tool_row(tool: &Tool) -> [f32; TOOL] {
-    let [x, y] = to_normalised(tool.centre());
-    let [size, angle, radius] = [tool.size, tool.angle, tool.radius].map(|value| value as f32);
-    [tool.kind.index() as f32, x, y, size, angle, radius, tool.elasticity as f32, tool.friction as f32]
 }
 
 /// Model(name): a shipped dynamics model by its name, or the one in the file at that path.
@@ -113,34 +102,27 @@ impl Model {
         #[pyo3(from_py_with = steps)] steps: u32,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let model = self.0.for_task(&task.0).map_err(exception)?;
-        let mut states = balls_of(&numbers(balls, "balls", "[n, 5]")?);
+        let balls: PyReadonlyArray2<'_, f32> = numbers(balls, "balls", "[n, 5]")?;
+        let mut states: Vec<BallState> = balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect();
         let wanted = format!("[{}, m, 2]", states.len());
         let placed = placed.map(|placed| numbers_or_nan(&placed, "placed", &wanted)).transpose()?;
         let tools = tools_of(&task.0, states.len(), placed);
         let tools: Vec<&[Tool]> = tools.iter().map(Vec::as_slice).collect();
-        let predicted = work(py, |caller| -> Result<Vec<BallState>, DynamicsError> {
+        let predicted = work(py, |stop| -> Result<Vec<BallState>, DynamicsError> {
             for (balls, tools) in states.chunks_mut(AT_ONCE).zip(tools.chunks(AT_ONCE)) {
                 for _ in 0..steps {
-                    caller.stop().check()?;
+                    stop.check()?;
                     balls.copy_from_slice(&model.advance(balls, tools)?);
                 }
             }
             Ok(states)
         })?;
-        ball_array(py, &predicted.map_err(exception)?)
+        rows(py, predicted.map_err(exception)?.iter().map(ball_row))
     }
 
     fn __repr__(&self) -> String {
         format!("Model({:?})", self.0.name())
     }
-}
-
-fn balls_of(balls: &PyReadonlyArray2<'_, f32>) -> Vec<BallState> {
-    balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect()
-}
-
-fn ball_array<'py>(py: Python<'py>, balls: &[BallState]) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    rows(py, balls.iter().map(ball_row))
 }
 
 /// The tools around each of `count` balls.
@@ -156,153 +138,24 @@ fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_,
     scenes
 }
 
-/// Any model that predicts rollouts.
-pub enum AnyModel {
-    Learned(Arc<dynamics::Model>),
-    Physics,
-    Rapier,
-    Python(Arc<PythonModel>),
-}
-
-impl AnyModel {
-    /// Converts a [`Model`], `"physics"`, `"rapier"`, the name or path of a model, or an object with `interval`
-    /// and `advance(balls, tools)`.
-    pub fn of(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
-        let learned = if let Ok(model) = model.cast::<Model>() {
-            model.get().0.clone()
-        } else if let Ok(name) = model.extract::<PathBuf>() {
-            match &*name.to_string_lossy() {
-                "physics" => return Ok(Self::Physics),
-                "rapier" => return Ok(Self::Rapier),
-                _ => Model::new(model.py(), name)?.0,
-            }
-        } else {
-            return PythonModel::of(model, task).map(Arc::new).map(Self::Python);
-        };
-        learned.check_task(task).map_err(exception)?;
-        Ok(Self::Learned(learned))
-    }
-
-    /// Runs `using` with this model on a pool, without holding the GIL. An exception raised by a model in Python is
-    /// returned unchanged.
-    pub fn used<T: Send>(
-        &self,
-        py: Python<'_>,
-        using: impl FnOnce(&dyn RolloutModel, &Stop) -> Result<T, DynamicsError> + Send,
-    ) -> PyResult<T> {
-        let model: &dyn RolloutModel = match self {
-            Self::Learned(model) => &**model,
-            Self::Physics => &TruePhysics,
-            Self::Rapier => &RapierPhysics,
-            Self::Python(model) => return model.used(py, using),
-        };
-        work(py, |caller| using(model, caller.stop()))?.map_err(exception)
-    }
-}
-
-/// A model that is a Python object.
-pub struct PythonModel {
-    object: Py<PyAny>,
-    name: String,
-    interval: u32,
-}
-
-/// A use of a model that is a Python object.
-struct Asked<'a> {
-    model: &'a Arc<PythonModel>,
-    caller: &'a Caller,
-    /// The exception that the model raised.
-    raised: &'a Mutex<Option<PyErr>>,
-}
-
-impl std::fmt::Debug for Asked<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Asked({})", self.model.name)
-    }
-}
-
-impl PythonModel {
-    fn of(object: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
-        if !object.hasattr("advance")? || !object.hasattr("interval")? {
-            let kind = object.get_type().name()?;
-            return Err(PyTypeError::new_err(format!(
-                "{kind} is not a model: use mge.Model, \"physics\", \"rapier\", the name or path of a model, or an object with `interval` and `advance(balls, tools)`"
-            )));
+/// The model that is a [`Model`], `"physics"`, `"rapier"`, or the name or path of a model.
+pub fn any_model(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Arc<dyn RolloutModel>> {
+    let learned = if let Ok(model) = model.cast::<Model>() {
+        model.get().0.clone()
+    } else if let Ok(name) = model.extract::<PathBuf>() {
+        match &*name.to_string_lossy() {
+            "physics" => return Ok(Arc::new(TruePhysics)),
+            "rapier" => return Ok(Arc::new(RapierPhysics)),
+            _ => Model::new(model.py(), name)?.0,
         }
-        let interval: u32 = object.getattr("interval")?.extract()?;
-        let action = task.rules.steps_per_action;
-        if interval == 0 || !action.is_multiple_of(interval) {
-            return Err(PyValueError::new_err(format!(
-                "the model's interval is {interval}, and should divide the {action} physics steps of an action"
-            )));
-        }
-        let name = object.get_type().name()?.to_string();
-        Ok(Self { object: object.clone().unbind(), name, interval })
-    }
-
-    fn used<T: Send>(
-        self: &Arc<Self>,
-        py: Python<'_>,
-        using: impl FnOnce(&dyn RolloutModel, &Stop) -> Result<T, DynamicsError> + Send,
-    ) -> PyResult<T> {
-        let raised = Mutex::new(None);
-        // Threads of its own: `advance` may itself wait for work in the shared pool.
-        let result = work_on(py, Some(&*build(0)?), |caller| {
-            using(&Asked { model: self, caller, raised: &raised }, caller.stop())
-        })?;
-        match raised.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(raised) => Err(raised),
-            None => result.map_err(exception),
-        }
-    }
-
-    /// The answer of `advance` for balls among tools, of which `tools` has the rows, equally many for each ball.
-    fn ask(&self, py: Python<'_>, balls: &[BallState], tools: Vec<f32>) -> PyResult<Vec<BallState>> {
-        let most = tools.len() / TOOL / balls.len();
-        let tools = tools.into_pyarray(py).reshape([balls.len(), most, TOOL])?;
-        let answer = self.object.bind(py).call_method1("advance", (ball_array(py, balls)?, tools))?;
-        Ok(balls_of(&numbers(&answer, "advance(...)", &format!("[{}, {BALL}]", balls.len()))?))
-    }
-}
-
-impl Predictor for Asked<'_> {
-    fn interval(&self) -> u32 {
-        self.model.interval
-    }
-
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
-        if balls.is_empty() {
-            return Ok(Vec::new());
-        }
-        let most = tools.iter().map(|tools| tools.len()).max().unwrap_or(0);
-        let mut values = vec![f32::NAN; balls.len() * most * TOOL];
-        for (scene, tools) in tools.iter().enumerate() {
-            for (place, tool) in tools.iter().enumerate() {
-                values[(scene * most + place) * TOOL..][..TOOL].copy_from_slice(&tool_row(tool));
-            }
-        }
-        let (model, balls) = (self.model.clone(), balls.to_vec());
-        let answer = self.caller.call(move |py| model.ask(py, &balls, values)).ok_or(DynamicsError::Stopped)?;
-        answer.map_err(|error| {
-            *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-            DynamicsError::Stopped
-        })
-    }
-}
-
-impl RolloutModel for Asked<'_> {
-    fn name(&self) -> String {
-        self.model.name.clone()
-    }
-
-    fn rollouts(
-        &self,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-        stop: &Stop,
-    ) -> Result<Vec<Rollout>, DynamicsError> {
-        rollouts(self, starts, sequences, stop)
-    }
+    } else {
+        return Err(PyTypeError::new_err(format!(
+            "{} is not a model: use mge.Model, \"physics\", \"rapier\", or the name or path of a model",
+            model.get_type().name()?
+        )));
+    };
+    learned.check_task(task).map_err(exception)?;
+    Ok(learned)
 }
 
 /// Rolls out sequences of actions in a model, in one batch.
@@ -337,8 +190,8 @@ pub fn rollout<'py>(
             return Err(PyValueError::new_err(format!("{} states for {count} sequences", states.len())));
         }
     };
-    let model = AnyModel::of(model, &task.0)?;
-    let rolled = model.used(py, |model, stop| model.rollouts(&starts, &sequences, stop))?;
+    let model = any_model(model, &task.0)?;
+    let rolled = work(py, |stop| model.rollouts(&starts, &sequences, stop))?.map_err(exception)?;
     arrays(py, &rolled, length)
 }
 
@@ -367,7 +220,7 @@ pub fn model_names() -> Vec<&'static str> {
     dynamics::shipped_models().iter().map(|(name, _)| *name).collect()
 }
 
-/// Names of the tool types, indexed by their number in observations and in `advance`.
+/// Names of the tool types, indexed by their number in observations.
 #[pyfunction]
 pub fn tool_types() -> Vec<&'static str> {
     mge_physics::ToolKind::PAPER.map(mge_physics::ToolKind::name).to_vec()

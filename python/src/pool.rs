@@ -1,7 +1,7 @@
 //! Work requested by Python: on threads, without holding the GIL, and ended by signals such as Ctrl-C.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ pub fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
 }
 
 /// A new pool.
-pub fn build(threads: usize) -> PyResult<Arc<ThreadPool>> {
+fn build(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let built = ThreadPoolBuilder::new().num_threads(threads).thread_name(|index| format!("mge-{index}")).build();
     built.map(Arc::new).map_err(|error| PyRuntimeError::new_err(format!("no threads: {error}")))
 }
@@ -57,55 +57,27 @@ pub fn pool_for(things: usize, threads: Option<usize>) -> PyResult<Option<Arc<Th
     (things >= FEW).then(|| pool(threads)).transpose()
 }
 
-/// A call to Python.
-type Call = Box<dyn FnOnce(Python<'_>) + Send>;
-
-/// The Python thread that waits for some work.
-pub struct Caller {
-    stop: Stop,
-    calls: Sender<Call>,
-}
-
-impl Caller {
-    /// Requested by a signal: the work should end within a tenth of a second.
-    pub fn stop(&self) -> &Stop {
-        &self.stop
-    }
-
-    /// The result of a call to Python, made on the waiting thread, so that signals interrupt it and libraries with data
-    /// per thread see only one. None once the work should end.
-    pub fn call<T: Send + 'static>(&self, call: impl FnOnce(Python<'_>) -> T + Send + 'static) -> Option<T> {
-        let (sender, receiver) = channel();
-        // The receiver waits below.
-        let answer = move |py: Python<'_>| drop(sender.send(call(py)));
-        self.calls.send(Box::new(answer)).ok()?;
-        receiver.recv().ok()
-    }
-}
-
-/// Runs `work`, which polls [`Caller::stop`], on a pool without holding the GIL. A signal stops it and is raised. Without
-/// a pool the work, which is then short, runs on the caller's thread.
+/// Runs `work` on a pool without holding the GIL. A signal is raised after it has requested a stop, at which the work
+/// should end within a tenth of a second. Without a pool the work, which is then short, runs on the caller's thread.
 pub fn work_on<T: Send>(
     py: Python<'_>,
     pool: Option<&ThreadPool>,
-    work: impl FnOnce(&Caller) -> T + Send,
+    work: impl FnOnce(&Stop) -> T + Send,
 ) -> PyResult<T> {
-    let (calls, wanted) = channel::<Call>();
-    let caller = Caller { stop: Stop::default(), calls };
-    let Some(pool) = pool else { return Ok(py.detach(|| work(&caller))) };
-    let (stop, mut result, mut signals) = (caller.stop.clone(), None, Ok(()));
+    let stop = Stop::default();
+    let Some(pool) = pool else { return Ok(py.detach(|| work(&stop))) };
+    let (working, ended) = channel::<()>();
+    let (mut result, mut signals) = (None, Ok(()));
     py.detach(|| {
-        let wanted = wanted;
+        let ended = ended;
         pool.in_place_scope(|scope| {
-            let result = &mut result;
-            // The end of the work drops `caller`, which ends the loop.
-            scope.spawn(move |_| *result = Some(work(&caller)));
-            loop {
-                match wanted.recv_timeout(CHECK_INTERVAL) {
-                    Ok(call) if signals.is_ok() => Python::attach(call),
-                    Ok(_) | Err(RecvTimeoutError::Timeout) => {}
-                    Err(RecvTimeoutError::Disconnected) => break,
-                }
+            let (result, stop) = (&mut result, &stop);
+            scope.spawn(move |_| {
+                // Dropped when the work ends, which ends the loop.
+                let _working = working;
+                *result = Some(work(stop));
+            });
+            while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(CHECK_INTERVAL) {
                 if signals.is_ok() {
                     signals = Python::attach(|py| py.check_signals());
                     if signals.is_err() {
@@ -121,7 +93,7 @@ pub fn work_on<T: Send>(
 }
 
 /// Like [`work_on`] with the default pool.
-pub fn work<T: Send>(py: Python<'_>, work: impl FnOnce(&Caller) -> T + Send) -> PyResult<T> {
+pub fn work<T: Send>(py: Python<'_>, work: impl FnOnce(&Stop) -> T + Send) -> PyResult<T> {
     work_on(py, Some(&*pool(None)?), work)
 }
 

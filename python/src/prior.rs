@@ -13,7 +13,7 @@ use super::arguments::{self, count, numbers, room, seed, stage};
 use super::arrays::rows;
 use super::error::exception;
 use super::figures::Figure;
-use super::model::AnyModel;
+use super::model::any_model;
 use super::pool::{abandonable, pool_for, work, work_on};
 use super::task::Task;
 use mge_agent::Ddpg;
@@ -35,10 +35,7 @@ pub struct ActionPrior {
 
 /// Builds the action prior of a task from rollouts in a model.
 ///
-/// `model`: a `Model`, "physics", "rapier", the name or path of a model, or a Python object with an
-/// `interval` (physics steps per prediction) and `advance(balls, tools)`, which returns the balls, float32 of n x 5
-/// (x, y, velocity x, y, spin), one interval later, among tools, float32 of n x m x 8 (type, x, y,
-/// size, angle, radius, elasticity, friction; NaN where a scene has fewer).
+/// `model`: a `Model`, "physics", "rapier", or the name or path of a model.
 /// `settings`: those of `guidance` that differ from their defaults, such as `model_rollouts=1000`.
 #[pyfunction]
 #[pyo3(signature = (task, model, seed = 0, **settings))]
@@ -52,8 +49,9 @@ pub fn build_prior(
     let settings = settings.map_or(Ok(json!({})), |settings| arguments::json(settings, "settings"))?;
     let config: GuidanceConfig = serde_json::from_value(settings).map_err(exception)?;
     config.validate().map_err(exception)?;
-    let model = AnyModel::of(model, &task.0)?;
-    let prior = model.used(py, |model, stop| guidance::build(&task.0, model, &config, seed, stop, |_| ()))?;
+    let model = any_model(model, &task.0)?;
+    let built = work(py, |stop| guidance::build(&task.0, &*model, &config, seed, stop, |_| ()))?;
+    let prior = built.map_err(exception)?;
     Ok(ActionPrior { prior, task: task.0 })
 }
 
@@ -133,8 +131,8 @@ impl ActionPrior {
         let stage = self.stage(stage)?;
         let mut rng = Stream::Episode.of(seed);
         let mut actions = room(count.saturating_mul(2))?;
-        let actions: Vec<f32> = work_on(py, pool_for(count, None)?.as_deref(), |caller| {
-            actions.extend(caller.stop().until(0..count).flat_map(|_| stage.sample(&mut rng)));
+        let actions: Vec<f32> = work_on(py, pool_for(count, None)?.as_deref(), |stop| {
+            actions.extend(stop.until(0..count).flat_map(|_| stage.sample(&mut rng)));
             actions
         })?;
         actions.into_pyarray(py).reshape([count, 2])
@@ -170,7 +168,7 @@ impl Actor {
         let observations = self.observations(observations)?;
         let count = observations.shape()[0];
         let rows = observations.as_slice()?.chunks(AT_ONCE * agent.observation_len());
-        let actions = work(py, |caller| caller.stop().until(rows).flat_map(|rows| agent.act(rows)).collect())?;
+        let actions = work(py, |stop| stop.until(rows).flat_map(|rows| agent.act(rows)).collect())?;
         Vec::into_pyarray(actions, py).reshape([count, agent.action_len()])
     }
 
@@ -187,7 +185,7 @@ impl Actor {
         let actions: PyReadonlyArray2<'_, f32> = numbers(actions, "actions", &wanted)?;
         let rows = observations.as_slice()?.chunks(AT_ONCE * agent.observation_len());
         let pairs = rows.zip(actions.as_slice()?.chunks(AT_ONCE * agent.action_len()));
-        let values = work(py, |caller| caller.stop().until(pairs).flat_map(|(o, a)| agent.q_values(o, a)).collect())?;
+        let values = work(py, |stop| stop.until(pairs).flat_map(|(o, a)| agent.q_values(o, a)).collect())?;
         Ok(Vec::into_pyarray(values, py))
     }
 

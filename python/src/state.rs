@@ -12,7 +12,7 @@ use super::error::exception;
 use super::figures::Figure;
 use super::pool::{pool_for, work_on};
 use mge_env as env;
-use mge_figures::{Animation, Moment, Mover};
+use mge_figures::{Moment, Mover};
 use mge_physics::{BallState, PHYSICS_DT, to_normalised};
 use mge_task::GoalShape;
 
@@ -26,7 +26,7 @@ pub fn ball_row(ball: &BallState) -> [f32; BALL] {
 }
 
 /// The current scene; planks as they were placed.
-pub fn scene(env: &env::Environment) -> Animation {
+pub fn scene(env: &env::Environment) -> Moment {
     let (mut task, now) = (env.task().as_ref().clone(), env.snapshot());
     let world = now.world();
     // In the order of the world: the target, the marker, a goal that is a ball, then the others.
@@ -40,14 +40,14 @@ pub fn scene(env: &env::Environment) -> Animation {
         angle: world.is_box(index).then(|| world.ball(index).angle),
     };
     let movers = (1..world.ball_count()).filter(|index| Some(*index) != goal).map(mover).collect();
-    let moment = Moment {
+    Moment {
         time: now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT,
         ball: to_normalised(now.ball().position),
         movers,
         placed: world.tools().skip(task.tools.len()).copied().collect(),
         reached: now.reached().iter().filter(|reached| **reached).count() + usize::from(now.goal_reached()),
-    };
-    Animation { task, moments: vec![moment], frame_ms: 0, trail: 0 }
+        task,
+    }
 }
 
 /// States of one or several environments: episodes and random streams. Returned by an environment's
@@ -65,8 +65,8 @@ impl State {
         }
         let task = Arc::new(mge_task::parse(task, "state").map_err(exception)?);
         let parse = |text: &String| env::State::parse(text, &task);
-        let states: Result<Vec<env::State>, _> = work_on(py, pool_for(states.len(), None)?.as_deref(), |caller| {
-            caller.stop().until(states.iter()).map(parse).collect()
+        let states: Result<Vec<env::State>, _> = work_on(py, pool_for(states.len(), None)?.as_deref(), |stop| {
+            stop.until(states.iter()).map(parse).collect()
         })?;
         states.map(Self).map_err(exception)
     }
@@ -103,8 +103,8 @@ impl State {
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<String>))> {
         let parse = py.get_type::<Self>().getattr("parse")?.unbind();
         let task = self.0.first().map_or_else(String::new, |state| mge_task::to_json(state.task()));
-        let states = work_on(py, pool_for(self.0.len(), None)?.as_deref(), |caller| {
-            caller.stop().until(self.0.iter()).map(env::State::to_json).collect()
+        let states = work_on(py, pool_for(self.0.len(), None)?.as_deref(), |stop| {
+            stop.until(self.0.iter()).map(env::State::to_json).collect()
         })?;
         Ok((parse, (task, states)))
     }

@@ -1,20 +1,21 @@
 //! Vectors of environments.
 
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arguments::{num_envs, num_threads, numbers, room};
+use super::arguments::{num_envs, num_threads, room};
 use super::arrays::{fill, zeros};
 use super::error::{exception, vector_exception};
 use super::facts::Facts;
-use super::pool::{Caller, abandonable, pool_for, work_on};
+use super::pool::{abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;
+use mge_base::stop::Stop;
 use mge_env::{self as env, Action, ActionSet, Autoreset, Choice, VectorEnvironment, VectorError};
 use mge_figures::Figure;
 use mge_physics::ToolSplit;
@@ -125,20 +126,6 @@ impl VectorCore {
         }
     }
 
-    /// Seconds that the Rust library alone needs for these actions, float32 of steps x count x 2: the baseline
-    /// for `step`.
-    fn time_alone(slf: &Bound<'_, Self>, actions: &Bound<'_, PyAny>) -> PyResult<f64> {
-        let (py, this) = (slf.py(), &mut *alone(slf)?);
-        let count = this.env.count();
-        let actions: PyReadonlyArray3<'_, f32> = numbers(actions, "actions", &format!("[steps, {count}, 2]"))?;
-        let (actions, _) = actions.as_slice()?.as_chunks::<2>();
-        let start = std::time::Instant::now();
-        this.change(py, actions.len(), |env, rows, caller| {
-            caller.stop().until(actions.chunks(count)).try_for_each(|actions| env.step(actions, rows))
-        })?;
-        Ok(start.elapsed().as_secs_f64())
-    }
-
     /// The arrays of observations, rewards, terminations, truncations.
     fn arrays(&self, py: Python<'_>) -> (Py<PyArray2<f32>>, Py<PyArray1<f64>>, Py<PyArray1<bool>>, Py<PyArray1<bool>>) {
         let Self { observations, rewards, terminated, truncated, .. } = self;
@@ -174,8 +161,8 @@ impl VectorCore {
     fn state(slf: &Bound<'_, Self>, indices: Vec<usize>) -> PyResult<State> {
         let (py, this) = (slf.py(), alone(slf)?);
         let env = &this.env;
-        let states: Result<Vec<env::State>, _> = work_on(py, pool_for(indices.len(), None)?.as_deref(), |caller| {
-            caller.stop().until(indices.iter()).map(|index| env.state(*index)).collect()
+        let states: Result<Vec<env::State>, _> = work_on(py, pool_for(indices.len(), None)?.as_deref(), |stop| {
+            stop.until(indices.iter()).map(|index| env.state(*index)).collect()
         })?;
         states.map(State).map_err(|error| vector_exception(py, error))
     }
@@ -189,8 +176,8 @@ impl VectorCore {
         }
         let length = this.env.observation_len();
         let pairs = indices.iter().zip(state.0.iter().cycle());
-        this.change(py, indices.len(), |env, rows, caller| {
-            let mut pairs = caller.stop().until(pairs);
+        this.change(py, indices.len(), |env, rows, stop| {
+            let mut pairs = stop.until(pairs);
             pairs.try_for_each(|(index, state)| env.restore(*index, state, &mut rows[index * length..][..length]))
         })
     }
@@ -239,14 +226,14 @@ impl VectorCore {
         &mut self,
         py: Python<'_>,
         times: usize,
-        change: impl FnOnce(&mut VectorEnvironment, &mut [f32], &Caller) -> Result<(), VectorError> + Send,
+        change: impl FnOnce(&mut VectorEnvironment, &mut [f32], &Stop) -> Result<(), VectorError> + Send,
     ) -> PyResult<()> {
         let pool = pool_for(times.max(self.env.count()), self.threads)?;
         let mut observations = self.observations.bind(py).try_readwrite()?;
         let (rows, env) = (observations.as_slice_mut()?, &mut self.env);
-        let changed = work_on(py, pool.as_deref(), |caller| {
-            env.stop_on(caller.stop());
-            change(env, rows, caller)
+        let changed = work_on(py, pool.as_deref(), |stop| {
+            env.stop_on(stop);
+            change(env, rows, stop)
         });
         drop(observations);
         match changed {

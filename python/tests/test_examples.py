@@ -22,7 +22,7 @@ def test_the_page_shows_the_programs():
     [
         (["random_search.py", "task1", "40"], "mge"),
         (["ddpg.py", "600"], "stable_baselines3"),
-        (["ddpg.py", "600", "--own-model"], "stable_baselines3"),
+        (["ddpg.py", "600", "--guided"], "stable_baselines3"),
         (["log_to_wandb.py", "40"], "mge"),
         (["search_with_optuna.py", "20"], "mge"),
     ],

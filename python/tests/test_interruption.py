@@ -8,7 +8,6 @@ import time
 
 import numpy as np
 import pytest
-from gymnasium.error import ResetNeeded
 
 import mge
 
@@ -18,25 +17,6 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 TASK = mge.Task("task1")
 MANY = np.random.default_rng(0).uniform(-1, 1, (20_000, 6, 2)).astype(np.float32)
 LARGE = {"model_rollouts": 100000, "most_model_rollouts": 100000, "horizon": 6}
-
-
-class Sleeping:
-    """A custom model that takes an hour."""
-
-    interval = 8
-
-    def advance(self, balls, tools):
-        time.sleep(3600)
-        return balls
-
-
-class Computing:
-    """A custom model that computes in Rust for an hour."""
-
-    interval = 8
-
-    def advance(self, balls, tools):
-        return shipped().predict(TASK, balls, steps=2**32 - 1)
 
 
 def shipped():
@@ -68,12 +48,9 @@ LONG = {
     "rollouts of the physics": lambda: mge.rollout(TASK, "physics", np.tile(MANY, (20, 1, 1))),
     "rollouts of rapier": lambda: mge.rollout(TASK, "rapier", MANY),
     "rollouts of a learned model": lambda: mge.rollout(TASK, shipped(), MANY),
-    "a custom model that sleeps": lambda: mge.rollout(TASK, Sleeping(), MANY[:3]),
-    "a custom model that computes": lambda: mge.rollout(TASK, Computing(), MANY[:3]),
     "predictions of many steps": lambda: shipped().predict(TASK, np.zeros((3, 5)), steps=2**32 - 1),
     "predictions of many balls": lambda: shipped().predict(TASK, np.zeros((50_000, 5)), steps=100),
     "a prior": lambda: mge.build_prior(TASK, "physics", **LARGE),
-    "a prior of a custom model": lambda: mge.build_prior(TASK, Sleeping()),
     "samples": lambda: SMALL_PRIOR.sample(0, 20_000_000, 0),
 }
 SMALL_PRIOR = mge.build_prior(TASK, "physics", model_rollouts=50, environment_rollouts=5)
@@ -97,13 +74,6 @@ def test_ctrl_c_ends_a_step_and_a_reset_makes_the_environments_usable():
             envs.step(actions)
 
     assert interrupted(steps) < 3
-    # The signal may have come between two steps, after which the environments can go on.
-    envs._core.reset([0] * envs.num_envs)
-    # Enough to be still at it when the signal comes.
-    long = np.tile(actions.astype(np.float32), (5_000_000 // envs.num_envs, 1, 1))
-    assert interrupted(lambda: envs._core.time_alone(long)) < 3
-    with pytest.raises(ResetNeeded, match="reset it"):
-        envs.step(actions)
     assert (envs.reset(seed=4)[0][:3] == expected).all()
     envs.step(actions)
 
@@ -137,14 +107,3 @@ def test_a_signal_whose_handler_returns_changes_nothing():
         signal.signal(signal.SIGALRM, before)
     assert seen
     np.testing.assert_array_equal(rolled.path, mge.rollout(TASK, "rapier", MANY[:200]).path)
-
-
-def test_a_custom_model_may_use_our_models_on_one_thread():
-    class Wrapper:
-        interval = shipped().interval
-
-        def advance(self, balls, tools):
-            assert threading.current_thread() is threading.main_thread()
-            return shipped().predict(TASK, balls)
-
-    assert mge.rollout(TASK, Wrapper(), MANY[:10]).hit.shape == (10,)

@@ -72,67 +72,10 @@ def test_the_true_physics_is_a_model():
     np.testing.assert_array_equal(vector.get_state().balls, rolled.balls[:, 0])
 
 
-class Inertia:
-    """A model with gravity alone."""
-
-    interval = 8
-
-    def __init__(self):
-        self.asked = 0
-
-    def advance(self, balls, tools):
-        self.asked += len(balls)
-        assert balls.dtype == tools.dtype == np.float32 and tools.shape[2] == 8
-        assert len(balls) == len(tools) and balls.shape[1] == 5
-        t = self.interval / 30
-        after = balls.copy()
-        after[:, :2] += balls[:, 2:4] * t * 2 / 84
-        after[:, 3] -= 10 * t
-        return after
-
-
-def test_a_custom_model_builds_a_prior():
-    task = mge.Task("task1")
-    model = Inertia()
-    prior = mge.build_prior(task, model, seed=3, model_rollouts=50, environment_rollouts=10)
-    assert model.asked > 50 and prior.model == "Inertia" and len(prior) == len(task.stages)
-    rolled = mge.rollout(task, model, np.zeros((2, 2, 2)))
-    assert rolled.path.shape[0] == 2
-
-
-class Broken(Inertia):
-    def __init__(self, answer):
-        super().__init__()
-        self.answer = answer
-
-    def advance(self, balls, tools):
-        return self.answer(balls)
-
-
-@pytest.mark.parametrize(
-    ("answer", "error", "message"),
-    [
-        (lambda balls: balls[:, :4], ValueError, r"shape \[3, 4\], and should have \[3, 5\]"),
-        (lambda balls: balls[1:], ValueError, r"shape \[2, 5\], and should have \[3, 5\]"),
-        (lambda balls: balls * np.nan, ValueError, r"is NaN at index \[0, 0\]"),
-        (lambda balls: balls[0], ValueError, r"`advance\(...\)` has the shape \[5\]"),
-        (lambda balls: None, TypeError, r"`advance\(...\)` is of type object"),
-        (lambda balls: 1 / 0, ZeroDivisionError, "division"),
-    ],
-)
-def test_errors_of_a_custom_model_are_raised(answer, error, message):
-    with pytest.raises(error, match=message):
-        mge.rollout(mge.Task("task1"), Broken(answer), np.zeros((3, 1, 2)))
-
-
 def test_invalid_models_and_actions_are_reported():
     task = mge.Task("task1")
-    with pytest.raises(TypeError, match="interval"):
+    with pytest.raises(TypeError, match="is not a model"):
         mge.rollout(task, object(), np.zeros((1, 1, 2)))
-    uneven = Inertia()
-    uneven.interval = 7
-    with pytest.raises(ValueError, match="divide the 40"):
-        mge.rollout(task, uneven, np.zeros((1, 1, 2)))
     with pytest.raises(ValueError, match="never trained"):
         mge.rollout(task, "square-floor", np.zeros((1, 1, 2)))
     with pytest.raises(FileNotFoundError):
@@ -269,7 +212,7 @@ def test_figures(run, tmp_path):
     for figure in drawn:
         assert figure.svg().lstrip().startswith("<svg") or "<svg" in figure.svg()[:200]
         assert "," in figure.csv()
-    for ending in ("png", "svg", "pdf"):
+    for ending in ("png", "svg"):
         drawn[0].save(tmp_path / f"tasks.{ending}")
         assert (tmp_path / f"tasks.{ending}").stat().st_size > 1000
     with pytest.raises(ValueError, match="png"):

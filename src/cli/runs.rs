@@ -16,9 +16,9 @@ use super::output::{self, Outcome};
 use super::session::{RUNS, Viewer, follow, perform, use_folder};
 use crate::tui;
 use mge_agent::Ddpg;
-use mge_base::paths::{fitting, given};
+use mge_base::paths::given;
 use mge_base::spelling::did_you_mean;
-use mge_base::text::{counted, printable};
+use mge_base::text::counted;
 use mge_figures::DEFAULT_DPI;
 use mge_results::{Composition, find_runs, is_listed_run};
 use mge_run::{RunDirectory, RunError};
@@ -231,63 +231,18 @@ pub fn export_actor(arguments: &Export) -> Outcome {
 pub fn figures(arguments: &Figures) -> Outcome {
     // clap requires at least one.
     let mut session = Session::on_run(&arguments.runs[0])?;
-    for run in &arguments.runs {
-        perform(&mut session, command::Open(run.clone()), "reading", true)?;
-        // Before anything is drawn.
-        if let Some(checkpoint) = arguments.checkpoint {
-            session.apply(command::Checkpoint(checkpoint))?;
-        }
-    }
-    let extension = match (arguments.svg, arguments.pdf) {
-        (true, _) => "svg",
-        (_, true) => "pdf",
-        _ => "png",
-    };
-    let dashboard = |run: &Path| figure_path(arguments.out.as_deref(), run, "dashboard", extension);
-    let mut paths = BTreeSet::new();
-    if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
-        return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
-    }
+    let extension = if arguments.svg { "svg" } else { "png" };
     let dpi = Some(arguments.print.dpi).filter(|dpi| extension == "png" && *dpi != DEFAULT_DPI);
-    let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
+    let folder = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     let options = arguments.options.iter().map(|option| split_definition(option, "--set"));
     let options = options.collect::<Result<Vec<_>, String>>()?;
     let options = options.iter().map(|(key, value)| (key.as_str(), value.as_str()));
     let composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
     let composition = composition.with_options(options).map_err(|reason| format!("--set {reason}"))?;
-    let target = |path: &Path| arguments.force.target(path);
-    let learning = target(&shared.join(format!("learning.{extension}")));
-    let learning = command::Figure::with_defaults(FigureKind::Learning, learning);
-    export(&mut session, command::Figure { dpi, composition, ..learning })?;
-    for run in &arguments.runs {
-        session.apply(command::Open(run.clone()))?;
-        export(
-            &mut session,
-            command::Figure { dpi, ..command::Figure::with_defaults(FigureKind::Dashboard, target(&dashboard(run))) },
-        )?;
-        if let Some(checkpoint) = arguments.checkpoint {
-            session.apply(command::Checkpoint(checkpoint))?;
-            let path = figure_path(arguments.out.as_deref(), run, &format!("{checkpoint}"), "gif");
-            export(&mut session, command::Figure::with_defaults(FigureKind::Episode, target(&path)))?;
-        }
-    }
-    Ok(())
-}
-
-/// Writes a figure, and prints its path on stdout.
-fn export(session: &mut Session, figure: command::Figure) -> Outcome {
-    let path = figure.to.path.clone();
-    perform(session, figure, "drawing", true)?;
+    let path = folder.join(format!("learning.{extension}"));
+    let figure = command::Figure::with_defaults(FigureKind::Learning, arguments.force.target(&path));
+    perform(&mut session, command::Figure { dpi, composition, ..figure }, "drawing", true)?;
     Ok(output::line(path.display())?)
-}
-
-/// The file of a figure of one run.
-fn figure_path(out: Option<&Path>, run: &Path, figure: &str, extension: &str) -> PathBuf {
-    let name = run.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    match out {
-        Some(folder) => folder.join(fitting(&format!("{figure}-{}", printable(&name)), &format!(".{extension}"))),
-        None => run.join("figures").join(format!("{figure}.{extension}")),
-    }
 }
 
 pub fn delete(arguments: &Delete) -> Outcome {

@@ -89,7 +89,7 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     let report = std::fs::read_to_string(here.join("report/report.md")).unwrap();
     assert!(report.contains("- the best: DDPG, ddpg.gamma 0.95, seed 0, on task1"), "{report}");
     succeed(mge(here, ["figures", "runs/a", "runs/b", "--svg", "--out", "figures"]));
-    for figure in ["figures/learning.svg", "figures/dashboard-a.svg", "report/figures/learning.svg"] {
+    for figure in ["figures/learning.svg", "report/figures/learning.svg"] {
         assert!(std::fs::read_to_string(here.join(figure)).unwrap().contains("the best"), "{figure}");
     }
     fail(mge(here, ["rename", "runs/a", "b/c"]), "a name has at most");

@@ -19,7 +19,7 @@ fn the_tour_runs_and_its_recording_gives_the_same_figures() {
     let moved = recorded.replace(&first.display().to_string(), &second.display().to_string());
     std::fs::write(folder.path().join("again.mge"), moved).unwrap();
     succeed(mge(&folder, ["script", "again.mge", "--quiet"]));
-    for file in ["clusters.json", "clusters.csv", "scene.csv", "learning.csv", "dashboard.csv", "run/metrics.csv"] {
+    for file in ["clusters.json", "clusters.csv", "scene.csv", "learning.csv", "run/metrics.csv"] {
         let read = |out: &Path| std::fs::read(out.join(file)).unwrap();
         assert_eq!(read(&first), read(&second), "{file}");
     }

@@ -105,8 +105,6 @@ const COMMANDS: &[&str] = &[
     "evaluate",
     "figure scene scene.svg",
     "figure learning learning.png",
-    "figure dashboard dashboard.png",
-    "figure episode episode.gif",
     "pause",
     "resume",
     "no such command",

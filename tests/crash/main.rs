@@ -152,8 +152,7 @@ fn session_files(folder: &Path) {
     let settings = "method ddpg\nmodel uniform\nepisodes 8\nset ddpg.hidden 4\nset ddpg.replay_capacity 20\n\
         set checkpoints.last_every 3\n";
     let rest = format!(
-        "wait\nclusters {at}/clusters.json\nwait\nfigure scene {at}/scene.svg\nfigure learning {at}/learning.svg\n\
-        figure dashboard {at}/dashboard.svg\nwait\n"
+        "wait\nclusters {at}/clusters.json\nwait\nfigure scene {at}/scene.svg\nfigure learning {at}/learning.svg\nwait\n"
     );
     for (name, run) in [("all", "train"), ("rest", "continue"), ("end", "open")] {
         let script = format!("{edited}{settings}{run} {at}/run\n{rest}");

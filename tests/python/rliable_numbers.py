@@ -1,7 +1,7 @@
 """What rliable makes of the runs in a report: `rliable_numbers.py REPORT.json [RESAMPLES]`.
 
 Writes JSON to stdout: for each measure the scores of every method (task by task), rliable's
-aggregates of them as [value, low, high], its performance profile, and for the area under the
+aggregates of them as [value, low, high], and for the area under the
 curve over charged actions the probability of improvement of each method over each other. `tests/data/rliable/` holds
 such an answer, for the runs of a real study (`mge reproduce`, then `mge report`).
 """
@@ -12,7 +12,6 @@ import sys
 import numpy as np
 from rliable import library, metrics
 
-THRESHOLDS = np.linspace(0.0, 1.0, 11)
 MEASURES = ["charged_area", "auc", "final_success", "held_success"]
 AGGREGATES = {
     "iqm": metrics.aggregate_iqm,
@@ -34,7 +33,7 @@ def interval(scores, function, resamples):
 def numbers(report, resamples):
     """rliable's numbers for every method of a report, and the scores behind them."""
     labels = list(dict.fromkeys(row["method"] for row in report["aggregates"]))
-    answer = {"resamples": resamples, "thresholds": THRESHOLDS.tolist(), "measures": {}}
+    answer = {"resamples": resamples, "measures": {}}
     for measure in MEASURES:
         methods = {}
         for row in report["aggregates"]:
@@ -42,9 +41,7 @@ def numbers(report, resamples):
                 continue
             scores = np.array(row["scores"]).T  # rliable wants runs x tasks
             found = {name: interval(scores, function, resamples) for name, function in AGGREGATES.items()}
-            profiles, bands = library.create_performance_profile({"it": scores}, THRESHOLDS, reps=resamples)
-            profile = np.stack([profiles["it"], bands["it"][0], bands["it"][1]], axis=1)
-            methods[row["method"]] = {"scores": row["scores"], **found, "profile": profile.tolist()}
+            methods[row["method"]] = {"scores": row["scores"], **found}
         answer["measures"][measure] = methods
     # Reports of earlier versions have no charged actions.
     area = answer["measures"]["charged_area"] or answer["measures"]["auc"]

@@ -3,8 +3,7 @@
 use super::canvas::{Canvas, Pen, TextFormat};
 use super::geometry::{Point, Rect};
 use super::style::{
-    BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
-    TITLE_SIZE, faded,
+    BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, THIN_WIDTH, TICK_LENGTH, TITLE_SIZE, faded,
 };
 use mge_stats::Estimate;
 
@@ -20,7 +19,6 @@ pub struct Axis {
     low: f64,
     high: f64,
     ticks: Vec<(f64, String)>,
-    logarithmic: bool,
 }
 
 impl Axis {
@@ -28,64 +26,20 @@ impl Axis {
     pub fn linear(label: &str, low: f64, high: f64, count: usize) -> Self {
         let places = round_ticks(low, high, count);
         let step = places.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-        let largest = places.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
-        let power = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
-        let decimals = |step: f64| {
-            if step.is_finite() && step > 0.0 { (-(step.log10() + 1e-9).floor()).max(0.0) as usize } else { 2 }
-        };
-        let text = |value: f64| match power {
-            -4..=5 => number(value, decimals(step)),
-            _ if value == 0.0 => "0".to_owned(),
-            _ => {
-                let unit = 10f64.powi(power);
-                format!("{}·{}", number(value / unit, decimals(step / unit)), power_of_ten(power))
-            }
-        };
-        let ticks = places.iter().map(|value| (*value, text(*value))).collect();
-        Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
+        let decimals = if step.is_finite() { (-(step.log10() + 1e-9).floor()).clamp(0.0, 9.0) as usize } else { 2 };
+        let ticks = places.iter().map(|value| (*value, number(*value, decimals))).collect();
+        Self::with_ticks(label, low, high, ticks)
     }
 
     /// An axis with the given ticks.
     pub fn with_ticks(label: &str, low: f64, high: f64, ticks: Vec<(f64, String)>) -> Self {
-        Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
-    }
-
-    /// A linear axis over the finite `values` with a small margin; [0, 1] if there are none.
-    pub fn around(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
-        let (low, high) = extent(values).unwrap_or((0.0, 1.0));
-        let margin = if high > low { 0.06 * (high - low) } else { 0.5 * high.abs().max(1.0) };
-        Self::linear(label, low - margin, high + margin, count)
+        Self { label: label.to_owned(), low, high, ticks }
     }
 
     /// A linear axis from 0 to beyond the largest finite value; [0, 1] if there are none.
     pub fn from_zero(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
         let high = extent(values).map_or(1.0, |(_, high)| if high > 0.0 { 1.12 * high } else { 1.0 });
         Self::linear(label, 0.0, high, count)
-    }
-
-    /// A logarithmic axis over the powers of ten around the positive `values`.
-    pub fn logarithmic(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
-        let (low, high) = extent(values.into_iter().filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
-        let (low, high) = (low.log10().floor() as i32, (high.log10() + 1e-9).ceil() as i32);
-        Self::decades(label, 10f64.powi(low), 10f64.powi(high.max(low + 1)))
-    }
-
-    /// A logarithmic axis between two positive values, with ticks at powers of ten and, over a short range, at two
-    /// and five times these.
-    pub fn decades(label: &str, low: f64, high: f64) -> Self {
-        let low = if low.is_finite() && low > 0.0 { low } else { 1.0 };
-        let high = if high.is_finite() && high > low { high } else { 10.0 * low };
-        let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
-        let factors: &[f64] = if (high / low).log10() > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        let every = ((high / low).log10() / 6.0) as usize + 1;
-        let places =
-            powers.step_by(every).flat_map(|power| factors.iter().map(move |factor| factor * 10f64.powi(power)));
-        let text = |value: f64| match value {
-            0.01..1e5 => number(value, (-(value.log10() + 1e-9).floor()).max(0.0) as usize),
-            _ => power_of_ten(value.log10().round() as i32),
-        };
-        let ticks = places.filter(|value| (low..=high).contains(value)).map(|value| (value, text(value))).collect();
-        Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
     }
 
     /// The same axis, without its label unless `is_labelled` (for inner panels of a grid).
@@ -95,11 +49,7 @@ impl Axis {
 
     /// Relative position of `value` between the ends, 0 to 1.
     fn fraction(&self, value: f64) -> f64 {
-        if self.logarithmic {
-            (value.log10() - self.low.log10()) / (self.high.log10() - self.low.log10())
-        } else {
-            (value - self.low) / (self.high - self.low)
-        }
+        (value - self.low) / (self.high - self.low)
     }
 }
 
@@ -145,13 +95,6 @@ pub fn number(value: f64, decimals: usize) -> String {
     }
     let negative = value < 0.0 && text.chars().any(|digit| ('1'..='9').contains(&digit));
     format!("{}{grouped}{rest}", if negative { "\u{2212}" } else { "" })
-}
-
-fn power_of_ten(power: i32) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let digits =
-        power.unsigned_abs().to_string().bytes().map(|digit| DIGITS[usize::from(digit - b'0')]).collect::<String>();
-    format!("10{}{digits}", if power < 0 { "⁻" } else { "" })
 }
 
 /// A framed plot that maps data to the page.
@@ -266,39 +209,15 @@ impl<'c> Plot<'c> {
     }
 
     /// A bar of `width` (data units) from zero, with its interval as an error bar.
-    pub fn bar(&self, x: f64, width: f64, estimate: Estimate, series: &Series) {
-        if !estimate.value.is_finite() {
-            return;
-        }
+    pub fn bar(&self, x: f64, width: f64, estimate: Estimate, color: Color) {
         let ([left, zero], [right, end]) = (self.at(x - width / 2.0, 0.0), self.at(x + width / 2.0, estimate.value));
-        let y = |value: f64| value.clamp(self.rect.top, self.rect.bottom);
-        let bar = Rect::new(left.max(self.rect.left), y(zero.min(end)), right.min(self.rect.right), y(zero.max(end)));
-        series.bar(self.canvas, &bar);
+        let bar = Rect::new(left, zero.min(end), right, zero.max(end));
+        self.canvas.within(&self.rect, &bar.corners(), |corners| self.canvas.fill(corners, color));
         self.error_bar(x, estimate);
     }
 
-    /// Numbers at the right ends of curves, moved apart where they would overlap.
-    pub fn end_numbers(&self, ends: impl IntoIterator<Item = (Point, Series)>) {
-        const APART: f64 = TINY_SIZE * 0.95;
-        let inside = |(place, _): &(Point, Series)| self.rect.contains(*place);
-        let mut ends: Vec<(Point, Series)> = ends.into_iter().filter(inside).collect();
-        ends.sort_by(|(a, _), (b, _)| a[1].total_cmp(&b[1]));
-        let mut lowest = self.rect.top - APART;
-        for n in 0..ends.len() {
-            // At its curve's end, unless the numbers below would then leave the frame.
-            let below = (ends.len() - 1 - n) as f64 * APART;
-            let y = ends[n].0[1].max(lowest + APART).min((self.rect.bottom - below).max(lowest + APART));
-            lowest = y;
-            let ([x, _], series) = ends[n];
-            // Not on top of the frame.
-            let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
-            let look = TextFormat { size: TINY_SIZE, ..TextFormat::LABEL.bold().color(series.color) };
-            self.canvas.text([x + 1.5, y], &series.number(), look);
-        }
-    }
-
     /// A vertical interval with caps.
-    pub fn error_bar(&self, x: f64, estimate: Estimate) {
+    fn error_bar(&self, x: f64, estimate: Estimate) {
         if !estimate.has_interval() {
             return;
         }
@@ -339,20 +258,6 @@ mod tests {
         assert_eq!(number(-0.25, 2), "\u{2212}0.25");
         assert_eq!(number(-0.001, 1), "0.0");
         assert_eq!(number(12_500.0, 0), "12\u{2009}500");
-        assert_eq!(power_of_ten(-12), "10⁻¹²");
-    }
-
-    #[test]
-    fn tick_labels_stay_short() {
-        let labels =
-            |low, high| Axis::linear("", low, high, 4).ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>();
-        assert!(labels(0.0, 3e30).contains(&"2·10³⁰".to_owned()), "{:?}", labels(0.0, 3e30));
-        assert!(labels(-2e-9, 0.0).contains(&"\u{2212}1·10⁻⁹".to_owned()), "{:?}", labels(-2e-9, 0.0));
-        for high in [1e-200, 1e-12, 1e-4, 1.0, 1e5, 1e6, 1e200] {
-            assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 10), "{:?}", labels(0.0, high));
-        }
-        let axis = Axis::around("", [-1e308, 1e308, 2.0, 3.0], 4);
-        assert!(axis.low > 1.0 && axis.high < 4.0, "values beyond MAX_MAGNITUDE are ignored");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Grouped bars with intervals.
 
-use super::axes::{Axis, Frame, Plot, number};
+use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, TextFormat};
 use super::geometry::Rect;
 use super::style::{LABEL_SIZE, SMALL_SIZE, Series, TICK_LENGTH};
@@ -25,8 +25,7 @@ struct Placed<'b> {
     left: f64,
 }
 
-/// Draws clusters of bars side by side, those of each member in the order of `series`, with their values above. `title` is
-/// above the plot, and `label` at its y axis. Space for names of members is reserved even if there are none, so that
+/// Draws clusters of bars side by side, those of each member in the order of `series`. `title` is above the plot, and `label` at its y axis. Space for names of members is reserved even if there are none, so that
 /// adjacent plots align.
 pub fn grouped_bars(
     canvas: &Canvas,
@@ -55,12 +54,10 @@ pub fn grouped_bars(
     let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(label, values, 6)];
     let [horizontal, vertical] = axes;
     let plot = Plot::new(canvas, rect, &frame, horizontal, vertical);
-    let mut taken = Vec::new();
     for member in &placed {
         for ((n, bar), series) in member.bars.iter().enumerate().zip(series) {
             let x = member.left + n as f64 + 0.5;
-            plot.bar(x, 0.92, *bar, series);
-            write_count(canvas, &plot, x, *bar, &mut taken);
+            plot.bar(x, 0.92, *bar, series.color);
         }
         let [x, y] =
             [plot.at(member.left + member.bars.len() as f64 / 2.0, 0.0)[0], plot.rect.bottom + 0.9 * SMALL_SIZE];
@@ -68,21 +65,4 @@ pub fn grouped_bars(
     }
     let line = plot.rect.bottom + if named { 0.9 * SMALL_SIZE + 1.3 * LABEL_SIZE } else { LABEL_SIZE };
     names.into_iter().for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, TextFormat::SMALL.centered()))
-}
-
-/// Writes the count above its bar, unless it would overlap one written before.
-fn write_count(canvas: &Canvas, plot: &Plot<'_>, x: f64, bar: Estimate, taken: &mut Vec<Rect>) {
-    if !bar.value.is_finite() {
-        return;
-    }
-    let look = TextFormat { size: 0.85 * SMALL_SIZE, ..TextFormat::SMALL.centered() };
-    let text = number(bar.value, 0);
-    let [x, y] = plot.at(x, if bar.has_interval() { bar.upper } else { bar.value });
-    let (half, y) = (look.width(&text) / 2.0, y - 0.7 * SMALL_SIZE);
-    let place = Rect::new(x - half, y - 0.4 * look.size, x + half, y + 0.4 * look.size);
-    if taken.iter().any(|other| other.overlaps(&place)) {
-        return;
-    }
-    taken.push(place);
-    canvas.text([x, y], &text, look)
 }

@@ -1,4 +1,4 @@
-//! Figure 6, rolling success against episodes, and performance profiles.
+//! Figure 6: rolling success against episodes.
 
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
@@ -6,7 +6,7 @@ use super::canvas::{Canvas, TextFormat};
 use super::data::{Curve, Statistics, labels};
 use super::layout::{LEGEND, Mark, NOTE, around_panels, legend_height, note_height, panels};
 use super::plot_style::PlotStyle;
-use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
+use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, Series, series};
 use super::table::Table;
 use super::tasks::{COLUMNS, heading};
 
@@ -88,62 +88,30 @@ pub struct CurvePanel {
     pub curves: Vec<Curve>,
 }
 
-/// Share of runs that score above a threshold, against the threshold.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct PerformanceProfile {
-    /// What is scored, with its unit.
-    pub measure: String,
-    /// How intervals were computed.
-    pub statistics: Statistics,
-    /// One curve per method: x is the threshold, y the share of runs above it.
-    pub curves: Vec<Curve>,
-}
-
 /// Room right of the panels, in points, for half the label of the last tick.
-pub(super) const LAST_TICK: f64 = 6.0;
+const LAST_TICK: f64 = 6.0;
 
 /// Dash pattern of the reference curve.
 const REFERENCE: &[f64] = &[3.0, 2.0];
 
-/// Height of a note of two lines.
+/// Height of a panel with its labels, and of a legend of one row and a note of two lines.
+const PANEL: f64 = 138.0;
+const AROUND: f64 = 36.0;
 const USUAL_NOTE: f64 = 2.0 * NOTE;
 
 /// More overlapping bands than this hide each other and the lines.
 const MAX_BANDS: usize = 5;
-
-/// How a caption describes intervals that are not drawn.
-const IN_TABLE: &str = "in the CSV only";
-
-/// How a caption describes where the intervals are shown, for this many labels.
-fn band_mark(labels: usize) -> &'static str {
-    if labels <= MAX_BANDS { "band" } else { IN_TABLE }
-}
 
 /// The legend of a figure: label, text and style of each curve.
 struct Legend<'f> {
     entries: Vec<(&'f str, &'f str, Series)>,
     /// Whether curves have bands.
     banded: bool,
-    /// Whether curves have their numbers in the legend at their right ends.
-    numbered: bool,
 }
 
 impl<'f> Legend<'f> {
-    /// A legend in order of appearance, without numbers: for curves that all end at the same point.
-    fn of(curves: impl IntoIterator<Item = &'f Curve>) -> Self {
-        let curves: Vec<&Curve> = curves.into_iter().collect();
-        let order = labels(curves.iter().map(|curve| curve.label.as_str()));
-        Self { numbered: false, ..Self::new(&curves, order.into_iter().map(|label| (label, label)), None, &[]) }
-    }
-
     /// A legend in this order, of labels and texts, with the colours that the labels have among the `known` ones.
-    fn new(
-        curves: &[&'f Curve],
-        order: impl IntoIterator<Item = (&'f str, &'f str)>,
-        reference: Option<&str>,
-        known: &[String],
-    ) -> Self {
-        let order: Vec<(&str, &str)> = order.into_iter().collect();
+    fn new(order: Vec<(&'f str, &'f str)>, reference: Option<&str>, known: &[String]) -> Self {
         let is_reference = |label: &str| Some(label) == reference;
         let others: Vec<&str> = order.iter().map(|(label, _)| *label).filter(|label| !is_reference(label)).collect();
         let mut looks = series(&others);
@@ -155,13 +123,12 @@ impl<'f> Legend<'f> {
         }
         let mut looks = looks.into_iter();
         let grey = || Series { color: GREY, dash: REFERENCE, place: 0 };
-        let look = |(place, (label, text)): (usize, (&'f str, &'f str))| {
-            let look = Some(()).filter(|()| !is_reference(label)).and_then(|()| looks.next());
-            (label, text, Series { place, ..look.unwrap_or_else(grey) })
+        let look = |(label, text): (&'f str, &'f str)| {
+            let look = if is_reference(label) { None } else { looks.next() };
+            (label, text, look.unwrap_or_else(grey))
         };
-        let entries: Vec<_> = order.into_iter().enumerate().map(look).collect();
-        let banded = entries.len() <= MAX_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
-        Self { numbered: entries.len() > 1, entries, banded }
+        let entries: Vec<_> = order.into_iter().map(look).collect();
+        Self { banded: entries.len() <= MAX_BANDS, entries }
     }
 
     fn look(&self, curve: &Curve) -> Option<Series> {
@@ -172,15 +139,9 @@ impl<'f> Legend<'f> {
     fn marks(&self) -> Vec<(Mark, String)> {
         let entry = |(_, text, look): &(&str, &str, Series)| {
             let pen = look.pen(1.2 * LINE_WIDTH);
-            let text = if self.numbered { look.numbered(text) } else { (*text).to_owned() };
-            (if self.banded { Mark::Band(pen) } else { Mark::Line(pen) }, text)
+            (if self.banded { Mark::Band(pen) } else { Mark::Line(pen) }, (*text).to_owned())
         };
         self.entries.iter().map(entry).collect()
-    }
-
-    /// Extra height that it needs beyond one row.
-    fn further(&self, width: f64) -> f64 {
-        (legend_height(width, &self.marks()) - LEGEND).max(0.0)
     }
 
     /// Draws curves as percentages, each in its label's style.
@@ -196,22 +157,11 @@ impl<'f> Legend<'f> {
         for (curve, look) in shown() {
             plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look.pen(LINE_WIDTH));
         }
-        if self.numbered {
-            let end = |(curve, look): (&Curve, Series)| {
-                let mut points = curve.x.iter().zip(&curve.y).map(|(x, y)| plot.at(*x, 100.0 * y));
-                Some((points.rfind(|point| plot.rect.contains(*point))?, look))
-            };
-            plot.end_numbers(shown().filter_map(end));
-        }
         if shown().all(|(curve, _)| curve.is_empty()) {
             let look = TextFormat::SMALL.centered().color(GREY);
             canvas.text(plot.rect.center(), "no finished episodes", look);
         }
     }
-}
-
-fn rate_axis(label: &str) -> Axis {
-    Axis::linear(label, 0.0, 103.0, 6)
 }
 
 impl LearningCurves {
@@ -225,8 +175,9 @@ impl LearningCurves {
         let others =
             there.into_iter().filter(is_shown).filter(|label| self.legend.iter().all(|(known, _)| known != label));
         order.extend(others.map(|label| (label, label)).collect::<Vec<_>>());
-        let legend = Legend::new(&curves, order, self.reference.as_deref(), &self.known);
-        Legend { banded: legend.banded && !self.style.without_bands, ..legend }
+        let legend = Legend::new(order, self.reference.as_deref(), &self.known);
+        let has_intervals = curves.iter().any(|curve| !curve.low.is_empty());
+        Legend { banded: legend.banded && has_intervals && !self.style.without_bands, ..legend }
     }
 
     /// Width of the page before magnification, in points.
@@ -252,22 +203,19 @@ impl LearningCurves {
         let what = what + self.against.words()[2];
         let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
         let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
-        let mark = if self.style.without_bands { IN_TABLE } else { band_mark(legend.entries.len()) };
+        let mark = if legend.banded { "band" } else { "in the CSV only" };
         format!("{what}{faint} {}.", self.statistics.caption(mark))
     }
 
     fn x_axis(&self, curves: &[Curve]) -> Axis {
-        let label = self.against.words()[0];
-        let values = || curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite());
-        let last = values().fold(1.0, f64::max);
-        let first = if self.style.logarithmic { values().filter(|x| *x > 0.0).fold(last, f64::min) } else { 0.0 };
-        let [first, last] = self.style.x.unwrap_or([first, last]);
-        if self.style.logarithmic { Axis::decades(label, first, last) } else { Axis::linear(label, first, last, 5) }
+        let values = curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite());
+        let [first, last] = self.style.x.unwrap_or([0.0, values.fold(1.0, f64::max)]);
+        Axis::linear(self.against.label(), first, last, 5)
     }
 
     fn y_axis(&self) -> Axis {
-        let label = "success rate (%)";
-        self.style.y.map_or_else(|| rate_axis(label), |[low, high]| Axis::linear(label, low, high, 6))
+        let [low, high] = self.style.y.unwrap_or([0.0, 103.0]);
+        Axis::linear("success rate (%)", low, high, 6)
     }
 }
 
@@ -276,11 +224,9 @@ impl Figure for LearningCurves {
         let width = self.width();
         let legend = self.legend();
         let rows = self.panels.len().div_ceil(self.columns()).max(1);
-        // The default page height includes a note of two lines.
         let note = (note_height(width, &self.caption(&legend)) - USUAL_NOTE).max(0.0);
-        let further = legend.further(width - 2.0 * MARGIN - LAST_TICK)
-            + if self.style == PlotStyle::default() { 0.0 } else { note };
-        [width, rows as f64 * self.style.height() + 36.0 + further].map(|side| side * self.style.scale())
+        let further = (legend_height(width - 2.0 * MARGIN - LAST_TICK, &legend.marks()) - LEGEND).max(0.0);
+        [width, rows as f64 * PANEL + AROUND + further + note].map(|side| side * self.style.scale())
     }
 
     fn scale(&self) -> f64 {
@@ -306,45 +252,13 @@ impl Figure for LearningCurves {
         for panel in &self.panels {
             for curve in &panel.curves {
                 let named = self.legend.iter().find(|(label, _)| *label == curve.label).map(|(_, name)| name);
-                push_curve(&mut table, &panel.task, named.unwrap_or(&curve.label), curve);
+                let name = named.unwrap_or(&curve.label);
+                for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
+                    table.push(&[&panel.task, name, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
+                }
             }
         }
         table
-    }
-}
-
-impl Figure for PerformanceProfile {
-    fn size(&self) -> [f64; 2] {
-        [SINGLE_COLUMN, 190.0 + Legend::of(&self.curves).further(SINGLE_COLUMN - 2.0 * MARGIN)]
-    }
-
-    fn draw(&self, canvas: &Canvas) {
-        let curves = Legend::of(&self.curves);
-        let caption = format!("{}.", self.statistics.caption(band_mark(curves.entries.len())));
-        let empty = self.curves.iter().all(Curve::is_empty).then_some("no scores");
-        let page = canvas.page().inset(MARGIN);
-        let Some(rect) = around_panels(canvas, page, empty, &caption, &curves.marks()) else { return };
-        let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
-        let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
-        let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
-        let frame = Frame { title: "", grid: true, square: false };
-        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("share above \u{3c4} (%)"));
-        curves.draw_curves(canvas, &plot, &self.curves)
-    }
-
-    fn table(&self) -> Table {
-        let mut table = Table::new(["measure", "method", "threshold", "fraction", "low", "high"]);
-        for curve in &self.curves {
-            push_curve(&mut table, &self.measure, &curve.label, curve);
-        }
-        table
-    }
-}
-
-/// Adds a row for each point of a curve.
-fn push_curve(table: &mut Table, name: &str, label: &str, curve: &Curve) {
-    for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
-        table.push(&[&name, &label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
     }
 }
 

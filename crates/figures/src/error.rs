@@ -17,7 +17,7 @@ pub enum FigureError {
     )]
     Size { width: u32, height: u32 },
     /// The file's extension is not a format that the figure can be written in.
-    #[error("{}: figures are written as `.png`, `.svg` or `.pdf`: use one of these extensions", .0.display())]
+    #[error("{}: figures are written as `.png` or `.svg`: use one of these extensions", .0.display())]
     Format(PathBuf),
     /// The file cannot be written.
     #[error("{}: {source}", path.display())]

@@ -87,7 +87,7 @@ impl Figure for HitBars {
         let policies = self.policies();
         let looks = series(&policies);
         let marks: Vec<(Mark, String)> =
-            looks.iter().zip(&policies).map(|(look, name)| (Mark::Bar(*look), (*name).to_owned())).collect();
+            looks.iter().zip(&policies).map(|(look, name)| (Mark::Patch(look.color), (*name).to_owned())).collect();
         let empty = self.tasks.is_empty().then_some("no hits were counted");
         let Some(rect) = around_panels(canvas, canvas.page().inset(MARGIN), empty, &text, &marks) else { return };
         let middle = rect.left + 0.4 * rect.width();

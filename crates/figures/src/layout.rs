@@ -3,7 +3,7 @@
 use super::axes::{X_LABEL, Y_LABEL};
 use super::canvas::{Canvas, Pen, TextFormat};
 use super::geometry::Rect;
-use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, WHITE, faded};
+use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, faded};
 
 /// A cell of a grid whose plots have equal insides: outer cells are larger by the axis labels that only they have.
 #[derive(Debug, Clone, Copy)]
@@ -53,12 +53,8 @@ pub enum Mark {
     Band(Pen),
     /// A filled patch.
     Patch(Color),
-    /// A bar with its hatching.
-    Bar(Series),
     /// A dot.
     Dot(Color),
-    /// A dot of a numbered series.
-    Numbered(Series),
 }
 
 impl Series {
@@ -72,35 +68,9 @@ impl Series {
         (self.place + 1).to_string()
     }
 
-    /// A legend label with the number that is drawn at the curve.
+    /// A legend label with the number.
     pub fn numbered(&self, label: &str) -> String {
         format!("{} {label}", self.number())
-    }
-
-    /// Draws a bar: filled, and hatched except for the first series, so that series differ without colour.
-    pub fn bar(&self, canvas: &Canvas, rect: &Rect) {
-        canvas.fill(&rect.corners(), self.color);
-        /// Distance between two strokes, and their width.
-        const STEP: f64 = 3.0;
-        const WIDTH: f64 = 0.7;
-        // Round caps extend beyond the ends of a line.
-        let inside = rect.inset(WIDTH / 2.0);
-        let (width, height) = (inside.width(), inside.height());
-        // A slanted stroke begins on the upper or right side and ends on the left or lower one.
-        let slanted = |along: f64| {
-            let (right, left) = (along.min(width), (along - height).max(0.0));
-            [[right, along - right], [left, along - left]]
-        };
-        let stroke = |along: f64| match self.place % 4 {
-            1 => slanted(along),
-            2 => [[0.0, along], [width, along]],
-            _ => slanted(along).map(|[x, y]| [width - x, y]),
-        };
-        let reach = if self.place % 4 == 2 { height } else { width + height };
-        let places = (1..).map(|n| f64::from(n) * STEP - WIDTH / 2.0).take_while(|along| *along < reach);
-        for along in places.filter(|_| !self.place.is_multiple_of(4) && width > 0.0 && height > 0.0) {
-            canvas.line(&stroke(along).map(|[x, y]| [inside.left + x, inside.top + y]), Pen::new(WHITE, WIDTH));
-        }
     }
 }
 
@@ -177,11 +147,7 @@ fn draw_mark(canvas: &Canvas, mark: Mark, x: f64, y: f64) {
             canvas.line(&line, pen);
         }
         Mark::Patch(color) => canvas.fill(&bar(3.0).corners(), color),
-        Mark::Bar(series) => series.bar(canvas, &bar(3.2)),
         Mark::Dot(color) => canvas.dot([x + MARK / 2.0, y], 2.2, color),
-        Mark::Numbered(series) => {
-            canvas.dot([x + MARK / 3.0, y], 1.9, series.color);
-        }
     }
 }
 
@@ -201,21 +167,9 @@ pub fn around_panels(
     Some(legend(canvas, note(canvas, page, text), marks))
 }
 
-/// Wraps a note at word boundaries so that the last line is not just a word or two.
+/// Wraps a note at word boundaries.
 fn note_lines(width: f64, text: &str) -> Vec<String> {
-    /// Smallest share of the width that the last line should fill: more than a word or two, but not so much that the
-    /// other lines end far from the edge.
-    const LAST: f64 = 0.15;
-    let text = &text.replace(" %", "\u{a0}%");
-    let lines = broken(width, text);
-    let full = |lines: &[String]| {
-        lines.len() < 2 || lines.last().is_some_and(|last| TextFormat::SMALL.width(last) >= LAST * width)
-    };
-    let narrower = (0..40).map(|n| broken(width * (1.0 - 0.01 * f64::from(n)), text));
-    narrower.take_while(|other| other.len() == lines.len()).find(|lines| full(lines)).unwrap_or(lines)
-}
-
-fn broken(width: f64, text: &str) -> Vec<String> {
+    let text = text.replace(" %", "\u{a0}%");
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ').filter(|word| !word.is_empty()) {
         match lines.last_mut() {

@@ -5,9 +5,9 @@
 //! figure. Non-finite values are missing: they leave gaps and never break an axis. Figures without data are drawn as
 //! empty panels with a message.
 //!
-//! A figure draws in points on a [`Canvas`], whose shapes and texts plotters writes as SVG. PNG, PDF and GIF frames are
-//! rendered from that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system
-//! library or font is needed.
+//! A figure draws in points on a [`Canvas`], whose shapes and texts plotters writes as SVG. PNG is rendered from
+//! that SVG with the bundled typefaces (`assets/fonts/`), so that both look the same and no system library or font is
+//! needed.
 //!
 //! ```
 //! use mge_figures::{Curve, CurvePanel, Figure, LearningCurves, Provenance};
@@ -23,12 +23,10 @@
 #![deny(unsafe_code)]
 
 mod actions;
-mod animation;
 mod axes;
 mod bars;
 mod canvas;
 mod curves;
-mod dashboard;
 mod data;
 mod error;
 mod font;
@@ -37,8 +35,8 @@ mod hits;
 mod launches;
 mod layout;
 mod methods;
+mod moment;
 mod output;
-mod pdf;
 mod plot_style;
 mod provenance;
 mod relative;
@@ -52,11 +50,9 @@ mod tests;
 mod xml;
 
 pub use actions::{ActionSamples, TaskActions};
-pub use animation::{Animation, Moment};
 pub use axes::round_ticks;
 pub use canvas::{Canvas, Pen, TextFormat, svg};
-pub use curves::{Against, CurvePanel, LearningCurves, PerformanceProfile, SuccessMeasure};
-pub use dashboard::Dashboard;
+pub use curves::{Against, CurvePanel, LearningCurves, SuccessMeasure};
 pub use data::{Curve, Statistics};
 pub use error::FigureError;
 pub use font::Family;
@@ -64,6 +60,7 @@ pub use geometry::{Rect, tool_outline};
 pub use hits::{HitBars, PolicyHits, TaskHits};
 pub use launches::{Launches, ToolLaunches};
 pub use methods::{MethodScore, MethodScores, ScorePanel};
+pub use moment::Moment;
 pub use output::{EXTENSIONS, Figure, PICTURE, check_all, encode};
 pub use plot_style::PlotStyle;
 pub use provenance::Provenance;

@@ -73,7 +73,7 @@ impl MethodScores {
     /// The legend: the number, colour and name of every method.
     fn marks(&self) -> Vec<(Mark, String)> {
         let methods = self.methods();
-        let entry = |(look, label): (Series, &&str)| (Mark::Numbered(look), look.numbered(label));
+        let entry = |(look, label): (Series, &&str)| (Mark::Dot(look.color), look.numbered(label));
         series(&methods).into_iter().zip(&methods).map(entry).collect()
     }
 

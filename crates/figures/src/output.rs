@@ -1,31 +1,26 @@
-//! Output of figures as RGB, PNG, SVG and PDF, with the CSV beside them.
+//! Output of figures as RGB, PNG and SVG, with the CSV beside them.
 
 use std::path::Path;
 
 use super::canvas::{Canvas, svg};
 use super::error::FigureError;
-use super::pdf::pdf;
 use super::provenance::Provenance;
 use super::render;
-use super::style::DEFAULT_DPI;
 use super::table::Table;
 use mge_base::atomic::{Format, Target};
 use mge_base::paths::suffix;
 
-/// The format of pictures: PNG, SVG, PDF and GIF with [`Provenance`].
+/// The format of pictures: PNG and SVG with [`Provenance`].
 pub const PICTURE: Format<'static> = Format { name: "a figure", suffix: "", is: &is_picture };
 
 fn is_picture(found: &[u8]) -> bool {
-    let starts = |marks: &[&[u8]]| marks.iter().any(|mark| found.starts_with(mark));
     let has = |mark: &[u8]| found.windows(mark.len()).any(|part| part == mark);
     // As the first of the chunks of a provenance is written in each format.
-    (starts(&[b"\x89PNG"]) && has(b"Software\0mge "))
-        || (starts(&[b"%PDF"]) && has(b"/Software (mge "))
-        || (starts(&[b"<svg", b"GIF"]) && has(b"Software: mge "))
+    (found.starts_with(b"\x89PNG") && has(b"Software\0mge ")) || (found.starts_with(b"<svg") && has(b"Software: mge "))
 }
 
 /// File extensions of the supported formats.
-pub const EXTENSIONS: [&str; 3] = ["png", "svg", "pdf"];
+pub const EXTENSIONS: [&str; 2] = ["png", "svg"];
 
 /// A figure: data that can be drawn.
 pub trait Figure {
@@ -35,11 +30,6 @@ pub trait Figure {
     /// Magnification of everything in it relative to other figures.
     fn scale(&self) -> f64 {
         1.0
-    }
-
-    /// Usual resolution of its pixels, in dots per inch.
-    fn resolution(&self) -> u32 {
-        DEFAULT_DPI
     }
 
     /// Draws the figure on the whole page of `canvas`.
@@ -99,7 +89,6 @@ pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Resu
     match suffix(path).as_str() {
         "png" => render::png(svg, provenance, dpi),
         "svg" => Ok(svg.as_bytes().to_vec()),
-        "pdf" => pdf(svg, provenance),
         _ => Err(FigureError::Format(path.to_owned())),
     }
 }
@@ -114,7 +103,7 @@ pub fn check_all(folder: &Target, names: &[&str]) -> Result<(), FigureError> {
 }
 
 /// Writes a picture and the table beside it.
-pub(super) fn write_with_table(to: &Target, bytes: &[u8], table: &Table) -> Result<(), FigureError> {
+fn write_with_table(to: &Target, bytes: &[u8], table: &Table) -> Result<(), FigureError> {
     let beside = Target { path: to.path.with_extension("csv"), force: to.force };
     let text = table.to_csv();
     // A table has nothing that tells its origin but its columns. Those of learning curves name the chosen axis.

@@ -39,7 +39,7 @@ impl Provenance {
         ]
     }
 
-    /// Adds the text chunks to a PNG's header; text outside Latin-1 is written as UTF-8.
+    /// Adds the text chunks to a PNG's header.
     pub(super) fn describe<W: std::io::Write>(
         &self,
         encoder: &mut png::Encoder<'_, W>,
@@ -62,10 +62,5 @@ impl Provenance {
             let _ = writeln!(text, "{keyword}: {}", escaped(&value));
         }
         text + "</metadata>\n"
-    }
-
-    /// One line per keyword, for a GIF's comment.
-    pub(super) fn to_comment(&self) -> String {
-        self.chunks().map(|(keyword, text)| format!("{keyword}: {text}")).join("\n")
     }
 }

@@ -86,8 +86,8 @@ const PALETTE: [Color; 12] = [
 const DASHES: [&[f64]; 7] =
     [&[], &[3.6, 1.6], &[1.0, 1.5], &[5.0, 1.5, 1.0, 1.5], &[2.0, 1.0], &[6.0, 1.2, 1.2, 1.2, 1.2, 1.2], &[8.0, 2.0]];
 
-/// The style of one of several series: its colour identifies the method, its dash pattern and hatching its place in
-/// the legend.
+/// The style of one of several series: its colour identifies the method, its dash pattern its place in the
+/// legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Series {
     /// Colour of lines, dots and bars.
@@ -158,8 +158,6 @@ pub const TITLE_SIZE: f64 = 8.5;
 pub const LABEL_SIZE: f64 = 7.5;
 /// Size of tick labels and notes.
 pub const SMALL_SIZE: f64 = 6.5;
-/// Size of the numbers at the ends of curves.
-pub const TINY_SIZE: f64 = 5.2;
 
 /// Width of frames and ticks.
 pub const FRAME_WIDTH: f64 = 0.6;

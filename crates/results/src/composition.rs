@@ -7,7 +7,6 @@ use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
 use super::error::ResultsError;
-use super::estimates::CurveEstimates;
 use super::figures::{Success, action_curves, learning_curves};
 use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
 use super::groups::Groups;
@@ -19,7 +18,7 @@ use mge_base::spelling::did_you_mean;
 use mge_base::sync::lock;
 use mge_figures::{Against, LearningCurves, PlotStyle};
 use mge_run::{RunDirectory, RunState, config_hash};
-use mge_stats::{Estimate, StatsError};
+use mge_stats::Bootstrap;
 use mge_trainer::RunConfig;
 
 /// The content and style of a figure of learning curves. By default all curves, as in reports.
@@ -35,10 +34,8 @@ pub struct Composition {
     pub success: Success,
     /// The quantity on the x axis.
     pub against: Against,
-    /// Size, font size, axes and bands.
+    /// Width, font size, axes and bands.
     pub style: PlotStyle,
-    /// Number of points in the moving average of the curves; 0 and 1 for none.
-    pub smooth: usize,
 }
 
 /// A composed figure with its provenance.
@@ -53,7 +50,7 @@ pub struct Composed {
 }
 
 /// The names of the options and their values.
-pub const OPTIONS: [(&str, &str); 14] = [
+pub const OPTIONS: [(&str, &str); 11] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
     ("curve", "the label of a curve to show, in the order of the legend; may be given again"),
     ("name", "another name for the preceding curve"),
@@ -62,12 +59,9 @@ pub const OPTIONS: [(&str, &str); 14] = [
     ("against", "episodes, actions or charged"),
     ("width", "single or double: the columns of the page"),
     ("font", "size of the labels in points, from 4 to 16"),
-    ("axis", "linear or log"),
     ("x", "the ends of the x axis, such as 0:500"),
     ("y", "the ends of the y axis in percent, such as 0:60"),
     ("bands", "on or off: the intervals around the curves"),
-    ("height", "of a panel in points, from 80 to 600"),
-    ("smooth", "number of points in a moving average, from 1 to 1000"),
 ];
 
 /// Options with two values, the default first.
@@ -81,7 +75,6 @@ const AGAINST: [(&str, Against); 4] = [
 ];
 const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
 const BANDS: [(&str, bool); 2] = [("on", false), ("off", true)];
-const AXIS: [(&str, bool); 2] = [("linear", false), ("log", true)];
 
 fn read<T: Copy>(values: &[(&'static str, T)], key: &str, word: &str) -> Result<T, String> {
     let known = values.iter().find(|(name, _)| *name == word);
@@ -103,25 +96,6 @@ fn ends(text: &str) -> Result<[f64; 2], String> {
     };
     let found = read().filter(|[from, to]| from < to && from.is_finite() && to.is_finite());
     found.ok_or_else(|| format!("`{text}` is not like 0:500: two numbers, the smaller first"))
-}
-
-/// The estimates of curves of which each value of a seed is the mean of it and those before it, `points` in all. An
-/// interval is that of these means: the mean of intervals would be too wide.
-struct Smoothed<'a, E> {
-    estimates: &'a E,
-    points: usize,
-}
-
-impl<E: CurveEstimates> CurveEstimates for Smoothed<'_, E> {
-    fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError> {
-        let smoothed = |seed: &[[f64; 2]]| -> Vec<[f64; 2]> {
-            let window = |last: usize| &seed[(last + 1).saturating_sub(self.points.max(1))..=last];
-            let mean = |values: &[[f64; 2]]| values.iter().map(|[_, y]| y).sum::<f64>() / values.len() as f64;
-            seed.iter().enumerate().map(|(place, [x, _])| [*x, mean(window(place))]).collect()
-        };
-        let smoothed: Vec<Vec<[f64; 2]>> = seeds.iter().map(|seed| smoothed(seed)).collect();
-        self.estimates.of(&smoothed.iter().map(Vec::as_slice).collect::<Vec<_>>())
-    }
 }
 
 impl Composition {
@@ -156,19 +130,12 @@ impl Composition {
             "against" => self.against = read(&AGAINST, key, value)?,
             "width" => self.style.single = read(&WIDTH, key, value)?,
             "font" => {
-                self.style = self.style.with_font(value.parse().map_err(|_| format!("`{value}` is not a size"))?)?
+                let size = value.parse().ok().filter(|size| PlotStyle::FONTS.contains(size));
+                self.style.font = size.ok_or_else(|| format!("`{value}` is not a size from 4 to 16"))?;
             }
-            "axis" => self.style.logarithmic = read(&AXIS, key, value)?,
             "x" => self.style.x = Some(ends(value)?),
             "y" => self.style.y = Some(ends(value)?),
             "bands" => self.style.without_bands = read(&BANDS, key, value)?,
-            "height" => {
-                self.style = self.style.with_height(value.parse().map_err(|_| format!("`{value}` is not a height"))?)?
-            }
-            "smooth" => {
-                let points = value.parse().ok().filter(|points| (1..=1000).contains(points));
-                self.smooth = points.ok_or_else(|| format!("`{value}` is not a number from 1 to 1000"))?;
-            }
             _ => {
                 let names = OPTIONS.map(|(name, _)| name);
                 return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
@@ -191,28 +158,24 @@ impl Composition {
             ("success", unless_default(&SUCCESS, &self.success)),
             ("against", unless_default(&AGAINST, &self.against)),
             ("width", unless_default(&WIDTH, &self.style.single)),
-            ("font", Some(self.style.font()).filter(|size| *size != PlotStyle::FONT).map(|size| size.to_string())),
-            ("axis", unless_default(&AXIS, &self.style.logarithmic)),
+            ("font", Some(self.style.font).filter(|size| *size != PlotStyle::FONT).map(|size| size.to_string())),
             ("x", self.style.x.map(|[from, to]| format!("{from}:{to}"))),
             ("y", self.style.y.map(|[from, to]| format!("{from}:{to}"))),
             ("bands", unless_default(&BANDS, &self.style.without_bands)),
-            ("height", Some(self.style.height()).filter(|is| *is != PlotStyle::HEIGHT).map(|is| is.to_string())),
-            ("smooth", Some(self.smooth).filter(|points| *points > 1).map(|points| points.to_string())),
         ];
         let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
         runs.chain(curves).chain(others).collect()
     }
 
     /// Reads the runs through `reader`, which reads only what has changed, and composes their curves. Each group
-    /// shows its finished runs or, if it has none, its started ones up to the end of the shortest. `estimates`
-    /// computes the intervals of the curves. `on_progress` is called with the numbers of runs read and of all runs.
+    /// shows its finished runs or, if it has none, its started ones up to the end of the shortest. `on_progress` is
+    /// called with the numbers of runs read and of all runs.
     ///
     /// # Errors
     /// When there is nothing to show, a curve does not exist, or a run cannot be read.
     pub fn figure(
         &self,
         reader: &Mutex<RunReader>,
-        estimates: &impl CurveEstimates,
         on_progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Composed, ResultsError> {
         let paths = find_runs(&self.runs)?;
@@ -228,10 +191,10 @@ impl Composition {
         let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
         seeds.dedup();
         let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
-        let estimates = &Smoothed { estimates, points: self.smooth };
+        let bootstrap = &Bootstrap::default();
         let curves = match self.against {
-            Against::Episodes => learning_curves(&runs, estimates, self.success)?,
-            against => action_curves(&runs, estimates, against)?,
+            Against::Episodes => learning_curves(&runs, bootstrap, self.success)?,
+            against => action_curves(&runs, bootstrap, against)?,
         };
         let known_names = Groups::new(runs.iter().map(|run| &run.row)).legend();
         let text = |(label, name): &(String, Option<String>)| {
@@ -281,21 +244,4 @@ fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
     let finished: BTreeSet<_> = found.iter().filter(|run| is_finished(run)).map(group).collect();
     let has_points = |run: &FoundRun| !run.trained.training.is_empty();
     found.into_iter().filter(|run| has_points(run) && (is_finished(run) || !finished.contains(&group(run)))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mge_stats::Bootstrap;
-
-    #[test]
-    fn the_interval_of_a_smoothed_curve_is_that_of_the_smoothed_seeds() {
-        // The seeds alternate between 0 and 1; the mean of two successive values is always a half.
-        let seeds = [[[1.0, 0.0], [2.0, 1.0], [3.0, 0.0]], [[1.0, 1.0], [2.0, 0.0], [3.0, 1.0]]];
-        let estimates = &Bootstrap { resamples: 50, ..Bootstrap::default() };
-        let last = |points| Smoothed { estimates, points }.of(&[&seeds[0], &seeds[1]]).unwrap()[2].values();
-        assert_eq!(last(2), [0.5; 3]);
-        let [value, lower, upper] = last(0);
-        assert!(lower < value && value < upper, "each value alone");
-    }
 }

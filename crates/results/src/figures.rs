@@ -1,23 +1,18 @@
-//! Figures from runs: learning curves, scores of methods, performance profiles.
+//! Figures from runs: learning curves and scores of methods.
 
 use std::collections::HashMap;
 
+use rayon::prelude::*;
+
 use super::curve::height;
-use super::estimates::{CurveEstimates, points};
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
-use mge_base::text::counted;
 use mge_figures::{
-    Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, PerformanceProfile, ScorePanel, Statistics,
-    SuccessMeasure,
+    Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, ScorePanel, Statistics, SuccessMeasure,
 };
 use mge_stats::aggregate::iqm;
-use mge_stats::profile::profile_intervals;
 use mge_stats::rolling::WINDOW;
-use mge_stats::{Bootstrap, StatsError, TaskScores};
-
-/// Number of threshold steps of a performance profile.
-const PROFILE_POINTS: usize = 100;
+use mge_stats::{Bootstrap, Estimate, StatsError, TaskScores};
 
 /// The description of an interval over seeds in captions.
 pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
@@ -44,7 +39,7 @@ pub enum Success {
 /// When a statistic cannot be computed.
 pub fn learning_curves(
     runs: &[TrainedRun],
-    estimates: &impl CurveEstimates,
+    bootstrap: &Bootstrap,
     success: Success,
 ) -> Result<LearningCurves, StatsError> {
     let (window, measure, points): (_, _, Points) = match success {
@@ -60,7 +55,7 @@ pub fn learning_curves(
             let curves: Vec<&[[f64; 2]]> = indices.map(|&index| points(&runs[index])).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                let mut curve = summary_curve(label, &curves, estimates)?;
+                let mut curve = summary_curve(label, &curves, bootstrap)?;
                 curve.partial = match success {
                     Success::Greedy => window.get() - 1,
                     Success::Training => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
@@ -81,7 +76,7 @@ pub fn learning_curves(
 /// When a statistic cannot be computed.
 pub fn action_curves(
     runs: &[TrainedRun],
-    estimates: &impl CurveEstimates,
+    bootstrap: &Bootstrap,
     against: Against,
 ) -> Result<LearningCurves, StatsError> {
     let points: Points = match against {
@@ -106,7 +101,7 @@ pub fn action_curves(
         };
         TrainedRun { training, ..run.clone() }
     });
-    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, Success::Training)?;
+    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, Success::Training)?;
     // The number of points with a partial window is unknown.
     curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
     Ok(LearningCurves { against, ..curves })
@@ -178,37 +173,15 @@ fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
     }
 }
 
-/// Fraction of the runs of each method whose final success is above each threshold.
-///
-/// # Errors
-/// When a statistic cannot be computed.
-pub fn performance_profile(
-    methods: &[(String, TaskScores)],
-    bootstrap: &Bootstrap,
-) -> Result<PerformanceProfile, StatsError> {
-    let thresholds: Vec<f64> = (0..=PROFILE_POINTS).map(|n| n as f64 / PROFILE_POINTS as f64).collect();
-    let mut curves = Vec::new();
-    for (label, scores) in methods {
-        let band = profile_intervals(scores, &thresholds, bootstrap)?;
-        curves.push(Curve::new(label, thresholds.clone(), &band));
-    }
-    let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
-    let seeds = || methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len);
-    Ok(PerformanceProfile {
-        measure: format!("final success rate (last {WINDOW} episodes)"),
-        statistics: Statistics {
-            centre: format!("Runs on {}, each", counted(tasks, "task")),
-            interval: interval_over(&seeds().collect::<Vec<_>>(), tasks).to_owned(),
-            seeds: seeds().max().unwrap_or(0),
-            fewest_seeds: seeds().min(),
-        },
-        curves,
-    })
-}
-
-fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], estimates: &impl CurveEstimates) -> Result<Curve, StatsError> {
-    let x = (0..points(seeds)).map(|point| seeds[0][point][0]).collect();
-    Ok(Curve::new(label, x, &estimates.of(seeds)?))
+/// The interquartile mean over the seeds, with its interval, at each point that all of them have.
+fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
+    let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
+    let estimate = |point: usize| {
+        let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
+        bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)
+    };
+    let estimates: Vec<Estimate> = (0..points).into_par_iter().map(estimate).collect::<Result<_, _>>()?;
+    Ok(Curve::new(label, seeds[0][..points].iter().map(|[x, _]| *x).collect(), &estimates))
 }
 
 #[cfg(test)]

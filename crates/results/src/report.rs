@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, left_out, result_label, without_duplicates};
 use super::error::ResultsError;
-use super::figures::{ALL_TASKS, Success, action_curves, learning_curves, method_scores, performance_profile};
+use super::figures::{ALL_TASKS, Success, action_curves, learning_curves, method_scores};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
-use super::groups::{FINAL, Groups};
+use super::groups::Groups;
 use super::report_folder::ReportFolder;
 use super::row::{LearningRow, TrainedRun};
 use super::table::{format_share, holding_80, reached};
@@ -24,12 +24,11 @@ const MAX_PAIRED: usize = 6;
 const MAX_PANELS: usize = 12;
 
 /// The figures, with their captions.
-const FIGURES: [(&str, &str); 5] = [
+const FIGURES: [(&str, &str); 4] = [
     ("methods", "Area under the curve by method and task"),
     ("learning", "Rolling success during training"),
     ("learning-charged", "Rolling success against charged actions"),
     ("learning-greedy", "Success of the greedy policy"),
-    ("performance-profile", "Performance profile of the final success"),
 ];
 
 /// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
@@ -99,12 +98,6 @@ pub fn report(
     draw("learning-charged", &curves(action_curves(&runs, bootstrap, Against::Charged)?))?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
         draw("learning-greedy", &curves(learning_curves(&runs, bootstrap, Success::Greedy)?))?;
-    }
-    if !report.common_tasks.is_empty() {
-        draw(
-            "performance-profile",
-            &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
-        )?;
     }
     folder.write(&report, &report.to_markdown()?)?;
     Ok(report)
@@ -229,13 +222,8 @@ impl Comparison {
 
     fn write_figures(&self, text: &mut String) {
         let greedy = self.learning.iter().any(|row| row.greedy_success.is_some());
-        let is_drawn = |name: &str| match name {
-            "learning-greedy" => greedy,
-            "performance-profile" => !self.common_tasks.is_empty(),
-            _ => true,
-        };
         text.push_str("## Figures\n\n");
-        for (file, caption) in FIGURES.iter().filter(|(name, _)| is_drawn(name)) {
+        for (file, caption) in FIGURES.iter().filter(|(name, _)| greedy || *name != "learning-greedy") {
             let _ = writeln!(text, "![{caption}](figures/{file}.png)\n\n*{caption}*\n");
         }
     }

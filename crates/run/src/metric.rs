@@ -1,7 +1,7 @@
 //! The metrics of an episode, in one table.
 //!
-//! The table defines the columns of `metrics.csv` and the fields of an event, the tags of TensorBoard,
-//! the curves on screen and the panels of the dashboard. The glossary below is generated from it.
+//! The table defines the columns of `metrics.csv` and the fields of an event, the tags of TensorBoard and
+//! the curves on screen. The glossary below is generated from it.
 //!
 #![doc = include_str!("../metrics.md")]
 

@@ -55,7 +55,7 @@ pub(super) mod tests {
     /// Drawn with numpy (`default_rng(5)`, `beta(3, 2)` and `beta(2, 2)`, rounded to two digits). The values that
     /// tests in this folder expect were computed with rliable 1.2.0 (arch 7.2.0, numpy 2.4.6, scipy 1.17.1):
     /// `metrics.aggregate_*`, `metrics.probability_of_improvement`, `library.run_score_deviation`; intervals with
-    /// `library.get_interval_estimates` and `library.create_performance_profile`.
+    /// `library.get_interval_estimates`.
     pub fn two_methods() -> (TaskScores, TaskScores) {
         let x = vec![
             vec![0.53, 0.66, 0.53, 0.45, 0.62, 0.3, 0.89],

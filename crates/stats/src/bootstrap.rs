@@ -69,7 +69,7 @@ impl Bootstrap {
     /// # Errors
     /// [`StatsError::Confidence`] or [`StatsError::Resamples`]; the same for all methods below.
     pub fn stratified(&self, scores: &TaskScores, statistic: impl Fn(&TaskScores) -> f64) -> Result<Estimate> {
-        self.only(self.pointwise(scores, |scores| vec![statistic(scores)])?)
+        self.percentiles([scores], |[scores]| statistic(scores))
     }
 
     /// A statistic of two methods, whose runs are resampled independently.
@@ -82,15 +82,7 @@ impl Bootstrap {
         y: &TaskScores,
         statistic: impl Fn(&TaskScores, &TaskScores) -> f64,
     ) -> Result<Estimate> {
-        self.only(self.percentiles([x, y], |[x, y]| vec![statistic(x, y)])?)
-    }
-
-    /// Several statistics of the same runs, each with its own (pointwise) interval.
-    ///
-    /// # Errors
-    /// As [`Bootstrap::stratified`].
-    pub fn pointwise(&self, scores: &TaskScores, statistic: impl Fn(&TaskScores) -> Vec<f64>) -> Result<Vec<Estimate>> {
-        self.percentiles([scores], |[scores]| statistic(scores))
+        self.percentiles([x, y], |[x, y]| statistic(x, y))
     }
 
     /// Mean of plain values, such as hit counts of several seeds.
@@ -104,24 +96,27 @@ impl Bootstrap {
         self.stratified(&TaskScores::of_one_task(values)?, aggregate::mean)
     }
 
-    /// The statistics, with the interval of each from the statistics of resampled scores.
+    /// The statistic, with the interval from those of resampled scores.
     fn percentiles<const N: usize>(
         &self,
         scores: [&TaskScores; N],
-        statistic: impl Fn(&[TaskScores; N]) -> Vec<f64>,
-    ) -> Result<Vec<Estimate>> {
-        check_confidence(self.confidence)?;
+        statistic: impl Fn(&[TaskScores; N]) -> f64,
+    ) -> Result<Estimate> {
+        // NaN is not between them.
+        if !(self.confidence > 0.0 && self.confidence < 1.0) {
+            return Err(StatsError::Confidence(self.confidence));
+        }
         if self.resamples == 0 {
             return Err(StatsError::Resamples);
         }
         let mut drawn = scores.map(Clone::clone);
-        let values = statistic(&drawn);
+        let value = statistic(&drawn);
         let (tasks, are_single) = (scores[0].tasks().len(), scores.iter().all(|scores| scores.are_single()));
         if are_single && tasks == 1 {
-            return Ok(values.into_iter().map(Estimate::exact).collect());
+            return Ok(Estimate::exact(value));
         }
         let mut stream = ChaCha8Rng::seed_from_u64(self.seed);
-        let mut columns = vec![Vec::with_capacity(self.resamples as usize); values.len()];
+        let mut resampled = Vec::with_capacity(self.resamples as usize);
         for _ in 0..self.resamples {
             // The same tasks for all methods.
             let chosen = are_single.then(|| (0..tasks).map(|_| index(&mut stream, tasks)).collect::<Vec<_>>());
@@ -131,27 +126,12 @@ impl Bootstrap {
                     None => scores.resample_into(drawn, &mut stream),
                 }
             }
-            for (column, value) in columns.iter_mut().zip(statistic(&drawn)) {
-                column.push(value);
-            }
+            resampled.push(statistic(&drawn));
         }
         let tail = (1.0 - self.confidence) / 2.0;
-        let interval = |(value, mut column): (f64, Vec<f64>)| {
-            column.sort_unstable_by(f64::total_cmp);
-            Estimate { value, lower: quantile(&column, tail), upper: quantile(&column, 1.0 - tail) }
-        };
-        Ok(values.into_iter().zip(columns).map(interval).collect())
+        resampled.sort_unstable_by(f64::total_cmp);
+        Ok(Estimate { value, lower: quantile(&resampled, tail), upper: quantile(&resampled, 1.0 - tail) })
     }
-
-    /// The estimate of a single statistic.
-    fn only(&self, estimates: Vec<Estimate>) -> Result<Estimate> {
-        estimates.into_iter().next().ok_or(StatsError::Empty("statistics"))
-    }
-}
-
-/// Checks that a level is strictly between 0 and 1 (NaN is not).
-pub(super) fn check_confidence(level: f64) -> Result<()> {
-    if level > 0.0 && level < 1.0 { Ok(()) } else { Err(StatsError::Confidence(level)) }
 }
 
 /// Quantile of sorted values, interpolated linearly between the two nearest, as in numpy.

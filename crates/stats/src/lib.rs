@@ -4,7 +4,7 @@
 //! - [`efficiency`]: episodes to a threshold, area under the learning curve;
 //! - [`scores`], [`aggregate`]: scores of runs by task; mean, median, interquartile mean;
 //! - [`bootstrap`]: confidence intervals from resampling the runs within each task;
-//! - [`comparison`], [`profile`]: probability of improvement, performance profiles.
+//! - [`comparison`]: probability of improvement.
 //!
 //! The definitions are those of Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of the Statistical
 //! Precipice", and agree with their library rliable on the same data. An interval depends only on the data and the
@@ -27,7 +27,6 @@ pub mod bootstrap;
 pub mod comparison;
 pub mod efficiency;
 mod error;
-pub mod profile;
 pub mod rolling;
 pub mod scores;
 

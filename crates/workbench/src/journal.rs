@@ -307,7 +307,7 @@ mod tests {
         check(
             &[
                 ("train a", None),
-                ("figure dashboard b.png", Some(30)),
+                ("figure learning b.png", Some(30)),
                 ("epsilon 0.1", Some(20)),
                 ("goal size 5", None),
                 ("figure learning c.png", None),
@@ -318,7 +318,7 @@ mod tests {
                 "epsilon 0.1",
                 "resume until 30",
                 "wait",
-                "figure dashboard b.png",
+                "figure learning b.png",
                 "resume",
                 "wait",
                 "goal size 5",
@@ -337,12 +337,12 @@ mod tests {
         journal.note(command("watch 1"), Some(0));
         journal.note_at(command("epsilon 0.2"), vec![(0, 30)]);
         journal.note_at(command("stop"), vec![(1, 9)]);
-        journal.note(command("figure dashboard a.png"), Some(0));
+        journal.note(command("expect episodes = 30"), Some(0));
         let text = journal.to_script();
         let lines: Vec<&str> = text.lines().skip(1).collect();
         let a = ["train a until 30", "wait", "seed 1", "train b until 5", "wait", "epsilon 0.3", "resume until 9"];
         let b = ["wait", "watch 1", "epsilon 0.2", "resume", "wait", "watch 2", "stop", "wait", "watch 1"];
-        assert_eq!(lines, [&a[..], &b[..], &["figure dashboard a.png"]].concat());
+        assert_eq!(lines, [&a[..], &b[..], &["expect episodes = 30"]].concat());
     }
 
     #[test]
@@ -362,8 +362,8 @@ mod tests {
         check(&[("train a", None), ("pause", Some(7))], &["train a until 7", "wait"]);
         let changes = [("train a", None), ("epsilon 0.2", Some(3)), ("goal size 5", None), ("pause", Some(7))];
         check(&changes, &["train a until 3", "wait", "epsilon 0.2", "resume until 7", "wait", "goal size 5"]);
-        let figure = [("train a", None), ("figure dashboard b.png", Some(7)), ("pause", Some(7))];
-        check(&figure, &["train a until 7", "wait", "figure dashboard b.png"]);
+        let figure = [("train a", None), ("figure learning b.png", Some(7)), ("pause", Some(7))];
+        check(&figure, &["train a until 7", "wait", "figure learning b.png"]);
     }
 
     #[test]
@@ -379,7 +379,7 @@ mod tests {
     fn a_command_without_effect_in_a_training_is_removed() {
         let mut journal = Journal::default();
         journal.note(command("train a"), Some(0));
-        let number = journal.note_at(command("figure dashboard b.png"), vec![(0, 5)]);
+        let number = journal.note_at(command("figure learning b.png"), vec![(0, 5)]);
         journal.forget(&[number]);
         assert_eq!(journal.to_script().lines().skip(1).collect::<Vec<_>>(), ["train a", "wait"]);
     }
@@ -444,9 +444,9 @@ mod tests {
         journal.note_guide(0);
         assert_eq!(lines(&journal), "train a; wait; clusters; wait", "it has not taken them");
         journal.note(command("clusters"), Some(0));
-        journal.note_at(command("figure dashboard b.png"), vec![(0, 5)]);
+        journal.note_at(command("figure learning b.png"), vec![(0, 5)]);
         journal.note_guided(0, 7);
-        let first = "train a until 5; wait; clusters; wait; figure dashboard b.png; resume until 7; wait; ";
+        let first = "train a until 5; wait; clusters; wait; figure learning b.png; resume until 7; wait; ";
         assert_eq!(lines(&journal), format!("{first}guide; resume; wait; clusters; wait"));
     }
 
@@ -474,8 +474,8 @@ mod tests {
     #[test]
     fn a_stopped_run_is_not_resumed_after_a_figure() {
         check(
-            &[("train a", None), ("stop", Some(5)), ("figure dashboard b.png", Some(5))],
-            &["train a until 5", "wait", "stop", "wait", "figure dashboard b.png"],
+            &[("train a", None), ("stop", Some(5)), ("figure learning b.png", Some(5))],
+            &["train a until 5", "wait", "stop", "wait", "figure learning b.png"],
         );
     }
 

@@ -185,8 +185,7 @@ mod tests {
             ("subgoal move 3 0 0", "subgoal"),
             ("undo", "nothing to undo"),
             ("redo", "nothing to redo"),
-            ("figure dashboard a.jpeg", "`.png`, `.svg` or `.pdf`"),
-            ("figure episode a.png", "`.gif`"),
+            ("figure learning a.jpeg", "`.png` or `.svg`"),
             ("figure scene a.png width=single", "only the figure `learning`"),
             ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
         ] {
@@ -199,7 +198,7 @@ mod tests {
     #[test]
     fn files_and_proposals_made_by_the_script_itself_are_accepted() {
         let text = "subgoal add 0 0\nsave mine.json\nmodel train box,bucket a.safetensors 3\nwait\n\
-                    model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure episode a.gif";
+                    model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure scene a.png";
         assert_eq!(dry_run(text), Ok(()));
         assert_eq!(dry_run("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
         assert!(!std::path::Path::new("mine.json").exists());
@@ -250,7 +249,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();
         let text = "method ddpg\nepisodes 8\nset ddpg.warmup_steps 20\nset ddpg.hidden 8\n\
-                    train ${run} until 3\nwait\nepsilon 0.3\nresume\nwait\nfigure dashboard ${figure}";
+                    train ${run} until 3\nwait\nepsilon 0.3\nresume\nwait\nfigure learning ${figure}";
         let play = |text: &str, run: &str| {
             let variables = [("run".to_owned(), path(run)), ("figure".to_owned(), path(&format!("{run}.png")))];
             let mut session = session(folder.path());

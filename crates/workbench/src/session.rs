@@ -17,7 +17,7 @@ use super::run::RunView;
 use super::runs::Runs;
 use super::setup::Setup;
 use mge_base::{json, stop};
-use mge_results::{KnownEstimates, RunReader};
+use mge_results::RunReader;
 use mge_run::{Event, RunState};
 use mge_task::{self as task, Task};
 use mge_trainer::{Control, RunConfig, SettingError, set_the_same, settings_of, warnings};
@@ -56,8 +56,6 @@ pub struct Session {
     pub(super) runs: Runs,
     /// Cache of the runs read for figures.
     pub(super) reader: Arc<Mutex<RunReader>>,
-    /// Cache of the intervals computed for figures.
-    pub(super) estimates: Arc<KnownEstimates>,
     pub(super) hand_play: HandPlay,
     pub(super) journal: Journal,
     pub(super) quit: bool,
@@ -79,7 +77,6 @@ impl Session {
             gate: Arc::default(),
             runs: Runs::default(),
             reader: Arc::default(),
-            estimates: Arc::default(),
             journal: Journal::default(),
             quit: false,
             interrupt: stop::Stop::default(),

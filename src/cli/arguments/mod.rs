@@ -178,7 +178,7 @@ pub enum Command {
     Evaluate(Evaluate),
     /// Save the actor of a run as a safetensors file
     Export(Export),
-    /// Draw the learning curves of runs, and a dashboard of each
+    /// Draw the learning curves of runs
     Figures(Figures),
     /// Run a workbench script
     Script(Script),

@@ -203,15 +203,9 @@ pub struct Figures {
     /// SVG instead of PNG
     #[arg(long, conflicts_with = "dpi")]
     pub svg: bool,
-    /// PDF instead of PNG
-    #[arg(long, conflicts_with_all = ["dpi", "svg"])]
-    pub pdf: bool,
-    /// Also draw an animation of an episode of the agent in this checkpoint: last, best or the number of its episode
-    #[arg(long, value_name = "NAME")]
-    pub checkpoint: Option<CheckpointName>,
     /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
-    /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), axis
-    /// (linear or log), x and y (FROM:TO), bands (on or off), height (points), smooth (points)
+    /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), x
+    /// and y (FROM:TO), bands (on or off)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub options: Vec<String>,
     #[command(flatten)]

@@ -23,10 +23,6 @@ pub enum Context {
     Runs,
     /// The Models screen.
     Models,
-    /// The Figures screen, with a picture selected.
-    Picture,
-    /// The Figures screen, with an episode selected, of which there are animations only.
-    Animation,
     /// The Figures screen.
     Figures,
     /// The Log screen.
@@ -46,7 +42,7 @@ impl Context {
             Self::Curves => Some(Tab::Training),
             Self::Runs | Self::List => Some(Tab::Runs),
             Self::Models => Some(Tab::Models),
-            Self::Picture | Self::Animation | Self::Figures => Some(Tab::Figures),
+            Self::Figures => Some(Tab::Figures),
             Self::Log => Some(Tab::Log),
             Self::Everywhere | Self::Typed => None,
         }

@@ -1,8 +1,7 @@
 //! The table of actions with keys.
 
 use super::Context::{
-    self, Animation, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Picture, Playback, Runs, Scene,
-    Schedule,
+    self, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
 };
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
@@ -133,7 +132,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("reverse-runs", "S", "", "", "reverse the order", Change(|s, _| s.runs.reversed ^= true)),
         ("choose-columns", "|", "", "", "choose the columns of the list, including settings in which runs differ", Effects(|s, ui| runs::ask_for_columns(&s.runs, ui))),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
-        ("export-runs", "f", "figures", "figure", "export the dashboards of the runs as PNG", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::export))),
         ("rename-run", "n", "", "rename", "", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::rename))),
         ("edit-note", "i", "", "note", "write a note on the run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::edit_note))),
         ("edit-tags", "I", "", "tag", "give the runs tags", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::edit_tags))),
@@ -148,15 +146,9 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("evaluate-model", "v", "evaluate", "model evaluate", "", Effects(|s, ui| models::evaluate(&s.lists, ui))),
         ("stop-model", "X", "", "model stop", "", Verb),
     ]),
-    (Picture, &[
+    (Figures, &[
         ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG", Do(|app| app.export_selected("png"))),
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
-        ("export-pdf", "D", "as PDF", "figure", "export the selected figure as PDF", Do(|app| app.export_selected("pdf"))),
-    ]),
-    (Animation, &[
-        ("export-gif", "enter", "as GIF", "figure", "export the selected episode as GIF", Do(|app| app.export_selected("gif"))),
-    ]),
-    (Figures, &[
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
     ]),
     (Log, &[

@@ -26,12 +26,11 @@ use super::actions::{Context, Entry, Tab};
 use super::effect::{Effect, Layer, Response};
 use super::input::{Key, Keymap};
 use super::layers::Tour;
-use super::screens::{Chrome, HitRegions, Message, Screens, Ui, draw_frame, figures};
+use super::screens::{Chrome, HitRegions, Message, Screens, Ui, draw_frame};
 use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
-use mge_workbench::FigureKind;
 
 /// The state of the user interface.
 pub struct App {
@@ -240,10 +239,7 @@ impl App {
             Tab::Training => vec![Context::Move, Context::Playback, Context::Curves],
             Tab::Runs => vec![Context::Runs, Context::List],
             Tab::Models => vec![Context::Models, Context::List],
-            Tab::Figures if figures::selected(&self.screens.lists) == FigureKind::Episode => {
-                vec![Context::Animation, Context::Figures, Context::List]
-            }
-            Tab::Figures => vec![Context::Picture, Context::Figures, Context::List],
+            Tab::Figures => vec![Context::Figures, Context::List],
             Tab::Log => vec![Context::Log, Context::List],
         };
         inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()

@@ -55,28 +55,22 @@ impl App {
                 let open = Effect::new(|app| app.apply_confirmed(command));
                 self.ask("lose the edits?", text, vec![('y', "open the other task", open)]);
             }
-            command => return self.export(vec![command], None),
+            command => {
+                let mut lost: Vec<PathBuf> = command.overwrites();
+                lost.retain(|path| self.workspace.view().file.as_ref() != Some(path));
+                if lost.is_empty() {
+                    return self.apply_confirmed(command);
+                }
+                let title = format!("overwrite {}?", counted(lost.len(), "file"));
+                let names = some_of(lost.iter().map(|path| path.display().to_string()));
+                let overwrite = Effect::new(|app| app.apply_confirmed(command.forced()));
+                self.ask(
+                    &title,
+                    format!("What they contain will be lost: {names}."),
+                    vec![('y', "overwrite", overwrite)],
+                );
+            }
         }
-        Ok(())
-    }
-
-    /// Carries out commands, and shows a text in place of their reports; asks first, once, if files would be lost.
-    ///
-    /// # Errors
-    /// When a command fails; the rest are skipped.
-    pub fn export(&mut self, commands: Vec<Command>, text: Option<String>) -> Result<(), String> {
-        let mut lost: Vec<PathBuf> = commands.iter().flat_map(Command::overwrites).collect();
-        lost.retain(|path| self.workspace.view().file.as_ref() != Some(path));
-        if !lost.is_empty() {
-            let title = format!("overwrite {}?", counted(lost.len(), "file"));
-            let names = some_of(lost.iter().map(|path| path.display().to_string()));
-            let commands = commands.into_iter().map(Command::forced).collect();
-            let overwrite = Effect::new(|app| app.export(commands, text));
-            self.ask(&title, format!("What they contain will be lost: {names}."), vec![('y', "overwrite", overwrite)]);
-            return Ok(());
-        }
-        commands.into_iter().try_for_each(|command| self.apply_confirmed(command))?;
-        text.into_iter().for_each(|text| self.show_message(Level::Good, text));
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -22,6 +22,7 @@ use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
 use mge_base::paths::{fitting, suffix};
+use mge_figures::EXTENSIONS;
 use mge_results::{Composition, OPTIONS};
 use mge_workbench::{Command, FigureKind, command};
 
@@ -31,8 +32,6 @@ fn about(kind: FigureKind) -> &'static str {
         FigureKind::Scene => "the task's scene",
         FigureKind::Clusters => "the action clusters over the scene",
         FigureKind::Learning => "success of all runs, or the marked ones",
-        FigureKind::Dashboard => "all logged metrics of the watched run",
-        FigureKind::Episode => "the greedy episode, or one played by hand",
     }
 }
 
@@ -58,29 +57,18 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
 
 /// The command that exports a figure in a format.
 pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
-    let view = ui.view;
     let composition = composition(kind, lists, runs, ui);
-    // A figure of one run is named after it: figures of several runs on one task do not overwrite each other.
-    let of_run = match kind {
-        FigureKind::Dashboard => true,
-        FigureKind::Episode => view.hand.trace.steps.is_empty(),
-        FigureKind::Scene | FigureKind::Clusters | FigureKind::Learning => false,
-    };
-    let about: Option<&str> = match kind {
+    let about = match kind {
         FigureKind::Learning => common_task(&composition, ui),
-        _ => Some(view.watched_run().filter(|_| of_run).map_or(&*view.task.name, |run| run.folder_name())),
+        _ => Some(&*ui.view.task.name),
     };
-    let path = match kind {
-        FigureKind::Learning if !lists.file.is_empty() => Path::new("figures").join(format!("{}.{format}", lists.file)),
-        _ => path_of(kind, about, format),
-    };
-    command::Figure { composition, ..command::Figure::with_defaults(kind, &path) }.into()
-}
-
-/// The path of a figure of a task or run, or of all runs.
-pub fn path_of(kind: FigureKind, about: Option<&str>, format: &str) -> PathBuf {
     let name = format!("{}.{format}", kind.name());
-    Path::new("figures").join(about.map_or_else(|| name.clone(), |about| fitting(about, &format!("-{name}"))))
+    let name = match kind {
+        FigureKind::Learning if !lists.file.is_empty() => format!("{}.{format}", lists.file),
+        _ => about.map_or_else(|| name.clone(), |about| fitting(about, &format!("-{name}"))),
+    };
+    let path = Path::new("figures").join(name);
+    command::Figure { composition, ..command::Figure::with_defaults(kind, &path) }.into()
 }
 
 /// Whether the figure of learning curves shows the run in a folder.
@@ -123,7 +111,7 @@ fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: 
     }
     let mut text: Vec<Line> = Vec::new();
     if selected(&screens.lists) == FigureKind::Learning {
-        let command = export(FigureKind::Learning, "pdf", &screens.lists, &screens.runs, ui);
+        let command = export(FigureKind::Learning, "png", &screens.lists, &screens.runs, ui);
         text.extend(lines(&format!("in a script: {command}\n\n"), below.width, Style::new()));
     }
     let written = ui.view.figures.iter().rev().map(|path| format!("wrote {}", path.display()));
@@ -182,7 +170,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     let file = Some(("file", lists.file.clone())).filter(|(_, name)| !name.is_empty());
     let options = lists.composition.options().into_iter().chain(file).map(|(key, value)| format!("{key}={value}"));
     let runs = ui.text("The runs are those marked on the Runs screen ({screen-runs}), or all.");
-    let exports = ui.text("{export-figure} exports it as PNG, {export-pdf} as PDF");
+    let exports = ui.text("{export-figure} exports it as PNG, {export-svg} as SVG");
     let prompt = Form::prompt("compose the learning figure", runs, shell_words::join(options), move |text| {
         let words = shell_words::split(text).map_err(|error| error.to_string())?;
         let pair = |word| str::split_once(word, '=').ok_or_else(|| format!("`{word}`: write KEY=VALUE"));
@@ -193,7 +181,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
         if file.contains(['/', '\\']) {
             return Err(format!("`{file}` is not a name: the figure is in the folder figures"));
         }
-        if ["png", "pdf", "svg", "gif"].contains(&suffix(file.as_ref()).as_str()) {
+        if EXTENSIONS.contains(&suffix(file.as_ref()).as_str()) {
             return Err(format!("`{file}`: write the name without its suffix, which the export adds"));
         }
         let report = Effect::info(format!("composed: {text}; {exports}"));
@@ -208,7 +196,7 @@ fn completions(ui: &Ui) -> Vec<Value> {
     let keys = OPTIONS.iter().filter(|(name, _)| *name != "runs");
     let keys = keys.map(|(name, about)| Value::new(format!("{name}="), *about));
     let file = Value::new("file=", "name of the figure in the folder figures, without its suffix");
-    let values = ["success=greedy", "against=actions", "against=charged", "width=single", "axis=log", "bands=off"];
+    let values = ["success=greedy", "against=actions", "against=charged", "width=single", "bands=off"];
     let labels: BTreeSet<&str> =
         ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
     let curves = labels.into_iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));

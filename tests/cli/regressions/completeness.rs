@@ -199,12 +199,6 @@ fn every_command_with_an_agent_takes_a_checkpoint() {
     };
     assert_eq!(actor("16"), actor("last"));
     fail(mge(&folder, ["evaluate", "run", "--checkpoint", "7"]), "there is no checkpoint episode-7");
-    succeed(mge(&folder, ["figures", "run", "--out", "figures", "--checkpoint", "best"]));
-    assert!(folder.path().join("figures/best-run.gif").exists());
-    let script = "open run\ncheckpoint 8\nevaluate\nfigure episode a.gif\ncheckpoint best\nfigure episode b.gif";
-    std::fs::write(folder.path().join("s.mge"), script).unwrap();
-    succeed(mge(&folder, ["script", "s.mge", "--quiet"]));
-    assert!(folder.path().join("b.gif").exists());
 }
 
 #[test]

@@ -145,7 +145,7 @@ method ddpg-mge
 train until 2
 wait
 guide
-figure dashboard early.svg
+figure learning early.svg
 epsilon 0.2
 seed 4
 resume until 5
@@ -155,7 +155,6 @@ note runs/task1-ddpg-mge-seed0 'holds, but late'
 tag runs/task1-ddpg-mge-seed0 good,late
 figure learning learning.svg
 expect episodes = 5
-figure episode episode.gif
 stop
 wait
 continue
@@ -185,7 +184,7 @@ out elsewhere
 train
 wait
 set ddpg.gamma 0.9
-figure dashboard %1.svg
+figure learning %1.svg
 model train box m.safetensors 1
 wait
 quit

@@ -279,8 +279,8 @@ fn a_file_of_the_user_is_replaced_only_by_force() {
         ("report runs --out .", "report.json", false),
         ("report runs --out .", "figures/methods.png", false),
         ("figures runs/a --out .", "learning.png", true),
-        ("figures runs/a --svg --out .", "dashboard-a.svg", true),
-        ("figures runs/a --pdf --out .", "dashboard-a.csv", true),
+        ("figures runs/a --svg --out .", "learning.svg", true),
+        ("figures runs/a --svg --out .", "learning.csv", true),
         ("sweep s.json --out . --quiet", "results.csv", true),
         ("sweep s.json --out . --quiet", "results.json", false),
         ("export runs/a --out a.safetensors", "a.safetensors", true),
@@ -321,7 +321,6 @@ fn a_script_command_replaces_a_file_of_the_user_only_by_force() {
         ("clusters k", "k", false),
         ("figure scene f.svg", "f.svg", true),
         ("figure scene f.png", "f.csv", true),
-        ("figure scene f.pdf", "f.pdf", true),
         ("model train box m.safetensors", "m.safetensors", false),
     ] {
         fs::write(here.join(file), "mine").unwrap();

@@ -161,9 +161,9 @@ fn names_of_runs_fit_into_a_file_system() {
 fn names_of_tasks_have_letters_of_any_language() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["übung", "u\u{308}bung-2", "テスト", "задача_1", "😀"] {
-        let lines = format!("subgoal add 0.5 0.5\nsave {name}.json\ntask {name}.json\nfigure scene {name}.pdf\nwait\n");
+        let lines = format!("subgoal add 0.5 0.5\nsave {name}.json\ntask {name}.json\nfigure scene {name}.png\nwait\n");
         succeed(script(folder.path(), &lines));
-        assert!(folder.path().join(format!("{name}.pdf")).is_file(), "{name}");
+        assert!(folder.path().join(format!("{name}.png")).is_file(), "{name}");
     }
     for name in ["a\u{202e}b", "a\u{a0}b", "\u{feff}", "a\u{2028}b"] {
         fail(script(folder.path(), &format!("subgoal add 0.5 0.5\nsave '{name}.json'\n")), "name: must be letters");

@@ -17,8 +17,7 @@ use mge_figures::{
 };
 use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use mge_results::figures::{INTERVAL, Success, action_curves, learning_curves, method_scores, performance_profile};
-use mge_results::{FINAL, Groups};
+use mge_results::figures::{INTERVAL, Success, action_curves, learning_curves, method_scores};
 use mge_run::config_hash;
 use mge_stats::{Bootstrap, Estimate};
 use mge_task::{Form, Task, ToolSpec};
@@ -64,8 +63,6 @@ pub(super) fn write_figures(
     let trainings = fixed.iter().map(|run| run.row.seed).collect::<BTreeSet<u64>>().len();
     draw("figure6", trainings, &learning_curves(fixed, bootstrap, Success::Training)?)?;
     draw("figure6-greedy", trainings, &learning_curves(fixed, bootstrap, Success::Greedy)?)?;
-    let finals = Groups::new(&report.learning).common_scores(FINAL)?;
-    draw("performance-profile", trainings, &performance_profile(&finals, bootstrap)?)?;
     draw("methods", trainings, &method_scores(&report.learning, bootstrap, None)?)?;
     draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training)?)?;
     draw("noisy-starts-charged", trainings, &action_curves(noisy, bootstrap, Against::Charged)?)?;

@@ -195,7 +195,7 @@ impl Report {
 }
 
 /// File stems of the figures and their captions.
-pub(super) const FIGURES: [(&str, &str); 12] = [
+pub(super) const FIGURES: [(&str, &str); 11] = [
     ("figure1", "Figure 1: single-tool launches"),
     ("figure2", "Figure 2: dynamic relative coordinates with the moving ball as origin"),
     ("figure3", "Figure 3: the tasks"),
@@ -203,7 +203,6 @@ pub(super) const FIGURES: [(&str, &str); 12] = [
     ("figure5", "Figure 5: goals and subgoals hit, guided against random"),
     ("figure6", "Figure 6: rolling success during training"),
     ("figure6-greedy", "Figure 6, greedy policy: success without noise or guidance"),
-    ("performance-profile", "Performance profile of the final success over all tasks"),
     ("methods", "All methods: area under the curve of the rolling success, by task"),
     ("noisy-starts", "Noisy starts: rolling success during training"),
     ("noisy-starts-charged", "Noisy starts: rolling success against charged actions"),

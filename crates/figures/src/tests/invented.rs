@@ -7,7 +7,6 @@ use crate::actions::StageActions;
 use crate::*;
 use mge_guidance::Cluster;
 use mge_physics::ToolKind;
-use mge_run::Metric;
 use mge_stats::Estimate;
 use mge_task::{Form, ToolSpec, shipped};
 
@@ -192,64 +191,17 @@ pub fn methods() -> MethodScores {
     MethodScores { measure: "area under the curve".to_owned(), statistics: statistics(), reference: None, panels }
 }
 
-pub fn profile() -> PerformanceProfile {
-    let curve = |label: &str, skill: f64| {
-        let x: Vec<f64> = (0..=50).map(|n| n as f64 / 50.0).collect();
-        let y: Vec<f64> = x.iter().map(|x| (1.0 - x.powf(skill)).clamp(0.0, 1.0)).collect();
-        let low = y.iter().map(|y| (y - 0.08).max(0.0)).collect();
-        let high = y.iter().map(|y| (y + 0.08).min(1.0)).collect();
-        Curve { label: label.to_owned(), x, y, low, high, partial: 0 }
-    };
-    PerformanceProfile {
-        measure: "final success rate".to_owned(),
-        statistics: Statistics { centre: String::new(), ..statistics() },
-        curves: vec![curve("DDPG", 0.4), curve("DDPG-MGE", 3.0)],
-    }
-}
-
-pub fn dashboard() -> Dashboard {
-    let mut rng = stream(40);
-    let success = curve("", 3000, 0.8, 1200.0, &mut rng);
-    let greedy =
-        success.y.iter().enumerate().map(|(n, y)| if n % 10 == 0 { (y + 0.1).clamp(0.0, 1.0) } else { f64::NAN });
-    let count = success.x.len();
-    let mut series = |f: &dyn Fn(f64) -> f64, spread: f64| -> Vec<f64> {
-        (0..count).map(|n| f(n as f64 / count as f64) * (1.0 + rng.gen_range(-spread..spread))).collect()
-    };
-    let mut critic_loss = series(&|t| 0.8 * (-5.0 * t).exp() + 0.004, 0.3);
-    critic_loss[..20].fill(f64::NAN);
-    Dashboard {
-        title: "task3, DDPG-MGE, seed 0".to_owned(),
-        window: 100,
-        greedy_success: greedy.collect(),
-        metrics: std::collections::BTreeMap::from([
-            (Metric::Return, series(&|t| 1.0 + 9.0 * t, 0.5)),
-            (Metric::CriticLoss, critic_loss),
-            (Metric::ActorLoss, series(&|t| -6.0 * t, 0.05)),
-            (Metric::MeanQ, series(&|t| 6.0 * t, 0.05)),
-            (Metric::Saturation, series(&|t| 0.3 * (1.0 - t), 0.2)),
-            (Metric::Epsilon, series(&|t| (0.5 - t).max(0.0), 1e-9)),
-            (Metric::Success, success.y),
-        ]),
-        episode: success.x,
-    }
-}
-
-pub fn animation() -> Animation {
+pub fn moment() -> Moment {
     let task = shipped().swap_remove(2);
-    let start = task.ball.position;
-    let moment = |n: u32| {
-        let t = n as f32 / 10.0;
-        let ball = [start[0] + 0.1 * t, start[1] - 0.05 * t * t];
-        Moment {
-            time: t,
-            ball,
-            movers: Vec::new(),
-            placed: if t > 1.3 { vec![task.placeable.tool([0.2, -0.4])] } else { vec![] },
-            reached: usize::from(t > 2.0),
-        }
-    };
-    Animation { moments: (0..40).map(moment).collect(), task, frame_ms: 100, trail: 15 }
+    let mover = Mover { position: [0.5, 0.5], radius: 4.0, angle: Some(0.3) };
+    Moment {
+        time: 2.5,
+        ball: task.ball.position,
+        movers: vec![mover, Mover { position: [-0.5, 0.5], angle: None, ..mover }],
+        placed: vec![task.placeable.tool([0.2, -0.4])],
+        reached: 1,
+        task,
+    }
 }
 
 /// Every figure with its file name.
@@ -263,8 +215,6 @@ pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
         ("curves", Box::new(curves())),
         ("greedy", Box::new(LearningCurves { measure: SuccessMeasure::Greedy, ..curves() })),
         ("methods", Box::new(methods())),
-        ("profile", Box::new(profile())),
-        ("dashboard", Box::new(dashboard())),
-        ("animation", Box::new(animation())),
+        ("moment", Box::new(moment())),
     ]
 }

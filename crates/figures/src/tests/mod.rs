@@ -57,10 +57,6 @@ fn empty() -> Vec<Box<dyn Figure>> {
         Box::new(MethodScores::default()),
         Box::new(MethodScores { panels: vec![ScorePanel::default()], ..MethodScores::default() }),
         Box::new(LearningCurves { panels: vec![CurvePanel::default()], ..LearningCurves::default() }),
-        Box::new(PerformanceProfile::default()),
-        Box::new(Dashboard::default()),
-        Box::new(Dashboard { episode: vec![1.0, 2.0], ..Dashboard::default() }),
-        Box::new(Animation { task: task(), moments: vec![], frame_ms: 100, trail: 5 }),
     ]
 }
 
@@ -81,7 +77,6 @@ fn every_figure_is_written_with_its_numbers() {
         assert_eq!(rows(&path).len(), figure.table().rows().len());
         assert!(!rows(&path).is_empty(), "{name} has no numbers");
     }
-    invented::animation().write(&Target::from(&folder.join("episode.gif")), &provenance(), 72).unwrap();
 }
 
 #[test]
@@ -104,8 +99,6 @@ fn equal_data_gives_equal_bytes() {
         assert_eq!(a.to_svg(&provenance()), b.to_svg(&provenance()), "{name}");
         assert_eq!(a.table(), b.table());
     }
-    let gif = || invented::animation().to_gif(&provenance(), 40).unwrap();
-    assert_eq!(gif(), gif());
 }
 
 #[test]
@@ -149,7 +142,6 @@ fn empty_figures_say_so() {
         let svg = figure.to_svg(&provenance());
         assert!(svg.contains("no ") || svg.contains("nothing "), "{n} says nothing: {svg}");
     }
-    assert!(invented::animation().to_gif(&provenance(), 30).is_ok());
 }
 
 #[test]
@@ -208,13 +200,11 @@ fn non_finite_numbers_do_not_break_figures() {
         partial: 9,
     };
     let estimate = Estimate { value: f64::INFINITY, lower: f64::NAN, upper: -1e300 };
-    let series = wild.to_vec();
     let figures: Vec<Box<dyn Figure>> = vec![
         Box::new(LearningCurves {
-            panels: vec![CurvePanel { task: String::new(), curves: vec![curve.clone()] }],
+            panels: vec![CurvePanel { task: String::new(), curves: vec![curve] }],
             ..LearningCurves::default()
         }),
-        Box::new(PerformanceProfile { curves: vec![curve], ..PerformanceProfile::default() }),
         Box::new(MethodScores {
             panels: vec![ScorePanel {
                 methods: [estimate, Estimate::exact(-3.0)]
@@ -223,11 +213,6 @@ fn non_finite_numbers_do_not_break_figures() {
                 ..ScorePanel::default()
             }],
             ..MethodScores::default()
-        }),
-        Box::new(Dashboard {
-            episode: series.clone(),
-            metrics: Dashboard::metrics().map(|metric| (metric, series.clone())).collect(),
-            ..Dashboard::default()
         }),
     ];
     for figure in figures {
@@ -284,33 +269,11 @@ fn impossible_requests_are_refused_and_leave_files_intact() {
         figure.write(&Target::from(&folder.path().join("tasks.png")), &provenance(), 1_000_000),
         Err(FigureError::Size { .. })
     ));
-    assert!(matches!(invented::animation().to_gif(&provenance(), 0), Err(FigureError::Size { .. })));
     assert!(matches!(
         figure.write(&Target::from(&folder.path().join("absent/tasks.png")), &provenance(), 72),
         Err(FigureError::Io { .. })
     ));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-}
-
-#[test]
-fn the_gif_has_every_moment_and_its_provenance() {
-    let animation = invented::animation();
-    let bytes = animation.to_gif(&provenance(), 40).unwrap();
-    assert!(bytes.windows(9).any(|part| part == b"Seed: 0 1"));
-    let mut options = gif::DecodeOptions::new();
-    options.set_color_output(gif::ColorOutput::RGBA);
-    let mut decoder = options.read_info(&bytes[..]).unwrap();
-    let (mut frames, mut delays) = (Vec::new(), Vec::new());
-    while let Some(frame) = decoder.read_next_frame().unwrap() {
-        delays.push(frame.delay);
-        frames.push(frame.buffer.to_vec());
-    }
-    assert_eq!(delays.pop(), Some(150), "the end is held");
-    assert!(delays.iter().all(|delay| *delay == 10));
-    assert_eq!(frames.len(), animation.moments.len());
-    assert_ne!(frames[0], frames[30]);
-    let yellow = |frame: &[u8]| frame.chunks(4).any(|pixel| pixel[..3] == [0xF0, 0xE4, 0x42]);
-    assert!(!yellow(&frames[0]) && yellow(&frames[30]), "the placed tool keeps its exact colour");
 }
 
 /// The figure's width and pixels, at four pixels per point.
@@ -345,16 +308,10 @@ fn a_method_keeps_its_colour_beside_any_other() {
 }
 
 #[test]
-fn legends_keep_the_order_of_the_data_and_share_numbers_with_the_curves() {
+fn legends_keep_the_order_of_the_data() {
     let svg = one_panel(vec![steady("zebra", 0.9), steady("ant", 0.2), steady("moth", 0.5)]).to_svg(&provenance());
     let at = |text: &str| svg.find(&format!("\n{text}\n")).unwrap_or_else(|| panic!("{text} is missing"));
-    assert!(at("1 zebra") < at("2 ant") && at("2 ant") < at("3 moth"));
-    // The numbers at the ends of the curves, from top to bottom.
-    let place = |number: &str| {
-        let text = svg[..svg.rfind(&format!("\n{number}\n")).unwrap()].rsplit_once(" y=\"").unwrap().1;
-        text.split('"').next().unwrap().parse::<f64>().unwrap()
-    };
-    assert!(place("1") < place("3") && place("3") < place("2"));
+    assert!(at("zebra") < at("ant") && at("ant") < at("moth"));
 }
 
 #[test]
@@ -369,16 +326,6 @@ fn missing_values_are_not_drawn_as_zero() {
     let legend = |n: usize| n / width < 120;
     let left = pixels.iter().enumerate().filter(|(n, pixel)| **pixel == BLUE && !legend(*n)).count();
     assert!(all > 100 && left == 0, "{left} of {all} pixels of the missing method are drawn");
-    let hits = |value: f64| {
-        let mut hits = invented::hits();
-        hits.tasks.iter_mut().for_each(|task| task.policies[0].goal = Estimate::exact(value));
-        hits.to_svg(&provenance()).matches("\n0\n").count()
-    };
-    assert!(hits(f64::NAN) < hits(0.0), "there is no count above a missing bar");
-    let counts = |hits: &HitBars| hits.to_svg(&provenance()).matches("\n0\n").count();
-    let (whole, mut fewer) = (invented::hits(), invented::hits());
-    fewer.tasks[0].policies.remove(1);
-    assert_eq!(counts(&fewer), counts(&whole), "a policy that was not run has no count");
 }
 
 #[test]
@@ -416,35 +363,4 @@ fn names_with_control_characters_make_xml() {
     assert!(svg.chars().all(|c| !c.is_control() || c == '\n') && !svg.contains('\u{FFFE}'));
     assert!(svg.contains("&lt;b&gt;&amp;"));
     super::render::tree(&svg).unwrap();
-}
-
-#[test]
-fn a_note_does_not_end_in_a_single_word() {
-    let text = "Interquartile mean of 10 seeds; lines: 95 % bootstrap interval over seeds, stratified by task.";
-    for cut in 0..60 {
-        let svg = super::canvas::svg([120.0 + 3.0 * f64::from(cut), 200.0], 1.0, "", |canvas| {
-            super::layout::note(canvas, canvas.page(), text);
-        });
-        let lines: Vec<&str> = svg.lines().filter(|line| !line.starts_with('<')).collect();
-        assert_eq!(lines.join(" ").replace('\u{a0}', " "), text);
-        assert!(lines.len() == 1 || lines.last().unwrap().contains(' '), "{lines:?}");
-    }
-}
-
-#[test]
-fn the_pdf_holds_the_page_and_its_provenance() {
-    let folder = tempfile::tempdir().unwrap();
-    let (figure, path) = (invented::tasks(), folder.path().join("tasks.pdf"));
-    figure.write(&Target::from(&path), &provenance(), 72).unwrap();
-    let bytes = std::fs::read(&path).unwrap();
-    let text = String::from_utf8_lossy(&bytes);
-    assert!(text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"));
-    assert!(text.contains("mge figures --note") && text.contains("Confighash"), "{text}");
-    let [width, height] = figure.size();
-    let bounds = text.split_once("/MediaBox [").unwrap().1.split_once(']').unwrap().0;
-    let bounds: Vec<f64> = bounds.split(' ').map(|number| number.parse().unwrap()).collect();
-    assert!((bounds[2] - width).abs() < 0.1 && (bounds[3] - height).abs() < 0.1, "{bounds:?}");
-    let empty = super::pdf::pdf(&super::canvas::svg(figure.size(), 1.0, "", |_| {}), &provenance()).unwrap();
-    assert!(bytes.len() > 10 * empty.len(), "it contains the shapes");
-    assert!(path.with_extension("csv").exists());
 }

@@ -8,7 +8,7 @@ use crate::{Session, SessionError, write_file};
 use mge_base::atomic::Target;
 use mge_base::by_name;
 use mge_base::paths::suffix;
-use mge_figures::{EXTENSIONS, PICTURE};
+use mge_figures::{EXTENSIONS, FigureError, PICTURE};
 use mge_results::Composition;
 
 command! {
@@ -22,14 +22,12 @@ command! {
         dpi: Option<u32> = Optional(Number("resolution"), is_option),
         /// What the figure of learning curves shows, and how.
         composition: Composition = Composed,
-    }: "figure" "KIND FILE [force] [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode";
+    }: "figure" "KIND FILE [force] [DPI] [KEY=VALUE]..." "export a figure: scene, clusters or learning";
     execute = |this, session| session.export(this);
     check = |this, _| this.check_kind();
     script_role = |this| {
         let depends_on = match this.kind {
             FigureKind::Scene | FigureKind::Clusters => DependsOn::Nothing,
-            FigureKind::Dashboard => DependsOn::Run,
-            FigureKind::Episode => DependsOn::Checkpoint,
             FigureKind::Learning => DependsOn::Runs,
         };
         ScriptRole { depends_on, awaits: WaitFor::Result, ..ScriptRole::default() }
@@ -49,13 +47,10 @@ impl Figure {
             let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
             return Err(SessionError::Failed(reason));
         }
-        let (known, expected): (&[&str], _) =
-            if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&EXTENSIONS, "`.png`, `.svg` or `.pdf`") };
-        if known.contains(&suffix(path).as_str()) {
+        if EXTENSIONS.contains(&suffix(path).as_str()) {
             return Ok(());
         }
-        let figure = format!("{}: a figure of this kind is written as {expected}", path.display());
-        Err(SessionError::Failed(figure + ": use that extension"))
+        Err(SessionError::Failed(FigureError::Format(path.clone()).to_string()))
     }
 }
 
@@ -68,14 +63,10 @@ pub enum FigureKind {
     Clusters,
     /// Success of the runs in the session's folder, or of those given, as in reports.
     Learning,
-    /// All logged metrics of the current run.
-    Dashboard,
-    /// An animation of the episode played by hand, or else of a greedy episode of the current run.
-    Episode,
 }
 
 by_name!(FigureKind, "kind of figure", {
-    Scene = "scene", Clusters = "clusters", Learning = "learning", Dashboard = "dashboard", Episode = "episode"
+    Scene = "scene", Clusters = "clusters", Learning = "learning"
 });
 
 command! {

@@ -169,7 +169,6 @@ fn a_figure_records_the_seeds_of_all_runs_shown() {
         crate::tests::text_of_png(&path, "Seed")
     };
     assert_eq!(seeds("learning"), "0 7");
-    assert_eq!(seeds("dashboard"), "7");
     assert_eq!(seeds("scene"), "9");
 }
 
@@ -199,7 +198,6 @@ fn no_command_waits_for_the_work_it_starts() {
         "propose 1".to_owned(),
         "evaluate".to_owned(),
         format!("figure scene {}", path("new/scene.svg")),
-        format!("figure episode {}", path("new/episode.gif")),
         format!("open {}", path("b")),
         format!("continue {}", path("c")),
         "model evaluate bucket-box".to_owned(),
@@ -211,7 +209,7 @@ fn no_command_waits_for_the_work_it_starts() {
         assert!(session.job(|begun| *begun == command).is_some(), "{line}: {:?}", session.jobs);
     }
     assert!(try_line(&mut session, "wait").unwrap().contains("running or queued"));
-    let written = ["clusters.json", "new/scene.svg", "new/scene.csv", "new/episode.gif"];
+    let written = ["clusters.json", "new/scene.svg", "new/scene.csv"];
     assert!(written.iter().all(|name| !folder.path().join(name).exists()));
     assert!(try_line(&mut session, "model stop").is_ok());
     drop(held);
@@ -353,7 +351,7 @@ fn a_recorded_session_keeps_a_run_paused_and_creates_the_folders_of_its_figures(
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| quoted(&folder.path().join(name));
     let train = format!("train {} until 2", path("a"));
-    let figure = format!("figure dashboard {}", path("figures/a.svg"));
+    let figure = format!("figure learning {}", path("figures/a.svg"));
     let session = session(folder.path(), &[&train, "wait", &figure]);
     let elsewhere = replay(&session, folder.path());
     assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"), "{}", session.to_script());

@@ -34,8 +34,8 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
         press(&mut app, key);
         (screen, asked.borrow().concat())
     };
-    let (screen, line) = composed("width=single font=7 axis=log", "s");
-    assert_eq!(line, format!("{figure}.svg width=single font=7 axis=log"));
+    let (screen, line) = composed("width=single font=7 bands=off", "s");
+    assert_eq!(line, format!("{figure}.svg width=single font=7 bands=off"));
     assert!(screen.contains("in a script: figure learning") && screen.contains("width=single"), "{screen}");
     let (_, line) = composed("curve=DDPG name='of before' reference=DDPG", "tab end enter enter");
     assert_eq!(line, format!("{figure}.png curve=DDPG name='of before' reference=DDPG"), "the prompt keeps them");

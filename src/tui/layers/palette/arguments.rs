@@ -206,8 +206,8 @@ mod tests {
         assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is complete");
         assert!(offered(&["task"], "task").contains(&"task4".to_owned()));
         assert_eq!(offered(&["ddpg-u"], "method"), ["ddpg-uniform", "ddpg-uniform-adaptive"]);
-        assert_eq!(offered(&["learning", "a.png", "ax"], "figure"), ["axis="]);
-        assert_eq!(offered(&["dash"], "figure"), ["dashboard"]);
+        assert_eq!(offered(&["learning", "a.png", "ag"], "figure"), ["against="]);
+        assert_eq!(offered(&["clu"], "figure"), ["clusters"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
         let settings = Arguments::new(&empty()).settings;

@@ -1,13 +1,12 @@
 //! Bulk actions: what actions do with the marked runs, or with those of the selected line.
 
 use super::super::Ui;
-use super::super::figures::path_of;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Question, some_of};
 use crate::tui::view::RunSummary;
 use mge_base::text::counted;
 use mge_run::RunState;
-use mge_workbench::{Command, FigureKind, command};
+use mge_workbench::{Command, command};
 
 /// Pauses runs, or resumes paused ones. Of several, paused ones stay paused unless all are paused.
 pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
@@ -27,20 +26,6 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
         }
     };
     on_each(wanted.map(|run| (*run, command(run))), ui)
-}
-
-/// Exports the dashboards of runs.
-pub fn export(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
-    let what = if let [run] = runs { run.name.clone() } else { format!("{} runs", runs.len()) };
-    let dashboard = |run: &&RunSummary| {
-        let path = path_of(FigureKind::Dashboard, Some(run.folder_name()), "png");
-        let figure = command::Figure::with_defaults(FigureKind::Dashboard, &path);
-        [Command::from(command::Open(run.path.clone())), figure.into()]
-    };
-    let watched = ui.subject.run().map(|watched| command::Open(watched.path.clone()).into());
-    let commands = runs.iter().flat_map(dashboard).chain(watched).collect();
-    let text = format!("drawing the dashboards of {what} into figures/");
-    vec![Effect::new(|app| app.export(commands, Some(text)))]
 }
 
 /// Whether a run is queued, being trained or paused.

@@ -27,7 +27,7 @@ pub use actions::{
     ask_for_columns, ask_for_filter, compare, edit_note, edit_tags, evaluate, fold, fork, mark, no_run, on_all,
     on_line, rename, watch,
 };
-pub use bulk::{delete, export, go_on, pause, stop};
+pub use bulk::{delete, go_on, pause, stop};
 use columns::Column;
 use filter::Filter;
 use line::{Line, LineKey};

@@ -1,7 +1,5 @@
 //! The scene and the editor of the task, by keys and mouse.
 
-use std::path::Path;
-
 use super::*;
 use mge_workbench::Command;
 
@@ -126,22 +124,18 @@ fn saving_asks_before_another_file_is_overwritten() {
 }
 
 #[test]
-fn every_export_asks_once_before_it_overwrites_figures() {
+fn an_export_asks_before_it_overwrites_a_figure_or_its_table() {
     let folder = tempfile::tempdir().unwrap();
-    let files = ["a-dashboard.png", "b-dashboard.png", "b-dashboard.csv"].map(|name| folder.path().join(name));
+    let files = ["a.png", "a.csv"].map(|name| folder.path().join(name));
     files.iter().for_each(|file| std::fs::write(file, "").unwrap());
-    let figure = |file: &Path, end: &str| format!("figure dashboard {}{end}", file.display());
-    let parsed = |line: &str| Command::parse(line).unwrap().unwrap();
-    let lines = ["open a", &figure(&files[0], ""), "open b", &figure(&files[1], "")].map(str::to_owned);
+    let line = format!("figure learning {}", files[0].display());
     let (mut app, asked) = app(typical());
-    app.export(lines.iter().map(|line| parsed(line)).collect(), Some("drawing".to_owned())).unwrap();
+    app.apply(Command::parse(&line).unwrap().unwrap());
     let screen = text(&shot(&mut app, 200, 40));
-    assert!(screen.contains("overwrite 3 files?") && screen.contains("b-dashboard.csv"), "{screen}");
+    assert!(screen.contains("overwrite 2 files?") && screen.contains("a.csv"), "{screen}");
     assert!(asked.borrow().is_empty() && app.layers.len() == 1);
     press(&mut app, "y");
-    let forced = ["open a".to_owned(), figure(&files[0], " force"), "open b".to_owned(), figure(&files[1], " force")];
-    assert_eq!(*asked.borrow(), forced, "each of its own run");
-    assert_eq!(app.message(), "drawing");
+    assert_eq!(*asked.borrow(), [format!("{line} force")]);
 }
 
 #[test]

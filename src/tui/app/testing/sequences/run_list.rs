@@ -27,8 +27,6 @@ pub(super) fn colour_of(app: &mut App, size: (u16, u16), words: &str) -> Color {
 fn a_single_run_is_named_in_questions_and_reports() {
     check(typical(), "5 down X", &[], "delete 1 run?");
     check(grouped(), "5 X", &[], "runs?");
-    let drawn = ["open runs/old", "figure dashboard figures/old-dashboard.png", "open runs/task1-ddpg-mge-seed0"];
-    check(typical(), "5 down f", &drawn, "drawing the dashboards of old into figures/");
 }
 
 #[test]

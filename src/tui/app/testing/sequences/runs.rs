@@ -52,7 +52,6 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     let mut view = grouped();
     view.runs.push(Arc::new(crate::tui::testing::run_on("task4", "other")));
     check(view, "5 space down space V", &[], "training · 1 group · 1 run");
-    let both = ["task1-ddpg-mge-seed0", "old"];
     check(grouped(), "5 down X", &[], "With all files: guided-0, guided-1, guided-2.");
     check(typical(), "5 space down space X", &[], "because they have not ended: 1");
     check(typical(), "5 space down space X y", &["delete runs/old"], "");
@@ -70,10 +69,6 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     change_run(&mut view, 1, |run| run.state = RunState::Paused);
     let resume = ["open runs/old", "resume", "open runs/task1-ddpg-mge-seed0", "resume"];
     check(view, "5 space down space p", &resume, "");
-    let drawn = both.map(|run| [format!("open runs/{run}"), format!("figure dashboard figures/{run}-dashboard.png")]);
-    let mut asked: Vec<&str> = drawn.iter().rev().flatten().map(String::as_str).collect();
-    asked.push("open runs/task1-ddpg-mge-seed0");
-    check(typical(), "5 space down space f", &asked, "drawing the dashboards of 2 runs");
     check(typical(), "5 space V", &[], "training · task1-ddpg-mge-seed0");
 }
 
