@@ -7,8 +7,6 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mge.library import DynamicsModel
-
 __all__ = [
     "ActionPrior",
     "Actor",
@@ -44,7 +42,7 @@ __version__: str
 
 _Path = str | os.PathLike[str]
 _Task = Task | _Path
-_Model = Model | DynamicsModel | _Path
+_Model = Model | _Path
 _Float32 = NDArray[np.float32]
 
 @final
