@@ -1,7 +1,6 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
 use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
-use super::interrupt::brief;
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use super::runs::definitions;
@@ -14,7 +13,7 @@ use mge_workbench::{FIRST_TASK, Session, command};
 pub fn run(command: Dynamics) -> Outcome {
     match command {
         Dynamics::Train(arguments) => train(&arguments),
-        Dynamics::Evaluate(arguments) => brief(|| run_evaluation(&arguments)),
+        Dynamics::Evaluate(arguments) => run_evaluation(&arguments),
     }
 }
 
@@ -30,14 +29,12 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
 
 /// The settings of the options but for seed and epochs, by their names in a sweep file.
 fn settings(arguments: &DynamicsTrain) -> Result<Vec<(String, String)>, String> {
-    let DynamicsTrain { layers, learning_rate, batch, observations, bystanders, literal, seed, epochs, .. } = arguments;
+    let DynamicsTrain { layers, learning_rate, observations, bystanders, seed, epochs, .. } = arguments;
     let options = [
         ("layers", "--layers", layers.map(|value| value.to_string())),
         ("learning_rate", "--learning-rate", learning_rate.map(|value| value.to_string())),
-        ("batch", "--batch", batch.map(|value| value.to_string())),
         ("observations", "--observations", observations.map(|value| value.to_string())),
         ("bystanders", "--bystanders", bystanders.map(|value| value.to_string())),
-        ("literal", "--literal", literal.then(|| literal.to_string())),
         ("seed", "--seed", Some(seed.to_string())),
         ("epochs", "--epochs", epochs.map(|value| value.to_string())),
     ];
@@ -78,7 +75,7 @@ mod tests {
     }
 
     fn tiny(out: &Path, more: &str) -> DynamicsTrain {
-        let options = "--layers 1 --observations 2 --epochs 3 --batch 4 --quiet --out";
+        let options = "--layers 1 --observations 2 --epochs 3 --set batch=4 --quiet --out";
         arguments(&format!("mge dynamics train --tools floor,square{more} {options} {}", out.display()))
     }
 

@@ -1,66 +1,33 @@
 //! Handling of [`ENDING_SIGNALS`], and of SIGHUP from a closing terminal: the first signal asks the command to save its
-//! state and end, a second one ends the program at once. A command without state to save ends at the first signal.
+//! state and end, a second one ends the program at once. A command without state to save does not listen: the first signal
+//! ends it, and its files are written atomically.
 
 use std::io;
 use std::process::ExitCode;
 use std::sync::LazyLock;
-use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::sync::atomic::{AtomicI32, Ordering};
 use std::thread;
 use std::time::Instant;
 
-use crossbeam_channel::bounded;
-use nix::sys::signal::{SigSet, SigmaskHow, Signal};
 use signal_hook::consts::SIGHUP;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 
 use super::arguments::Jobs;
-use super::output::{self, Outcome};
-use super::progress::{self, Progress};
-use mge_base::atomic;
+use super::output::Outcome;
+use super::progress::Progress;
 use mge_base::stop::{ENDING_SIGNALS, SAME_SIGNAL, Stop};
 use mge_experiments::ExperimentError;
 use mge_trainer::batch::{Batch, BatchProgress, default_threads};
-
-/// Runs work without state to save.
-pub fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
-    nothing_to_save()?;
-    work()
-}
-
-/// From now on, the first signal ends the program as soon as no file is being written. For work without state to save,
-/// whose results are written atomically.
-///
-/// # Errors
-/// When the handlers cannot be registered.
-pub fn nothing_to_save() -> io::Result<()> {
-    let interrupt = Interrupt::listen()?;
-    interrupt.is_brief.store(true, Ordering::SeqCst);
-    if interrupt.is_requested() {
-        interrupt.end();
-    }
-    Ok(())
-}
-
-/// Runs `work` with the signals blocked in this thread and in the threads that it starts.
-pub fn blocked<T>(work: impl FnOnce() -> T) -> T {
-    let signals: SigSet = ENDING_SIGNALS.into_iter().filter_map(|number| Signal::try_from(number).ok()).collect();
-    // These calls fail only for an invalid operation on the mask.
-    let before = signals.thread_swap_mask(SigmaskHow::SIG_BLOCK);
-    let done = work();
-    let _ = before.map(|before| before.thread_set_mask());
-    done
-}
 
 /// Whether a signal has asked the program to end: one for the whole program, so that no signal is lost between two
 /// parts of a command.
 #[derive(Debug, Default)]
 pub struct Interrupt {
-    stop: Stop,
+    /// Requested once a signal has arrived; polled by long work.
+    pub stop: Stop,
     /// The first signal.
     signal: AtomicI32,
-    /// The command has nothing to save.
-    is_brief: AtomicBool,
 }
 
 static INTERRUPT: LazyLock<Interrupt> = LazyLock::new(Interrupt::default);
@@ -71,45 +38,17 @@ impl Interrupt {
     /// # Errors
     /// When the handlers cannot be registered.
     pub fn listen() -> io::Result<&'static Self> {
-        static REGISTERED: LazyLock<io::Result<()>> = LazyLock::new(|| blocked(register));
+        static REGISTERED: LazyLock<io::Result<()>> = LazyLock::new(register);
         match &*REGISTERED {
             Ok(()) => Ok(&INTERRUPT),
             Err(error) => Err(io::Error::new(error.kind(), error.to_string())),
         }
     }
 
-    /// Requested once a signal has arrived; polled by long work.
-    pub fn stop(&self) -> &Stop {
-        &self.stop
-    }
-
-    /// Whether a signal has arrived.
-    pub fn is_requested(&self) -> bool {
-        self.stop.is_requested()
-    }
-
     /// Notes the first signal.
-    fn receive(&'static self, number: i32) {
+    fn receive(&self, number: i32) {
         self.signal.store(number, Ordering::SeqCst);
         self.stop.request();
-        if self.is_brief.load(Ordering::SeqCst) {
-            // On its own thread, so that a further signal ends the program even if the terminal or the disk does not
-            // respond.
-            let end = || {
-                self.end();
-            };
-            if thread::Builder::new().name("mge-end".to_owned()).spawn(end).is_err() {
-                end();
-            }
-        }
-    }
-
-    /// Ends the program once no file is being written.
-    fn end(&self) -> ! {
-        let _writes = atomic::end_writes();
-        progress::clear();
-        output::message("interrupted: run the same command again");
-        low_level::exit(128 + self.signal.load(Ordering::SeqCst))
     }
 
     /// The result of work that polls the flag. After a signal, an error that satisfies `is_interruption` becomes
@@ -122,7 +61,7 @@ impl Interrupt {
         result: Result<T, E>,
         is_interruption: impl FnOnce(&E) -> bool,
     ) -> Result<T, Box<dyn std::error::Error>> {
-        result.map_err(|error| match self.is_requested() && is_interruption(&error) {
+        result.map_err(|error| match self.stop.is_requested() && is_interruption(&error) {
             true => self.ended(error.to_string()).into(),
             false => error.into(),
         })
@@ -134,14 +73,6 @@ impl Interrupt {
     }
 }
 
-/// Whether the process outlives the terminal it was started from.
-static IS_DETACHED: AtomicBool = AtomicBool::new(false);
-
-/// From now on, SIGHUP does not end the program. To be called before it listens.
-pub fn ignore_hang_up() {
-    IS_DETACHED.store(true, Ordering::SeqCst);
-}
-
 /// Whether SIGHUP ends the program: not if the process was started with the signal ignored, as by `nohup`, which only
 /// Linux tells.
 fn ends_at_hang_up() -> bool {
@@ -150,19 +81,14 @@ fn ends_at_hang_up() -> bool {
         Some(u64::from_str_radix(mask.trim(), 16).ok()? & 1 << (SIGHUP - 1) != 0)
     };
     let status = std::fs::read_to_string("/proc/self/status").ok();
-    !IS_DETACHED.load(Ordering::SeqCst) && status.and_then(is_ignored) == Some(false)
+    status.and_then(is_ignored) == Some(false)
 }
 
-/// Starts the thread that receives the signals. Without it, the first signal ends the program, as without handlers.
+/// Starts the thread that receives the signals.
 fn register() -> io::Result<()> {
-    let (sender, registered) = bounded(1);
     let hang_up = Some(SIGHUP).filter(|_| ends_at_hang_up());
+    let mut signals = Signals::new(ENDING_SIGNALS.into_iter().chain(hang_up))?;
     let receive = move || {
-        let mut signals = match Signals::new(ENDING_SIGNALS.into_iter().chain(hang_up)) {
-            Ok(signals) => signals,
-            Err(error) => return drop(sender.send(Err(error))),
-        };
-        let _ = sender.send(Ok(()));
         let mut first = None;
         for number in signals.forever() {
             match first {
@@ -175,10 +101,7 @@ fn register() -> io::Result<()> {
             first = first.or_else(|| Some(Instant::now()));
         }
     };
-    match thread::Builder::new().name("mge-signals".to_owned()).spawn(receive) {
-        Ok(_) => registered.recv().unwrap_or(Ok(())),
-        Err(_) => Ok(()),
-    }
+    thread::Builder::new().name("mge-signals".to_owned()).spawn(receive).map(drop)
 }
 
 /// A command was ended by a signal.
@@ -203,7 +126,7 @@ pub fn in_batch<T>(
 ) -> Outcome<T> {
     let mut progress = Progress::new(1, jobs.quiet);
     let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: jobs.threads.unwrap_or_else(default_threads), interrupt: interrupt.stop() };
+    let batch = Batch { threads: jobs.threads.unwrap_or_else(default_threads), interrupt: &interrupt.stop };
     let outcome = work(&batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name}: {reason}"));

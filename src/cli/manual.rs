@@ -1,5 +1,5 @@
-//! `mge man`: the manual as a roff page and as `docs/reference.md`, generated from the tables that the
-//! program itself uses; `mge completions`.
+//! `mge man`: the manual page of the command line, and `docs/reference.md`, generated from the tables that the program
+//! itself uses; `mge completions`.
 
 use std::io;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ const KEY_FILE: &str = "A line `NAME = KEY ...` of a key file replaces all defau
 const SETTINGS: &str =
     "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. The defaults are those of the default method.";
 
-/// Writes the manual to standard output, as a roff page or as Markdown.
+/// Writes the manual page to standard output, or the whole reference as Markdown.
 pub fn print(markdown: bool) -> Outcome {
     let page = if markdown { markdown_page() } else { roff_page()? };
     Ok(output::lines(page)?)
@@ -68,27 +68,8 @@ pub fn completions(shell: Shell) -> Outcome {
     Ok(output::lines(String::from_utf8_lossy(&script))?)
 }
 
-/// A heading, an optional sentence, and terms with their meanings.
-struct Section {
-    /// 1, or 2 for a part of the section before it.
-    level: usize,
-    title: String,
-    about: &'static str,
-    /// The column headings of the terms and the meanings.
-    columns: [&'static str; 2],
-    items: Vec<(String, String)>,
-}
-
-impl Section {
-    fn new(title: &str, about: &'static str, columns: [&'static str; 2], items: Vec<(String, String)>) -> Self {
-        Self { level: 1, title: title.to_owned(), about, columns, items }
-    }
-}
-
-/// The sections after the commands: keys, command language, settings, environment and exit status.
-fn sections() -> Vec<Section> {
-    let columns = ["keys", "action"];
-    let keys = Section::new("Keys of the workbench", KEY_FILE, columns, Vec::new());
+/// The sections after the commands, titles and texts: keys, command language, settings, environment and exit status.
+fn sections() -> [(&'static str, String); 8] {
     let key = |entry: &tui::Entry| {
         // An action without a key is typed into the palette.
         let keys = match entry.keys {
@@ -99,32 +80,35 @@ fn sections() -> Vec<Section> {
         (keys, format!("{}: {}{verb}", entry.name, entry.about()))
     };
     let of_context = |entries: &[tui::Entry]| {
-        let name = entries[0].context.name();
-        Section { level: 2, ..Section::new(&name, "", columns, entries.iter().map(key).collect()) }
+        format!("\n### {}\n{}", entries[0].context.name(), table(["keys", "action"], entries.iter().map(key)))
     };
     let contexts = tui::entries().chunk_by(|a, b| a.context == b.context);
-    let contexts = contexts.filter(|entries| !entries[0].keys.is_empty()).map(of_context);
+    let contexts: String = contexts.filter(|entries| !entries[0].keys.is_empty()).map(of_context).collect();
     let verb = |verb: &Verb| (verb.usage(), verb.help.to_owned());
-    let owned = |pairs: &[(&str, &str)]| pairs.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
-    let others = [
-        Section::new("Commands of scripts and of the palette", "", ["command", "effect"], verbs().map(verb).collect()),
-        Section::new("Settings of a run", SETTINGS, ["setting", "default"], default_settings()),
-        ranges("Numbers of a run", trainer::settings()),
-        ranges("Numbers of a task", RULES.into_iter().map(|row| (format!("rules.{}", row.path), row))),
-        ranges(
-            "Numbers of a dynamics model",
-            MODEL_SETTINGS.into_iter().chain(TRAIN_SETTINGS).map(|row| (row.path.to_owned(), row)),
-        ),
-        Section::new("Environment", "", ["variable", "meaning"], owned(&ENVIRONMENT)),
-        Section::new("Exit status", "", ["status", "meaning"], owned(&EXIT_STATUS)),
-    ];
-    [keys].into_iter().chain(contexts).chain(others).collect()
+    let owned = |(term, text): (&str, &str)| (term.to_owned(), text.to_owned());
+    let of_models = MODEL_SETTINGS.into_iter().chain(TRAIN_SETTINGS);
+    [
+        ("Keys of the workbench", format!("\n{KEY_FILE}\n{contexts}")),
+        ("Commands of scripts and of the palette", table(["command", "effect"], verbs().map(verb))),
+        ("Settings of a run", format!("\n{SETTINGS}\n{}", table(["setting", "default"], default_settings()))),
+        ("Numbers of a run", ranges(trainer::settings())),
+        ("Numbers of a task", ranges(RULES.into_iter().map(|row| (format!("rules.{}", row.path), row)))),
+        ("Numbers of a dynamics model", ranges(of_models.map(|row| (row.path.to_owned(), row)))),
+        ("Environment", table(["variable", "meaning"], ENVIRONMENT.map(owned))),
+        ("Exit status", table(["status", "meaning"], EXIT_STATUS.map(owned))),
+    ]
 }
 
-/// A section of numeric settings with their meanings and ranges.
-fn ranges(title: &str, settings: impl Iterator<Item = (String, Setting)>) -> Section {
+/// A table of numeric settings with their meanings and ranges.
+fn ranges(settings: impl Iterator<Item = (String, Setting)>) -> String {
     let item = |(path, Setting { about, range, .. })| (path, format!("{about}: {range}"));
-    Section::new(title, "", ["number", "meaning and range"], settings.map(item).collect())
+    table(["number", "meaning and range"], settings.map(item))
+}
+
+/// A table of terms and their meanings.
+fn table([terms, meanings]: [&str; 2], items: impl IntoIterator<Item = (String, String)>) -> String {
+    let rows = items.into_iter().map(|(term, text)| format!("| `{}` | {} |\n", cell(&term), cell(&text)));
+    format!("\n| {terms} | {meanings} |\n|---|---|\n{}", rows.collect::<String>())
 }
 
 /// All commands of `mge`, including nested ones, with their full names.
@@ -146,57 +130,24 @@ fn full_name(command: &Command) -> String {
     command.get_display_name().unwrap_or(command.get_name()).to_owned()
 }
 
-fn about(command: &Command) -> String {
-    command.get_about().map(ToString::to_string).unwrap_or_default()
-}
-
 fn roff_page() -> io::Result<String> {
-    let mut head = Vec::new();
-    let man = Man::new(arguments::command());
-    man.render_title(&mut head)?;
-    man.render_name_section(&mut head)?;
-    man.render_synopsis_section(&mut head)?;
-    man.render_description_section(&mut head)?;
-    man.render_options_section(&mut head)?;
-    let mut out = String::from_utf8_lossy(&head).into_owned();
-    let listed = commands().iter().map(|command| (full_name(command), about(command))).collect();
-    let about = "Each describes its options with --help.";
-    let listed = Section::new("Commands", about, ["command", "effect"], listed);
-    [listed].iter().chain(&sections()).for_each(|section| roff_section(&mut out, section));
-    Ok(out)
-}
-
-fn roff_section(out: &mut String, section: &Section) {
-    *out += &match section.level {
-        1 => format!(".SH {}\n", roff(&section.title.to_uppercase())),
-        _ => format!(".SS {}\n", roff(&section.title)),
-    };
-    if !section.about.is_empty() {
-        *out += &format!("{}\n", roff(section.about));
-    }
-    for (term, text) in &section.items {
-        *out += &format!(".TP\n\\fB{}\\fR\n{}\n", roff(term), roff(text));
-    }
-}
-
-/// Escapes a text for roff.
-fn roff(text: &str) -> String {
-    let text = text.replace('\\', "\\e").replace('-', "\\-");
-    if text.starts_with(['.', '\'']) { format!("\\&{text}") } else { text }
+    let mut page = Vec::new();
+    Man::new(arguments::command()).render(&mut page)?;
+    Ok(String::from_utf8_lossy(&page).into_owned())
 }
 
 pub(super) fn markdown_page() -> String {
     let sections = sections();
-    let titles = sections.iter().filter(|section| section.level == 1).map(|section| section.title.as_str());
+    let titles = sections.iter().map(|(title, _)| *title);
     let link = |title: &str| format!("- [{title}](#{})\n", title.to_lowercase().replace(' ', "-"));
     let contents: String = ["Command line"].into_iter().chain(titles).map(link).collect();
     let mut out = format!(
-        "# Reference\n\nThis page is generated by `mge man --markdown`. `mge man` prints the same as a manual page.\n\n\
+        "# Reference\n\nThis page is generated by `mge man --markdown`.\n\n\
          {contents}\n## Command line\n"
     );
     markdown_help(&mut out, "mge", arguments::grouped(arguments::command().bin_name("mge").term_width(100)));
     commands().into_iter().for_each(|command| markdown_help(&mut out, &full_name(&command), command));
-    sections.iter().for_each(|section| markdown_section(&mut out, section));
+    out.extend(sections.map(|(title, text)| format!("\n## {title}\n{text}")));
     out
 }
 
@@ -207,19 +158,6 @@ fn markdown_help(out: &mut String, name: &str, command: Command) {
     let help = command.render_help().to_string();
     let lines: Vec<&str> = help.lines().map(str::trim_end).collect();
     *out += &format!("\n### {name}\n\n```text\n{}\n```\n", lines.join("\n").trim());
-}
-
-fn markdown_section(out: &mut String, Section { level, title, about, columns: [terms, meanings], items }: &Section) {
-    *out += &format!("\n#{} {title}\n", "#".repeat(*level));
-    if !about.is_empty() {
-        *out += &format!("\n{about}\n");
-    }
-    if !items.is_empty() {
-        *out += &format!("\n| {terms} | {meanings} |\n|---|---|\n");
-    }
-    for (term, text) in items {
-        *out += &format!("| `{}` | {} |\n", cell(term), cell(text));
-    }
 }
 
 /// Escapes a text for a table cell.
@@ -244,7 +182,7 @@ mod tests {
     #[test]
     fn every_command_verb_action_and_setting_is_in_the_manual() {
         let (page, markdown) = (roff_page().unwrap(), markdown_page());
-        let contains = |text: &str| page.contains(&roff(text)) && markdown.contains(&cell(text));
+        let contains = |text: &str| markdown.contains(&cell(text));
         for verb in verbs() {
             assert!(contains(verb.help), "{}", verb.name);
         }
@@ -257,11 +195,5 @@ mod tests {
         }
         assert!(markdown.contains("| `ddpg.gamma` | 0.95 |"));
         assert!(page.starts_with(".ie") || page.contains(".TH mge"), "{}", &page[..80]);
-    }
-
-    #[test]
-    fn roff_requests_are_escaped() {
-        assert_eq!(roff(".x"), "\\&.x");
-        assert_eq!(roff("a-b \\"), "a\\-b \\e");
     }
 }

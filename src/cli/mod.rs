@@ -1,8 +1,6 @@
 //! The command line. Machine-readable results go to stdout, progress and messages to stderr.
 
 mod arguments;
-mod clusters;
-mod control;
 mod dynamics;
 mod interrupt;
 mod listing;
@@ -34,7 +32,6 @@ use mge_base::paths;
 use mge_trainer::batch::start_global_pool;
 
 use arguments::{Arguments, Command};
-use interrupt::brief;
 
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 128 and
 /// the number of a signal: ended by it (one line on stderr tells how to continue).
@@ -53,7 +50,7 @@ pub fn run() -> ExitCode {
         Err(error) => {
             let interrupted = error.downcast_ref::<interrupt::Interrupted>();
             let prefix = if interrupted.is_some() { "" } else { "error: " };
-            output::message(format_args!("{prefix}{error}{}", runs::instead_of(&*error)));
+            output::message(format_args!("{prefix}{error}"));
             interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }
@@ -66,7 +63,7 @@ fn adjusted(command: clap::Command) -> clap::Command {
     let is_path = |argument: &Arg| argument.get_value_parser().type_id() == ValueParser::path_buf().type_id();
     command
         .mut_args(|argument| match is_path(&argument) {
-            true => argument.value_parser(PathBufValueParser::new().try_map(paths::given)),
+            true => argument.value_parser(PathBufValueParser::new().map(paths::expanded)),
             false => argument,
         })
         .mut_args(|argument| match argument.get_env().is_some_and(is_empty) {
@@ -87,47 +84,38 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
     if let Some(word) = std::env::args_os().nth(1).map(PathBuf::from).filter(|word| runs::is_unknown(word)) {
         return Err(runs::no_such(&word).into());
     }
-    let plain = error.to_string();
-    if output::shown_lines(&plain) == plain {
-        // Writing fails if the terminal is closed.
-        let _ = error.print();
-    } else {
-        output::message_lines(&plain);
-    }
+    // Writing fails if the terminal is closed.
+    let _ = error.print();
     Ok(ExitCode::from(2))
 }
 
 fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
-    // Its threads block the signals, so that one arriving while handlers are registered stays pending.
-    interrupt::blocked(start_global_pool);
+    start_global_pool();
     let outcome = match command {
-        Command::Tasks(tasks) => brief(|| tasks::run(tasks)),
+        Command::Tasks(tasks) => tasks::run(tasks),
         Command::Puzzles(command) => puzzles::run(&command),
         Command::Simulate => physics::simulate(),
         Command::Play(play) => physics::play(&play),
         Command::Env { command } => physics::serve(&command),
         Command::Dynamics { command } => dynamics::run(command),
         Command::Selection { command } => selection::run(&command),
-        Command::Clusters(arguments) => brief(|| clusters::run(&arguments)),
+        Command::Clusters(arguments) => tasks::clusters(&arguments),
         Command::Train(train) => runs::train(&train),
-        Command::Config(config) => brief(|| settings::print(&config.name)),
+        Command::Config(config) => settings::print(&config.name),
         Command::Resume(resume) => runs::resume(&resume),
         Command::Fork(fork) => runs::fork(&fork),
-        Command::Runs(runs) => brief(|| listing::runs(&runs)),
-        Command::Show(show) => brief(|| listing::show(&show)),
-        Command::Compare(compare) => brief(|| listing::compare(&compare)),
-        Command::Delete(delete) => brief(|| runs::delete(&delete)),
-        Command::Rename(rename) => brief(|| runs::rename(&rename)),
-        Command::Pause(on) => brief(|| control::pause(&on.run)),
-        Command::Stop(on) => brief(|| control::stop(&on.run)),
-        Command::Epsilon(epsilon) => brief(|| control::epsilon(&epsilon.run, &epsilon.schedule)),
-        Command::Evaluate(evaluate) => brief(|| runs::evaluate(&evaluate)),
-        Command::Export(export) => brief(|| runs::export_actor(&export)),
-        Command::Figures(figures) => brief(|| runs::figures(&figures)),
+        Command::Runs(runs) => listing::runs(&runs),
+        Command::Show(show) => listing::show(&show),
+        Command::Compare(compare) => listing::compare(&compare),
+        Command::Delete(delete) => runs::delete(&delete),
+        Command::Rename(rename) => runs::rename(&rename),
+        Command::Evaluate(evaluate) => runs::evaluate(&evaluate),
+        Command::Export(export) => runs::export_actor(&export),
+        Command::Figures(figures) => runs::figures(&figures),
         Command::Script(script) => runs::script(&script),
         Command::Sweep(sweep) => sweeps::run(&sweep),
-        Command::Report(report) => brief(|| studies::report(&report)),
+        Command::Report(report) => studies::report(&report),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
         Command::Man(man) => manual::print(man.markdown),
         Command::Completions { shell } => manual::completions(shell),

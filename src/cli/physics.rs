@@ -56,9 +56,6 @@ fn play_actions(task: &str, actions: &Path) -> Outcome {
     let name = actions.display().to_string();
     let text = bounded::read(actions, bounded::TEXT).map_err(|error| format!("{name}: {error}"))?;
     let actions: Vec<Action> = json::parse(&text, &name)?;
-    let played = protocol::play_actions(task, &actions, output::stream())?;
-    if played < actions.len() {
-        output::message(format_args!("the episode was over after {played} of {} actions", actions.len()));
-    }
+    protocol::play_actions(task, &actions, output::stream())?;
     Ok(())
 }

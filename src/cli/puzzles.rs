@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate};
-use super::interrupt::{brief, in_batch};
+use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::runs::definitions;
 use super::{studies, sweeps};
-use mge_experiments::puzzles::{self, Bench, Criteria, Index};
+use mge_experiments::puzzles::{self, Bench, Criteria, Index, START_NOISE};
 use mge_experiments::sweep::{self, Sweep};
 use mge_results::ReportFolder;
 use mge_stats::Bootstrap;
@@ -21,13 +21,11 @@ pub fn run(command: &Puzzles) -> Outcome {
 }
 
 fn generate(arguments: &PuzzlesGenerate) -> Outcome {
-    let wanted = Index::new(arguments.seed, arguments.split, arguments.start_noise);
-    let criteria = Criteria { random_actions: arguments.random_actions, ..Criteria::default() };
+    let wanted = Index::new(arguments.seed, arguments.split, START_NOISE);
     let out = arguments.force.target(&arguments.out);
-    let index = in_batch(&arguments.jobs, |batch, on_progress| {
-        puzzles::generate(&wanted, arguments.count, &criteria, &out, batch, on_progress)
+    in_batch(&arguments.jobs, |batch, on_progress| {
+        puzzles::generate(&wanted, arguments.count, &Criteria::default(), &out, batch, on_progress)
     })?;
-    output::message(index.selection());
     Ok(output::line(arguments.out.join("index.json").display())?)
 }
 
@@ -48,7 +46,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     let mut trial = Sweep::parse(bench.sweep(&["task1".into()])?.as_bytes(), "--set")?;
     // The search for subgoals uses the model in any case.
     trial.jobs.iter_mut().for_each(|job| _ = job.set.remove("prior"));
-    sweeps::warn(&trial);
+    output::warnings(trial.warnings());
     let out = arguments.force.target(&arguments.out);
     ReportFolder::new(out.clone())?;
     sweep::check_results(&out)?;
@@ -59,12 +57,13 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     // Not from the file, which another process may have replaced.
     let sweep = Sweep::parse(text.as_bytes(), &file.display().to_string())?;
     let failures = sweeps::work(&sweep, &arguments.out, &arguments.jobs)?;
-    sweeps::write_results(&out, &failures)?;
+    // The failures are reported in the end, those of damaged runs among them.
+    if let Ok(path) = sweep::write_results(&out) {
+        output::line(path.display())?;
+    }
     let runs: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(&out.path)).filter(|run| run.exists()).collect();
     if failures.len() < sweep.jobs.len() {
-        brief(|| {
-            studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.jobs.quiet)
-        })?;
+        { studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.jobs.quiet) }?;
     }
-    sweeps::failure(&sweep, &failures)
+    Ok(sweep::no_failure(&sweep, &failures)?)
 }

@@ -1,27 +1,26 @@
 //! Commands on runs: `train`, `resume`, `fork`, `evaluate`, `export`, `figures`, `script`, and the
 //! workbench itself.
 
-use std::collections::BTreeSet;
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{self, ExitCode, Stdio};
 use std::sync::Arc;
 
 use clap::CommandFactory as _;
 use serde_json::json;
 
 use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Script, Train, Workbench};
-use super::control;
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
 use super::session::{RUNS, Viewer, follow, perform, use_folder};
 use crate::tui;
 use mge_agent::Ddpg;
-use mge_base::paths::given;
+use mge_base::paths::expanded;
 use mge_base::spelling::did_you_mean;
 use mge_base::text::counted;
 use mge_figures::DEFAULT_DPI;
-use mge_results::{Composition, find_runs, is_listed_run};
-use mge_run::{RunDirectory, RunError};
+use mge_results::{Composition, is_listed_run};
+use mge_run::RunError;
 use mge_task as task;
 use mge_trainer::set_the_same;
 use mge_workbench::{self as workbench, FigureKind, Output, RunView, Session, SessionError, command};
@@ -49,12 +48,27 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
     Ok(match tui::run(session, &options)? {
         tui::ExitReason::Quit => ExitCode::SUCCESS,
         tui::ExitReason::Background(runs) => {
-            control::continue_in_background(&runs)?;
+            continue_in_background(&runs)?;
             ExitCode::SUCCESS
         }
         tui::ExitReason::HungUp => ExitCode::from(129),
         tui::ExitReason::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
     })
+}
+
+/// Starts a process that continues runs after this one and its terminal have ended.
+fn continue_in_background(runs: &[PathBuf]) -> Outcome {
+    let runs: Vec<PathBuf> = runs.iter().map(std::fs::canonicalize).collect::<Result<_, _>>()?;
+    let mut command = process::Command::new("nohup");
+    command.arg(std::env::current_exe()?).args(["resume", "--quiet"]).args(&runs);
+    // In its own group, so that keys in the terminal do not send it signals.
+    command.process_group(0);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
+    for run in &runs {
+        output::message(format_args!("{} continues in the background", run.display()));
+    }
+    output::message("`mge` finds them again, and can pause and stop them");
+    Ok(())
 }
 
 /// Success rate of a solved task.
@@ -74,27 +88,9 @@ pub fn no_such(word: &Path) -> String {
     format!("`{word}` is neither a command nor the folder of a run{}", did_you_mean(commands, &word))
 }
 
-/// What to name in place of the folder of a run that does not exist: that of a run with this name.
-pub fn instead_of(error: &(dyn std::error::Error + 'static)) -> String {
-    let of_session = error.downcast_ref().and_then(|error| match error {
-        SessionError::Run(error) => Some(error),
-        _ => None,
-    });
-    let Some(RunError::NotARun(folder)) = of_session.or_else(|| error.downcast_ref()) else { return String::new() };
-    let is_named = |run: &PathBuf| {
-        run.file_name() == folder.file_name() || *RunDirectory::at(run).name() == *folder.to_string_lossy()
-    };
-    let named = find_runs(&[RUNS.into()]).unwrap_or_default().into_iter().find(is_named);
-    match named.filter(|_| !folder.exists()) {
-        Some(run) => format!(": the folder of the run with this name is {}", run.display()),
-        None if folder.exists() => String::new(),
-        None => ": the folder of a run is wanted, such as `mge runs` lists".to_owned(),
-    }
-}
-
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let runs = given(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()))?;
+    let runs = expanded(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()));
     let mut session = Session::on_task(&arguments.task, runs)?;
     let Train { method, seed, episodes, epsilon, model, .. } = arguments;
     let options = [
@@ -112,17 +108,18 @@ pub fn train(arguments: &Train) -> Outcome {
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
-    if arguments.detached {
-        control::detach()?;
-    }
-    let runs = runs_to_continue(arguments)?;
-    let Some(first) = runs.first() else { return Ok(()) };
     let interrupt = Interrupt::listen()?;
-    let mut session = Session::on_run(first)?;
+    // clap requires at least one.
+    let mut session = Session::on_run(&arguments.runs[0])?;
     if let Some(episodes) = arguments.episodes {
         session.apply(command::Episodes(episodes))?;
     }
-    for run in runs {
+    for run in &arguments.runs {
+        let before = RunView::open(run)?.config().episodes;
+        if let Some(episodes) = arguments.episodes.filter(|episodes| *episodes < before) {
+            let run = run.display();
+            return Err(format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer").into());
+        }
         match session.apply(command::Continue { folder: Some(run.clone()), until: None }) {
             // It is left as it is, and its result is printed.
             Err(SessionError::Finished { run: name, episodes }) => {
@@ -135,38 +132,6 @@ pub fn resume(arguments: &Resume) -> Outcome {
         }
     }
     follow(&mut session, 0, arguments.quiet, interrupt)
-}
-
-/// The runs that this process is to continue: those that are not paused by another one, which continues them.
-fn runs_to_continue(arguments: &Resume) -> Outcome<Vec<&PathBuf>> {
-    let mut runs = Vec::new();
-    let mut known = BTreeSet::new();
-    // A run that is named twice is continued once.
-    for run in
-        arguments.runs.iter().filter(|run| known.insert(run.canonicalize().unwrap_or_else(|_| run.to_path_buf())))
-    {
-        // A paused run continues where it is, but there its episodes cannot be changed.
-        match arguments.episodes {
-            None if control::resume(run)? => {}
-            Some(_) if control::is_paused(run)? => {
-                let again = shell_words::join(["mge", "resume", &run.to_string_lossy()]);
-                return Err(
-                    format!("{} is paused by another process: `{again}` continues it there", run.display()).into()
-                );
-            }
-            _ => runs.push(run),
-        }
-    }
-    if let Some(episodes) = arguments.episodes {
-        for run in &runs {
-            let (before, run) = (RunView::open(run)?.config().episodes, run.display());
-            if episodes < before {
-                let refusal = format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer");
-                return Err(refusal.into());
-            }
-        }
-    }
-    Ok(runs)
 }
 
 pub fn fork(arguments: &Fork) -> Outcome {
@@ -271,7 +236,7 @@ pub fn script(arguments: &Script) -> Outcome {
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, RUNS.into());
     use_folder(&mut session, &arguments.runs)?;
-    session.interrupt_with(interrupt.stop());
+    session.interrupt_with(&interrupt.stop);
     let mut viewer = Viewer::new(0, arguments.quiet);
     let outcome = script.run(&mut session, |output| match output {
         Output::Warning { place, warning } => viewer.warn(Some(&place), warning),

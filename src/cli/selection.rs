@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use super::arguments::{Selection, SelectionEvaluate, SelectionTrain};
-use super::interrupt::brief;
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use mge_selection::{Evaluation, Policy, Settings};
 use mge_task as task;
 
 pub fn run(command: &Selection) -> Outcome {
-    brief(|| match command {
+    match command {
         Selection::Train(arguments) => train(arguments),
         Selection::Evaluate(arguments) => evaluate(arguments),
-    })
+    }
 }
 
 fn train(arguments: &SelectionTrain) -> Outcome {

@@ -63,7 +63,7 @@ pub fn perform(session: &mut Session, command: impl Into<Command>, what: &str, q
         if is_idle {
             return Ok(report);
         }
-        if interrupt.is_requested() {
+        if interrupt.stop.is_requested() {
             session.cancel(&command);
         }
         std::thread::sleep(POLL_INTERVAL);
@@ -85,7 +85,7 @@ pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Inte
             break;
         }
         session.runs().iter().filter(followed).filter_map(RunView::phase).for_each(|now| viewer.progress.show(&now));
-        if interrupt.is_requested() && !stopping {
+        if interrupt.stop.is_requested() && !stopping {
             stopping = true;
             let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();
             for run in runs {

@@ -30,11 +30,6 @@ pub fn report(arguments: &Report) -> Outcome {
     let bootstrap = Bootstrap { resamples: arguments.resamples, seed: arguments.seed, ..Bootstrap::default() };
     let out = arguments.force.target(&arguments.out);
     if hold_measured(&arguments.runs)? {
-        if arguments.reference.is_some() {
-            return Err(
-                "--reference: dynamics models and counts of hits are not compared with one: leave it out".into()
-            );
-        }
         let left_out = report_measured(&arguments.runs, &out, &bootstrap, &command)?;
         if left_out > 0 {
             output::message(format_args!("{left_out} left out, as they are not finished or damaged"));

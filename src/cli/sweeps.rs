@@ -3,13 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::arguments::{Jobs, Sweep as Arguments};
-use super::interrupt::{brief, in_batch};
+use super::interrupt::in_batch;
 use super::output::{self, Outcome};
-use mge_base::atomic::Target;
 use mge_base::text::counted;
-use mge_experiments::ExperimentError;
 use mge_experiments::sweep::{self, Sweep};
-use mge_run::RunError;
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let sweep = match (&arguments.file, &arguments.one) {
@@ -19,7 +16,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     // A line of a plan is one of its runs, about which the plan has told.
     if arguments.file.is_some() {
-        warn(&sweep);
+        output::warnings(sweep.warnings());
     }
     let folder = folder(arguments);
     if arguments.plan || arguments.slurm {
@@ -30,10 +27,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
             true => sweep::plan(&sweep, &program, &folder)?,
             false => sweep::slurm(&sweep, &program, &folder, &name)?,
         };
-        let (jobs, (finished, begun)) = (sweep.jobs.len(), sweep::progress(&sweep, &folder)?);
-        let new = jobs - finished - begun;
         if !arguments.jobs.quiet {
-            output::message(format_args!("{}: {finished} finished, {begun} begun, {new} new", counted(jobs, "job")));
+            output::message(counted(sweep.jobs.len(), "job"));
         }
         return Ok(output::lines(text)?);
     }
@@ -42,39 +37,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         sweep::check_results(&to)?;
     }
     let failures = work(&sweep, &folder, &arguments.jobs)?;
-    if arguments.file.is_some() {
-        brief(|| write_results(&to, &failures))?;
-    } else {
-        for job in &sweep.jobs {
-            output::line(job.folder(&folder).display())?;
-        }
+    let written = arguments.file.is_some().then(|| sweep::write_results(&to));
+    sweep::no_failure(&sweep, &failures)?;
+    match written {
+        Some(written) => output::line(written?.display())?,
+        None => sweep.jobs.iter().try_for_each(|job| output::line(job.folder(&folder).display()))?,
     }
-    failure(&sweep, &failures)
-}
-
-/// Jobs that failed: their names and the reasons.
-type Failures = [(String, String)];
-
-/// Writes the table of a sweep's results, and prints its path.
-pub fn write_results(to: &Target, failures: &Failures) -> Outcome {
-    match sweep::write_results(to) {
-        Ok(path) => Ok(output::line(path.display())?),
-        // The failures are reported in the end, those of damaged runs among them.
-        Err(ExperimentError::Run(RunError::NoRuns(_) | RunError::Malformed { .. })) if !failures.is_empty() => Ok(()),
-        Err(error) => Err(error.into()),
-    }
-}
-
-/// The failures of a sweep as one error, if there are any.
-pub fn failure(sweep: &Sweep, failures: &Failures) -> Outcome {
-    let Some((name, reason)) = failures.first() else { return Ok(()) };
-    let (failed, all) = (failures.len(), sweep.jobs.len());
-    Err(format!("{failed} of {all} not finished, such as {name}: {reason}").into())
-}
-
-/// Shows the warnings about the trainings of a sweep.
-pub fn warn(sweep: &Sweep) {
-    output::warnings(sweep.warnings());
+    Ok(())
 }
 
 /// Runs a sweep with a progress display. Returns the failures: names and reasons.

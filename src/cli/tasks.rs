@@ -1,15 +1,15 @@
-//! `mge tasks`: list, check and propose subgoals.
+//! `mge tasks`: list, check and propose subgoals; `mge clusters`: the action prior of a task.
 
 use serde_json::json;
 
-use super::arguments::{Tasks, TasksCommand};
+use super::arguments::{Clusters, Tasks, TasksCommand};
 use super::output::{self, Outcome};
 use super::session::{guided, perform};
 use mge_base::atomic::Target;
 use mge_base::text::counted;
 use mge_task::{self as task, Task, TaskError};
 use mge_trainer::PriorSource;
-use mge_workbench::command;
+use mge_workbench::{SessionError, command};
 
 pub fn run(arguments: Tasks) -> Outcome {
     match arguments.command {
@@ -90,4 +90,14 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, to: Opti
         None => output::lines(task::to_json(&task))?,
     }
     Ok(())
+}
+
+/// The action prior of a task.
+pub fn clusters(arguments: &Clusters) -> Outcome {
+    let to = arguments.out.as_deref().map(|path| arguments.force.target(path));
+    let mut session = guided(&arguments.task, arguments.model.clone(), arguments.seed)?;
+    let is_saved = to.is_some();
+    perform(&mut session, command::Clusters(to), "clusters", false)?;
+    let prior = session.prior().ok_or(SessionError::NoClusters)?;
+    if is_saved { Ok(()) } else { Ok(output::lines(prior.to_json())?) }
 }

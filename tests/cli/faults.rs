@@ -63,42 +63,6 @@ fn a_run_in_use_is_refused() {
     let expected = format!("is in use by process {}", std::process::id());
     fail(mge(&folder, ["resume", "run", "--quiet"]), &expected);
     assert_eq!(metrics(&run), before);
-    fail(mge(&folder, ["epsilon", "run", "0.1"]), "has no action clusters");
-}
-
-/// A run of another process is controlled from a shell, also after it has detached from its terminal.
-#[test]
-fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = folder.path().join("run");
-    let ask = |arguments: &[&str]| succeed(mge(&folder, arguments));
-    let mut arguments = train("run", "1000000");
-    // A method that uses epsilon.
-    arguments.iter_mut().filter(|argument| **argument == "ddpg").for_each(|method| *method = "ddpg-adaptive");
-    let child = under_way(&arguments, &run, 3);
-    assert!(ask(&["pause", "run"]).ends_with(": paused\n"));
-    let at_rest = metrics(&run);
-    assert_eq!(ask(&["pause", "run"]), "already paused\n");
-    assert!(ask(&["epsilon", "run", "0.25"]).ends_with(": epsilon is now 0.25\n"));
-    assert_eq!(metrics(&run), at_rest, "a paused run continued");
-    fail(mge(&folder, ["resume", "run", "--episodes", "2000000"]), "is paused by another process");
-    assert!(ask(&["resume", "run"]).ends_with(": resumed\n"));
-    wait_until(|| metrics(&run) != at_rest);
-    assert!(ask(&["stop", "run"]).contains("requested by another process"));
-    assert!(ended(child).status.success());
-    let message = fail(mge(&folder, ["stop", "run"]), "no process is training");
-    assert!(message.contains("mge resume"), "{message}");
-    let shown = ask(&["show", "run"]);
-    assert!(shown.contains(": epsilon 0.25"), "the run has interventions\n{shown}");
-    assert!(ask(&["compare", "run", "run"]).contains(": epsilon 0.25"));
-
-    // The program installs its signal handlers before it trains.
-    let child = under_way(&["resume", "--detached", "--quiet", "run"], &run, metrics(&run).lines().count());
-    signal(&child, rustix::process::Signal::HUP);
-    let before = metrics(&run);
-    wait_until(|| metrics(&run) != before);
-    ask(&["stop", "run"]);
-    assert!(ended(child).status.success(), "a closed terminal ended a detached run");
 }
 
 /// Waits for a change that another process makes.
@@ -171,8 +135,7 @@ fn a_second_signal_ends_the_program_at_once() {
     use rustix::process::Signal;
     let folder = tempfile::tempdir().unwrap();
     // It blocks on its task, which is never written.
-    make_pipe(&folder.path().join("task.json"));
-    let mut child = listening("train task.json --method ddpg --quiet --out run", folder.path());
+    let mut child = listening("train /dev/stdin --method ddpg --quiet --out run", folder.path());
     signal(&child, Signal::TERM);
     // Earlier, it would count as the same signal.
     std::thread::sleep(mge::stop::SAME_SIGNAL * 2);
@@ -198,7 +161,8 @@ fn ended(mut child: std::process::Child) -> std::process::Output {
 #[cfg(target_os = "linux")]
 fn listening(line: &str, folder: &Path) -> std::process::Child {
     let mut command = program::command(folder, line.split_whitespace());
-    let child = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let pipe = std::process::Stdio::piped;
+    let child = command.stdin(pipe()).stdout(std::process::Stdio::null()).stderr(pipe()).spawn().unwrap();
     let begun = std::time::Instant::now();
     let listens = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
@@ -221,8 +185,6 @@ fn a_signal_ends_every_long_command_with_one_line() {
     for line in [
         "tasks propose task2 --subgoals 50",
         "clusters task5",
-        "evaluate run --episodes 1000000",
-        "dynamics evaluate bucket-box --launches 1000000 --quiet",
         "dynamics train --tools box --epochs 1000 --quiet --out m.safetensors",
     ] {
         let child = listening(line, folder.path());
@@ -529,7 +491,7 @@ fn a_damaged_checkpoint_is_reported() {
 fn settings_of_a_bench_are_checked_before_its_search_for_subgoals() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("p")).unwrap();
-    let index = r#"{"version": 1, "seed": 0, "split": "test", "start_noise": 0, "puzzles": []}"#;
+    let index = r#"{"version": 2, "seed": 0, "split": "test", "start_noise": 0, "puzzles": []}"#;
     std::fs::write(folder.path().join("p/index.json"), index).unwrap();
     let bench = |setting| mge(&folder, ["puzzles", "bench", "p", "--prepare", "--out", "out", "--set", setting]);
     fail(bench("foo=1"), "there is no setting `foo`");
@@ -562,7 +524,7 @@ fn results_do_not_replace_files_of_other_kinds() {
     let train = ["train", "task1", "--method", "ddpg", "--episodes", "1", "--set", "ddpg.hidden=8", "--quiet"];
     succeed(mge(&folder, train.into_iter().chain(["--out", "run"])));
     let config = std::fs::read(folder.path().join("run/config.json")).unwrap();
-    fail(mge(&folder, ["export", "run", "--out", "run/config.json"]), "written as `.safetensors`");
+    fail(mge(&folder, ["export", "run", "--out", "run/config.json"]), "exists and is not");
     fail(
         mge(&folder, ["clusters", "task1", "--out", "run/config.json"]),
         "exists and is not a file of action clusters",

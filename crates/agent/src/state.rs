@@ -121,7 +121,6 @@ impl Ddpg {
     /// The format of [`export_actor`](Self::export_actor).
     pub const ACTOR_FORMAT: Format<'static> = Format {
         name: "an exported actor",
-        suffix: "safetensors",
         is: &|found| TensorFile::from_bytes(found).is_ok_and(|file| file.metadata.contains_key("layers")),
     };
 

@@ -6,25 +6,14 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{PoisonError, RwLock};
 
 use tempfile::{Builder, TempDir, TempPath};
 
 use crate::bounded;
-use crate::paths::check_suffix;
 
 /// The names of temporary files and folders: a prefix, random letters and digits, a suffix. Together they are so
 /// unlikely to be the name of a user's file that leftovers can be removed by their names.
 const TEMPORARY: (&str, usize, &str) = (".mge-", 10, ".tmp");
-
-/// Read-locked during each write; [`end_writes`] takes the write lock.
-static WRITING: RwLock<()> = RwLock::new(());
-
-/// Waits until no file is being written, and blocks new writes while the result is held. For ending the program while
-/// other threads may be writing.
-pub fn end_writes() -> impl Sized {
-    WRITING.write().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// Replaces the file at `path` with `bytes`, or leaves it unchanged on error. Also removes temporary files that
 /// killed writers left in the folder.
@@ -33,7 +22,6 @@ pub fn end_writes() -> impl Sized {
 /// When the folder does not exist or is not writable, the disk is full, or `path` is a pipe or a device, which must
 /// not be replaced.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
     if let Err(error) = bounded::regular(path)
         && error.kind() == io::ErrorKind::InvalidInput
         && !path.is_dir()
@@ -57,8 +45,6 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 pub struct Format<'a> {
     /// What such a file is, as in "not a task".
     pub name: &'a str,
-    /// The suffix of such files, in place of which no suffix of another known format is accepted; empty if any is.
-    pub suffix: &'a str,
     /// Whether the content of a file has the format.
     pub is: &'a dyn Fn(&[u8]) -> bool,
 }
@@ -90,15 +76,11 @@ impl Target {
         Self { path: self.path.join(name), force: self.force }
     }
 
-    /// Checks that a file in the format may be written here: the path does not have the suffix of another format, and
-    /// an existing file is replaced only if it has the format.
+    /// Checks that a file in the format may be written here: an existing file is replaced only if it has the format.
     ///
     /// # Errors
     /// When it has not, is not a regular file, or cannot be read.
     pub fn check(&self, format: &Format<'_>) -> io::Result<()> {
-        if !format.suffix.is_empty() {
-            check_suffix(&self.path, format.suffix)?;
-        }
         if self.force && !self.path.is_dir() {
             return Ok(());
         }
@@ -249,7 +231,7 @@ mod tests {
     #[test]
     fn a_file_of_another_format_is_replaced_only_by_force() {
         let folder = tempfile::tempdir().unwrap();
-        let format = Format { name: "a list", suffix: "", is: &|found| found.starts_with(b"list") };
+        let format = Format { name: "a list", is: &|found| found.starts_with(b"list") };
         let target = Target::from(folder.path()).join("file");
         for content in [b"list 1", b"list 2"] {
             target.write(content, &format).unwrap();

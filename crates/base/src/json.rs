@@ -1,12 +1,12 @@
 //! JSON: parsing with errors that give the line, the column, the JSON path and the problem, and writing.
 
 use std::collections::BTreeSet;
-use std::{fmt, io};
+use std::io;
 
 use jsonc_parser::common::Ranged as _;
 use jsonc_parser::{CollectOptions, ParseOptions, ast, parse_to_ast};
-use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_path_to_error::{Path, Segment};
 
@@ -34,9 +34,7 @@ pub struct SyntaxError {
 /// # Errors
 /// When the text is not JSON or not a `T`.
 pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, SyntaxError> {
-    let refused =
-        |message| SyntaxError { origin: origin.to_owned(), line: 1, column: 1, path: ".".to_owned(), message };
-    let mut deserializer = serde_json::Deserializer::from_slice(without_mark(text).map_err(refused)?);
+    let mut deserializer = serde_json::Deserializer::from_slice(without_mark(text));
     let value = serde_path_to_error::deserialize(&mut deserializer)
         .map_err(|error| syntax_error(known_path(error.path()), error.inner(), origin))?;
     deserializer.end().map_err(|error| syntax_error(".".to_owned(), &error, origin))?;
@@ -69,39 +67,9 @@ pub fn pretty(data: &impl Serialize) -> String {
     serde_json::to_string_pretty(data).expect("plain data") + "\n"
 }
 
-/// The entries of a JSON object, in its order. A key that is given twice is an error: to keep only the last value, as
-/// other parsers do, would silently drop the first.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Entries(pub Vec<(String, Value)>);
-
-impl<'de> Deserialize<'de> for Entries {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Object;
-        impl<'de> Visitor<'de> for Object {
-            type Value = Entries;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object of settings and their values")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Entries, A::Error> {
-                let mut entries: Vec<(String, Value)> = Vec::new();
-                while let Some((key, value)) = map.next_entry::<String, Value>()? {
-                    if entries.iter().any(|(known, _)| *known == key) {
-                        return Err(A::Error::custom(format_args!("`{key}` is given twice")));
-                    }
-                    entries.push((key, value));
-                }
-                Ok(Entries(entries))
-            }
-        }
-        deserializer.deserialize_map(Object)
-    }
-}
-
 /// The format of results, which name the version of the program.
 pub const RESULTS: Format<'static> =
-    Format { name: "a file of results", suffix: "", is: &|found| keys(found).contains("mge_version") };
+    Format { name: "a file of results", is: &|found| keys(found).contains("mge_version") };
 
 /// Writes an object of plain data, indented. Files of results and those of objects with the same keys are replaced.
 ///
@@ -157,7 +125,7 @@ pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
 
 /// The line, from 1, on which the value at a JSON path begins, in valid JSON.
 pub fn line_of(text: &[u8], path: &str) -> Option<usize> {
-    let text = str::from_utf8(without_mark(text).ok()?).ok()?;
+    let text = str::from_utf8(without_mark(text)).ok()?;
     let parsed = parse_to_ast(text, &CollectOptions::default(), &ParseOptions::default()).ok()?;
     let start = start_of(&parsed.value?, String::new(), path)?;
     Some(1 + text[..start].matches('\n').count())

@@ -7,7 +7,7 @@ use crate::atomic::Format;
 use crate::text::printable;
 
 /// The format of reports: they have a paragraph that begins as [`made_by`].
-pub const REPORT: Format<'static> = Format { name: "a report", suffix: "", is: &is_report };
+pub const REPORT: Format<'static> = Format { name: "a report", is: &is_report };
 
 fn is_report(found: &[u8]) -> bool {
     // Reports of ablations of earlier versions do not tell the version.
@@ -37,12 +37,7 @@ pub fn text(text: &str) -> String {
 
 /// A code span for a paragraph or a list item.
 pub fn code(text: &str) -> String {
-    let text = printable(text);
-    let longest = text.split(|c| c != '`').map(str::len).max().unwrap_or(0);
-    let fence = "`".repeat(longest + 1);
-    // A backtick next to the fence would become part of it.
-    let pad = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
-    format!("{fence}{pad}{text}{pad}{fence}")
+    format!("`{}`", printable(text).replace('`', "'"))
 }
 
 /// A table row; each cell is escaped by [`text()`].
@@ -86,8 +81,7 @@ mod tests {
     #[test]
     fn code_ends_where_its_text_ends() {
         assert_eq!(code("mge report runs"), "`mge report runs`");
-        assert_eq!(code("a `` b"), "```a `` b```");
-        assert_eq!(code("`x`"), "`` `x` ``");
+        assert_eq!(code("a `` b"), "`a '' b`");
         assert_eq!(code("a\nb"), "`a\\nb`");
     }
 

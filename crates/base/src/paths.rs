@@ -1,6 +1,5 @@
 //! Paths as people write them: `~` for their home folder, suffixes in any case, and names of any length.
 
-use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -19,21 +18,6 @@ pub fn expanded(path: impl Into<PathBuf>) -> PathBuf {
     }
 }
 
-/// As [`expanded`], for paths of which the program may create a part.
-///
-/// # Errors
-/// When the first part is `~` and a name, for which a shell would give the home folder of that user, and nothing here
-/// has that name.
-pub fn given(path: impl Into<PathBuf>) -> Result<PathBuf, String> {
-    let path = expanded(path);
-    match path.iter().next().and_then(OsStr::to_str) {
-        Some(first) if first.len() > 1 && first.starts_with('~') && !Path::new(first).exists() => Err(format!(
-            "`{first}` is not known here as a home folder: give its full path, or `./{first}` for a name that begins so"
-        )),
-        _ => Ok(path),
-    }
-}
-
 /// The entries of a folder; none if it does not exist.
 ///
 /// # Errors
@@ -48,21 +32,6 @@ pub fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
 /// The extension of a path in lower case; empty if there is none.
 pub fn suffix(path: &Path) -> String {
     path.extension().and_then(|suffix| suffix.to_str()).unwrap_or_default().to_lowercase()
-}
-
-/// Checks that the suffix of an output does not name another format than that which is written to it.
-///
-/// # Errors
-/// What is written instead.
-pub fn check_suffix(path: &Path, written: &str) -> io::Result<()> {
-    const FORMATS: &str = "bin ckpt csv gif gz h5 html jpeg jpg json jsonl md mge npy npz onnx pdf pkl png pt pth \
-                           safetensors svg tex toml txt yaml zip";
-    let suffix = suffix(path);
-    if suffix == written || FORMATS.split(' ').all(|format| format != suffix) {
-        return Ok(());
-    }
-    let reason = format!("it is written as `.{written}`, not as `.{suffix}`: use that extension");
-    Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
 }
 
 /// The name `start` and `end`. If it is too long for a file system, a hash replaces the rest of `start`, so that equal
@@ -93,11 +62,6 @@ mod tests {
     #[test]
     fn suffixes_are_compared_without_case() {
         assert_eq!(["a.PNG", "b.x.Svg", "c", ".png"].map(|path| suffix(Path::new(path))), ["png", "svg", "", ""]);
-        for right in ["a.json", "a.JSON", "a", "a.level", "noise-0.5"] {
-            assert!(check_suffix(Path::new(right), "json").is_ok(), "{right}");
-        }
-        let error = check_suffix(Path::new("a.ONNX"), "safetensors").unwrap_err();
-        assert_eq!(error.to_string(), "it is written as `.safetensors`, not as `.onnx`: use that extension");
     }
 
     #[test]

@@ -6,18 +6,10 @@ pub const MAX_COMPARED_LENGTH: usize = 64;
 
 /// The known name most similar to the typed one, if any is similar enough.
 pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
-    nearest_to_any(known, [typed])
-}
-
-/// The known name most similar to one of several readings of what was typed, if any is similar enough.
-pub fn nearest_to_any<'a, const N: usize>(
-    known: impl IntoIterator<Item = &'a str>,
-    typed: [&str; N],
-) -> Option<&'a str> {
-    if typed.iter().any(|typed| typed.len() > MAX_COMPARED_LENGTH) {
+    if typed.len() > MAX_COMPARED_LENGTH {
         return None;
     }
-    let closeness = |name: &str| typed.iter().map(|typed| strsim::jaro_winkler(name, typed)).fold(0.0, f64::max);
+    let closeness = |name: &str| strsim::jaro_winkler(name, typed);
     let best = known.into_iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b)));
     best.filter(|name| closeness(name) > 0.75)
 }

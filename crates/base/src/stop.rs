@@ -2,17 +2,14 @@
 
 mod flag;
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::{Arc, Mutex};
+use std::panic::resume_unwind;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::bounded;
+use crossbeam_channel::{RecvTimeoutError, bounded};
 use educe::Educe;
 use rayon::ThreadPoolBuilder;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU};
-
-use crate::sync::lock;
 
 pub use flag::{Stop, Stopped};
 
@@ -80,14 +77,9 @@ pub fn run_abandonable<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Option<T> {
     let (sender, receiver) = bounded(1);
-    let work = Arc::new(Mutex::new(Some(work)));
-    let shared = work.clone();
     // A pool's own threads cannot be used: one of them waits here.
     let threads = rayon::current_thread_index().map(|_| rayon::current_num_threads());
     let body = move || {
-        // Nothing panics while the lock is held.
-        let Some(work) = lock(&shared).take() else { return };
-        let work = || catch_unwind(AssertUnwindSafe(work));
         let pool = threads.and_then(|threads| ThreadPoolBuilder::new().num_threads(threads).build().ok());
         // The receiver may have given up waiting.
         let _ = sender.send(match pool {
@@ -95,15 +87,12 @@ pub fn run_abandonable<T: Send + 'static>(
             None => work(),
         });
     };
-    if thread::Builder::new().name("mge-work".to_owned()).spawn(body).is_err() {
-        // No thread could be started: run the work here, to completion.
-        let work = lock(&work).take();
-        return work.map(|work| work());
-    }
+    let worker = thread::Builder::new().name("mge-work".to_owned()).spawn(body).expect("a thread can be started");
     let mut asked = None;
     loop {
         match receiver.recv_timeout(POLL_INTERVAL) {
-            Ok(outcome) => return Some(outcome.unwrap_or_else(|panic| resume_unwind(panic))),
+            Ok(done) => return Some(done),
+            Err(RecvTimeoutError::Disconnected) => resume_unwind(worker.join().expect_err("it ended without a result")),
             Err(_) if !is_stopped() => {}
             Err(_) if asked.get_or_insert_with(Instant::now).elapsed() < patience => {}
             Err(_) => return None,
@@ -113,6 +102,8 @@ pub fn run_abandonable<T: Send + 'static>(
 
 #[cfg(test)]
 mod tests {
+    use std::panic::catch_unwind;
+
     use super::*;
 
     #[test]

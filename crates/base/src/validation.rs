@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::json;
 use crate::text::{MAX_EXCERPT_LENGTH, excerpt};
 
 /// A well-formed value that is not allowed: its place and the reason.
@@ -166,39 +167,16 @@ impl Range {
 /// # Errors
 /// The first number that is out of its range.
 pub fn check_settings(config: &impl Serialize, settings: &[Setting]) -> Result<(), ValidationError> {
-    // Configurations are plain data, which always serialises. Infinite numbers and NaN become null.
-    let config = serde_json::to_value(config).expect("a configuration is plain data");
+    // Infinite numbers and NaN become null.
+    let config = json::to_value(config);
     for Setting { path, range, .. } in settings {
         let place = path.split('.').try_fold(&config, |value, name| value.get(name));
         if let Some(value) = place.filter(|value| !range.contains(value)) {
-            let value = if value.is_null() { "not a number".to_owned() } else { shortest(value) };
+            let value = if value.is_null() { "not a number".to_owned() } else { json::text(value) };
             return Err(ValidationError::new(path, format_args!("is {value}, but must be {range}")));
         }
     }
     Ok(())
-}
-
-/// The text of a value; numbers in their shortest single-precision form.
-fn shortest(value: &Value) -> String {
-    match value {
-        Value::Number(number) if number.is_f64() => {
-            number.as_f64().map_or_else(String::new, |x| Short(x as f32).to_string())
-        }
-        Value::Array(values) => format!("[{}]", values.iter().map(shortest).collect::<Vec<_>>().join(", ")),
-        _ => value.to_string(),
-    }
-}
-
-/// The paths of a configuration's numbers that are missing from the table, and of table rows that match none of its
-/// numbers.
-pub fn differences(config: &impl Serialize, settings: &[Setting]) -> Vec<String> {
-    let config = serde_json::to_value(config).unwrap();
-    let leaves = crate::json::leaf_values(&config);
-    let row = |path: &str| settings.iter().any(|setting| setting.path == path);
-    let is_number = |value: &Value| value.is_number() || value.get(0).is_some_and(Value::is_number);
-    let numbers = leaves.iter().filter(|(path, value)| is_number(value) && !row(path)).map(|(path, _)| path.clone());
-    let rows = settings.iter().map(|setting| setting.path.to_owned());
-    numbers.chain(rows.filter(|path| leaves.iter().all(|(known, _)| known != path))).collect()
 }
 
 #[cfg(test)]

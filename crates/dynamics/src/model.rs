@@ -181,7 +181,6 @@ impl Model {
     /// The format of files of models, of any version.
     pub const FORMAT: Format<'static> = Format {
         name: "a dynamics model",
-        suffix: "safetensors",
         is: &|found| TensorFile::from_bytes(found).is_ok_and(|file| file.metadata.contains_key("provenance")),
     };
 

@@ -11,7 +11,7 @@ use mge_base::atomic::{Format, Target};
 use mge_base::paths::suffix;
 
 /// The format of pictures: PNG and SVG with [`Provenance`].
-pub const PICTURE: Format<'static> = Format { name: "a figure", suffix: "", is: &is_picture };
+pub const PICTURE: Format<'static> = Format { name: "a figure", is: &is_picture };
 
 fn is_picture(found: &[u8]) -> bool {
     let has = |mark: &[u8]| found.windows(mark.len()).any(|part| part == mark);
@@ -113,7 +113,7 @@ fn write_with_table(to: &Target, bytes: &[u8], table: &Table) -> Result<(), Figu
         axes.iter().fold(String::from_utf8_lossy(first).into_owned(), |text, axis| text.replace(axis, "episode"))
     };
     let has_columns = |found: &[u8]| columns(found) == columns(&text);
-    let format = Format { name: "the table of such a figure", suffix: "", is: &has_columns };
+    let format = Format { name: "the table of such a figure", is: &has_columns };
     let of_picture = |source| FigureError::io(&to.path, source);
     to.check(&PICTURE).map_err(of_picture)?;
     beside.write(&text, &format).map_err(|source| FigureError::io(&beside.path, source))?;

@@ -142,11 +142,8 @@ impl ActionPrior {
     }
 
     /// The format of files of clusters.
-    pub const FORMAT: Format<'static> = Format {
-        name: "a file of action clusters",
-        suffix: "json",
-        is: &|found| serde_json::from_slice::<ActionPrior>(found).is_ok(),
-    };
+    pub const FORMAT: Format<'static> =
+        Format { name: "a file of action clusters", is: &|found| serde_json::from_slice::<ActionPrior>(found).is_ok() };
 
     /// The JSON text of the prior, as it is saved.
     pub fn to_json(&self) -> String {

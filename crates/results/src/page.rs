@@ -18,7 +18,6 @@ const GENERATOR: &str = "<meta name=\"generator\" content=\"mge\">";
 /// The format of such pages.
 pub const PAGE: Format<'static> = Format {
     name: "a report",
-    suffix: "",
     is: &|found| str::from_utf8(found).is_ok_and(|text| text.lines().take(10).any(|line| line == GENERATOR)),
 };
 

@@ -72,7 +72,6 @@ impl Policy {
     /// The format of files of policies, of any version.
     pub const FORMAT: Format<'static> = Format {
         name: "a policy",
-        suffix: "safetensors",
         is: &|found| TensorFile::from_bytes(found).is_ok_and(|file| entry(&file, "format") == FORMAT),
     };
 

@@ -179,7 +179,7 @@ pub fn to_json(task: &Task) -> String {
 }
 
 /// The format of tasks.
-pub const FORMAT: Format<'static> = Format { name: "a task", suffix: "json", is: &is_task };
+pub const FORMAT: Format<'static> = Format { name: "a task", is: &is_task };
 
 fn is_task(found: &[u8]) -> bool {
     str::from_utf8(found).is_ok_and(|text| parse(text, "").is_ok())

@@ -301,12 +301,25 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use mge_base::validation::differences;
+    use mge_base::validation::Setting;
     use mge_dynamics::{MODEL_SETTINGS, ModelConfig, TRAIN_SETTINGS, TrainConfig};
     use mge_task::{RULES, Rules, load};
 
     fn config() -> RunConfig {
         RunConfig::new(Arc::new(load("task1").unwrap()))
+    }
+
+    /// The paths of a configuration's numbers that are missing from the table, and of table rows that match none of its
+    /// numbers.
+    fn differences(config: &impl Serialize, settings: &[Setting]) -> Vec<String> {
+        let config = serde_json::to_value(config).unwrap();
+        let leaves = json::leaf_values(&config);
+        let row = |path: &str| settings.iter().any(|setting| setting.path == path);
+        let is_number = |value: &Value| value.is_number() || value.get(0).is_some_and(Value::is_number);
+        let numbers =
+            leaves.iter().filter(|(path, value)| is_number(value) && !row(path)).map(|(path, _)| path.clone());
+        let rows = settings.iter().map(|setting| setting.path.to_owned());
+        numbers.chain(rows.filter(|path| leaves.iter().all(|(known, _)| known != path))).collect()
     }
 
     #[test]

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::defaults;
 use super::setting::{SettingError, set_the_same};
 use mge_base::bounded;
-use mge_base::json::{self, Entries, SyntaxError};
+use mge_base::json::{self, SyntaxError};
 use mge_base::paths::expanded;
 use mge_base::spelling::did_you_mean;
 
@@ -27,7 +27,7 @@ pub enum SettingsFileError {
     /// It cannot be read.
     #[error("{name}: {source}: name a file of settings, or one of {}{hint}", CONFIGS.map(|(name, _)| name).join(", "))]
     Io { name: String, source: std::io::Error, hint: String },
-    /// It is not a JSON object, or has a key twice.
+    /// It is not a JSON object.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
     /// Two of its settings contradict each other.
@@ -64,7 +64,7 @@ pub fn settings_of(name: &Path) -> Result<Vec<(String, Value)>, SettingsFileErro
 
 /// The settings in the text of a file; `origin` names it in errors.
 pub(super) fn parsed(text: &[u8], origin: &str) -> Result<Vec<(String, Value)>, SettingsFileError> {
-    let Entries(entries) = json::parse(text, origin)?;
+    let entries: Map<String, Value> = json::parse(text, origin)?;
     let mut settings: Vec<(String, Value)> = Vec::new();
     for (key, value) in &entries {
         for (path, value) in json::leaf_values(value) {
@@ -106,9 +106,8 @@ mod tests {
             paths(r#"{"ddpg": {"ou": {"sigma": 0.1}, "target_clamp": [-1, 2]}, "method": "ddpg"}"#).unwrap().collect();
         assert_eq!(found, ["method", "ddpg.ou.sigma", "ddpg.target_clamp"]);
         for (text, expected) in [
-            (r#"{"seed": 1, "seed": 2}"#, "`seed` is given twice"),
             (r#"{"ddpg": {"gamma": 0.9}, "ddpg.gamma": 0.8}"#, "`ddpg.gamma` and `ddpg.gamma` set the same"),
-            ("[]", "expected an object of settings"),
+            ("[]", "expected a map"),
         ] {
             let error = paths(text).map(|_| ()).unwrap_err().to_string();
             assert!(error.starts_with("a.json") && error.contains(expected), "{error}");

@@ -19,7 +19,7 @@ const TITLE: &str = "# A recorded session: play it with `mge script FILE`.";
 
 /// The format of recorded scripts.
 pub(super) const SCRIPT: Format<'static> =
-    Format { name: "a recorded script", suffix: "", is: &|found| found.starts_with(TITLE.as_bytes()) };
+    Format { name: "a recorded script", is: &|found| found.starts_with(TITLE.as_bytes()) };
 
 /// The commands executed so far.
 #[derive(Debug, Clone, Default)]

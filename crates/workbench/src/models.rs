@@ -15,11 +15,8 @@ use mge_run::RunError;
 use mge_task as task;
 
 /// The format of saved evaluations.
-const EVALUATION: Format<'static> = Format {
-    name: "the evaluation of a model",
-    suffix: "",
-    is: &|found| serde_json::from_slice::<Evaluation>(found).is_ok(),
-};
+const EVALUATION: Format<'static> =
+    Format { name: "the evaluation of a model", is: &|found| serde_json::from_slice::<Evaluation>(found).is_ok() };
 
 /// The folder for models trained in the workbench.
 pub const MODELS: &str = "models";

@@ -27,7 +27,7 @@ pub struct DynamicsTrain {
     #[command(flatten)]
     pub force: Force,
     /// Seed of launches, weights and batches
-    #[arg(long, default_value_t = 0, value_parser = super::seed)]
+    #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Passes over the observations (paper: 5000, chosen from 1000, 2500, 5000, 10000) [default: 5000]
     #[arg(long)]
@@ -38,22 +38,16 @@ pub struct DynamicsTrain {
     /// Learning rate (paper: 1e-4, chosen from 1e-3, 1e-4, 1e-5) [default: 1e-4]
     #[arg(long)]
     pub learning_rate: Option<f32>,
-    /// Observations in a batch (paper: 128, chosen from 32, 64, 128, 256) [default: 128]
-    #[arg(long)]
-    pub batch: Option<usize>,
     /// One-step observations of each tool [default: 1000]
     #[arg(long)]
     pub observations: Option<usize>,
     /// Share of samples in which a second tool is near the ball without touching it [default: 0]
     #[arg(long)]
     pub bystanders: Option<f32>,
-    /// Any other setting by its name in a sweep file, such as edges=fully_connected, loss=huber:0.5, optimiser=sgd
+    /// Any other setting by its name in a sweep file, such as batch=64, edges=fully_connected, loss=huber:0.5, or
+    /// literal=true to follow the paper literally
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
-    /// Follow the paper literally: one prediction per action, positions only, trained with the
-    /// squared error and a constant learning rate
-    #[arg(long)]
-    pub literal: bool,
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
@@ -64,7 +58,7 @@ pub struct DynamicsEvaluate {
     /// Model file, or the name of a shipped model
     pub model: String,
     /// Seed of the fresh launches
-    #[arg(long, default_value_t = 1, value_parser = super::seed)]
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Fresh launches of each tool
     #[arg(long, default_value_t = 300, value_parser = count(1_000_000))]
@@ -85,7 +79,7 @@ pub struct Clusters {
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// Seed of rollouts and clusters
-    #[arg(long, default_value_t = 0, value_parser = super::seed)]
+    #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Write to this file instead of stdout
     #[arg(long)]

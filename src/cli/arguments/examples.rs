@@ -5,7 +5,7 @@ use clap::{Command, CommandFactory};
 use super::Arguments;
 
 /// Commands as typed; each is an example in the help of the command that it begins with.
-pub const EXAMPLES: [&str; 46] = [
+pub const EXAMPLES: [&str; 40] = [
     "mge runs/first",
     "mge tasks",
     "mge tasks check my-task.json",
@@ -29,15 +29,11 @@ pub const EXAMPLES: [&str; 46] = [
     "mge resume runs/first --episodes 3000",
     "mge fork runs/first --at 500 --set epsilon=0.1",
     "mge runs",
-    "mge runs sweeps/small --json",
     "mge show runs/first",
     "mge compare runs/first runs/plain",
     "mge delete runs/first",
     "mge delete --restore runs/first",
     "mge rename runs/first \"first try\"",
-    "mge pause runs/first",
-    "mge stop runs/first",
-    "mge epsilon runs/first linear:0.5:0:1000",
     "mge evaluate runs/first --episodes 20",
     "mge evaluate runs/first --checkpoint best --task task2",
     "mge export runs/first --out actor.safetensors",
@@ -49,9 +45,7 @@ pub const EXAMPLES: [&str; 46] = [
     "mge report sweeps/small --out report",
     "mge reproduce --quick",
     "mge man > mge.1",
-    "mge man --markdown",
     "mge completions bash > ~/.local/share/bash-completion/completions/mge",
-    "mge completions zsh > ~/.zfunc/_mge",
 ];
 
 /// The groups of commands, each by its first one.
@@ -131,7 +125,7 @@ mod tests {
         let of =
             |name: &str| help[..help.find(&format!("\n  {name} ")).unwrap() + 1].rfind(":\n").map(|at| &help[..at]);
         let title = |name: &str| of(name).and_then(|before| before.lines().last()).unwrap_or_default();
-        let found = ["tasks", "env", "clusters", "pause", "figures", "reproduce", "completions"].map(title);
+        let found = ["tasks", "env", "clusters", "fork", "figures", "reproduce", "completions"].map(title);
         let [tasks, models, training, runs, experiments, last] = GROUPS.map(|(_, title)| title);
         assert_eq!(found, [tasks, tasks, models, training, runs, experiments, last]);
     }

@@ -11,9 +11,7 @@ mod tasks;
 pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
 pub use examples::{command, grouped};
 pub use physics::{Env, Play};
-pub use runs::{
-    Compare, Config, Delete, Epsilon, Evaluate, Export, Figures, Fork, OnRun, Rename, Resume, Runs, Show, Train,
-};
+pub use runs::{Compare, Config, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Runs, Show, Train};
 pub use selection::{Selection, SelectionEvaluate, SelectionTrain};
 pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, Tasks, TasksCommand};
@@ -42,11 +40,6 @@ pub struct Arguments {
 /// A number from 1 to `most`.
 fn count(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=most)
-}
-
-/// A seed.
-fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("it is a whole number from 0 to {}", u64::MAX))
 }
 
 /// The first of consecutive seeds, of which at most a million follow.
@@ -154,16 +147,10 @@ pub enum Command {
     Train(Train),
     /// Print every effective setting of a method or a file of settings, with its source, as JSON
     Config(Config),
-    /// Continue runs from their latest checkpoints, or resume a run that another process has paused
+    /// Continue runs from their latest checkpoints
     Resume(Resume),
     /// Train a new run that branches off another at an episode, with other settings
     Fork(Fork),
-    /// Pause a run that another process trains, after its current episode
-    Pause(OnRun),
-    /// Stop a run that another process trains, with a checkpoint
-    Stop(OnRun),
-    /// Change the epsilon schedule of a run that another process trains
-    Epsilon(Epsilon),
     /// List runs: their states, progress, success and the time since they last changed
     Runs(Runs),
     /// Show a run: state, settings that are not the usual ones, results, notes
@@ -189,7 +176,7 @@ pub enum Command {
     /// Reproduce the whole study in one folder, with a report: the paper's figures, and all main methods from noisy
     /// starts; some hours on two cores, nine minutes with --quick
     Reproduce(Reproduce),
-    /// Print the manual page, with all keys and script commands: `mge man > mge.1`
+    /// Print the manual page: `mge man > mge.1`
     Man(Man),
     /// Print the completions of a shell
     Completions {

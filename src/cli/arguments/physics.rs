@@ -33,7 +33,7 @@ pub enum Env {
         #[arg(long, value_name = "SPLIT")]
         tools: Option<ToolSplit>,
         /// Seed of the start noise, random shifts and action sets until a reset sets another
-        #[arg(long, default_value_t = 0, value_parser = super::seed)]
+        #[arg(long, default_value_t = 0)]
         seed: u64,
     },
 }

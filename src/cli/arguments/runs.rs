@@ -24,7 +24,7 @@ pub struct Train {
     #[arg(long)]
     pub until_solved: bool,
     /// Master seed [default: 0]
-    #[arg(long, value_parser = super::seed)]
+    #[arg(long)]
     pub seed: Option<u64>,
     /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
     /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: depends on the method, mostly
@@ -64,9 +64,6 @@ pub struct Resume {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
-    /// Keep training when the terminal is closed
-    #[arg(long)]
-    pub detached: bool,
     /// New number of episodes, for runs that have fewer or ended before at the success of `stop.success`
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub episodes: Option<u32>,
@@ -136,22 +133,6 @@ pub struct Rename {
     pub run: PathBuf,
     /// The name; an empty one is that of the folder
     pub name: String,
-}
-
-/// A run that another process trains.
-#[derive(Debug, Args)]
-pub struct OnRun {
-    /// The run's folder
-    pub run: PathBuf,
-}
-
-/// A new epsilon schedule for a run that another process trains.
-#[derive(Debug, Args)]
-pub struct Epsilon {
-    /// The run's folder
-    pub run: PathBuf,
-    /// The schedule, such as 0.1 or linear:0.8:0.05:2000
-    pub schedule: EpsilonSchedule,
 }
 
 #[derive(Debug, Args)]

@@ -34,7 +34,7 @@ pub struct Sweep {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub force: Force,
-    /// Train nothing: print one command line per run, for GNU parallel, and on stderr how many exist
+    /// Train nothing: print one command line per run, for GNU parallel
     #[arg(long, visible_alias = "dry-run", requires = "file")]
     pub plan: bool,
     /// Train nothing: print a Slurm job-array script

@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
 use super::{Force, Format, Jobs, Print, count};
-use mge_experiments::puzzles::{START_NOISE, Split};
+use mge_experiments::puzzles::Split;
 use mge_physics::MAX_OBJECTS;
 use mge_trainer::{Method, PriorSource};
 
@@ -67,12 +67,6 @@ pub struct PuzzlesGenerate {
     /// Purpose of the puzzles; splits have different puzzles for the same seed
     #[arg(long, default_value = "test", value_parser = split())]
     pub split: Split,
-    /// Half width of the uniform noise on the ball's start, normalised
-    #[arg(long, default_value_t = START_NOISE, value_parser = start_noise)]
-    pub start_noise: f32,
-    /// Number of further random actions for the random hit rate in the index
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
-    pub random_actions: u64,
     /// Folder for the task files and index.json
     #[arg(long, default_value = "puzzles")]
     pub out: PathBuf,
@@ -116,12 +110,6 @@ pub struct PuzzlesBench {
     pub print: Print,
     #[command(flatten)]
     pub jobs: Jobs,
-}
-
-/// Parses the half width of the start noise, in the range that tasks allow.
-fn start_noise(text: &str) -> Result<f32, String> {
-    let noise: f32 = text.parse().map_err(|_| "must be a number".to_owned())?;
-    if (0.0..=1.0).contains(&noise) { Ok(noise) } else { Err("must be from 0 to 1".to_owned()) }
 }
 
 /// Reads a split, and lists them all in the help.

@@ -19,7 +19,7 @@ const FILE: &str = ".workbench.json";
 const SETTINGS: [&str; 5] = ["episodes", "epsilon", "prior", "stop.success", "stop.minutes"];
 /// The format of the file.
 const FORMAT: Format<'static> =
-    Format { name: "the choices of a session", suffix: "json", is: &|found| json::keys(found).contains("screen") };
+    Format { name: "the choices of a session", is: &|found| json::keys(found).contains("screen") };
 
 /// The choices of a session.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -375,7 +375,7 @@ fn another_task_is_replaced_only_by_force() {
 fn puzzles_replace_no_file_of_the_user() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let index = r#"{"version": 1, "seed": 0, "split": "test", "start_noise": 0.01, "puzzles": []}"#;
+    let index = r#"{"version": 2, "seed": 0, "split": "test", "start_noise": 0.01, "puzzles": []}"#;
     fs::create_dir(here.join("puzzles")).unwrap();
     fs::write(here.join("puzzles/index.json"), index).unwrap();
     train(here, "runs/a");

@@ -1,15 +1,13 @@
 //! Methods on generated puzzles: proposes subgoals for each puzzle, then writes a sweep over all of them.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
 use super::index::{Index, Puzzle};
-use crate::error::{ExperimentError, all_finished};
+use crate::error::{ExperimentError, finished};
 use mge_base::atomic::{Format, Target};
-use mge_base::sync::hold_folder;
 use mge_guidance::{GuidanceConfig, choose_subgoals};
 use mge_run::RunError;
 use mge_task as task;
@@ -20,7 +18,7 @@ use mge_trainer::{Method, PriorSource, RunConfig, rollout_model};
 const SWEEP: &str = "sweep.json";
 
 /// The format of such sweeps: their tasks are in the folder `tasks` of a bench.
-const FORMAT: Format<'static> = Format { name: "the sweep of a bench", suffix: "", is: &is_of_a_bench };
+const FORMAT: Format<'static> = Format { name: "the sweep of a bench", is: &is_of_a_bench };
 
 fn is_of_a_bench(found: &[u8]) -> bool {
     let sweep: Option<Map<String, Value>> = serde_json::from_slice(found).ok();
@@ -56,11 +54,13 @@ impl Bench {
     /// The [sweep](crate::sweep) over the tasks in these files.
     ///
     /// # Errors
-    /// [`ExperimentError::SettingOfOption`].
+    /// When a setting is also an option.
     pub fn sweep(&self, tasks: &[PathBuf]) -> Result<String, ExperimentError> {
         let of_option = |key: &str| ["task", "method", "seed", "episodes", "model", "prior"].contains(&key);
         if let Some((key, _)) = self.settings.iter().find(|(key, _)| of_option(key)) {
-            return Err(ExperimentError::SettingOfOption(key.clone()));
+            return Err(ExperimentError::Refused(format!(
+                "--set {key}=...: tasks, methods, seeds, episodes and model of a bench have options of their own"
+            )));
         }
         let mut sweep = Map::new();
         sweep.insert("task".into(), tasks.iter().map(|task| task.display().to_string()).collect());
@@ -89,59 +89,13 @@ impl Bench {
         sweep.check(&FORMAT).map_err(RunError::io("write", &sweep.path))?;
         let tasks = out.path.join("tasks");
         std::fs::create_dir_all(&tasks).map_err(RunError::io("create", &tasks))?;
-        self.claim(&tasks)?;
-        let mut missing = Vec::new();
-        for puzzle in &index.puzzles {
-            if !self.is_proposed(puzzle, &tasks)? {
-                missing.push(puzzle);
-            }
-        }
-        let jobs = missing.into_iter().map(|puzzle| self.proposal(puzzle, &tasks));
+        let missing = index.puzzles.iter().filter(|puzzle| !puzzle.path(&tasks).exists());
+        let jobs = missing.map(|puzzle| self.proposal(puzzle, &tasks));
         let jobs: Vec<Job<'_, (), ExperimentError>> = jobs.collect();
-        all_finished(batch.run(&jobs, on_progress)?)?;
+        finished(batch.run(&jobs, on_progress)?)?.1?;
         let text = self.sweep(&index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect::<Vec<_>>())?;
         sweep.write(text.as_bytes(), &FORMAT).map_err(RunError::io("write", &sweep.path))?;
         Ok((sweep.path, text))
-    }
-
-    /// Records in the folder of the proposals how they are searched for.
-    ///
-    /// # Errors
-    /// [`ExperimentError::OtherSearch`] when it holds proposals of another search.
-    fn claim(&self, tasks: &Path) -> Result<(), ExperimentError> {
-        let _alone = hold_folder(tasks, || true).map_err(RunError::io("write into", tasks))?;
-        let path = tasks.join("search.txt");
-        let text = format!("{} --subgoals {}\n", String::from(self.model.clone()), self.subgoals);
-        match mge_base::bounded::read_text(&path) {
-            Ok(known) if self.is_search(&known) => Ok(()),
-            Ok(_) => Err(ExperimentError::OtherSearch(tasks.to_owned())),
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                Ok(mge_base::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?)
-            }
-            Err(error) => Err(RunError::io("read", &path)(error).into()),
-        }
-    }
-
-    /// Whether the recorded search is this one, wherever the model's file was.
-    fn is_search(&self, recorded: &str) -> bool {
-        let Some((model, subgoals)) = recorded.trim_end().rsplit_once(" --subgoals ") else { return false };
-        PriorSource::from(model.to_owned()).identified() == self.model && subgoals == self.subgoals.to_string()
-    }
-
-    /// Whether a puzzle has its proposed subgoals already.
-    ///
-    /// # Errors
-    /// [`ExperimentError::OtherPuzzle`] when they are of another puzzle, as after a change of its file.
-    fn is_proposed(&self, puzzle: &Puzzle, tasks: &Path) -> Result<bool, ExperimentError> {
-        let [from, to] = [&self.puzzles, tasks].map(|folder| puzzle.path(folder));
-        if !to.exists() {
-            return Ok(false);
-        }
-        let [puzzle, proposed] = [&from, &to].map(|path| task::load(&path.display().to_string()));
-        let proposed = proposed?;
-        let mut puzzle = puzzle?.with_subgoals(proposed.subgoals.clone());
-        puzzle.search_actions = proposed.search_actions;
-        if puzzle == proposed { Ok(true) } else { Err(ExperimentError::OtherPuzzle(to)) }
     }
 
     /// The job that writes a puzzle with proposed subgoals into the folder of tasks.

@@ -63,23 +63,23 @@ enum Refusal {
 impl Criteria {
     /// Plays a layout at random until it is decided; None if it is a puzzle.
     fn refuse(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Refusal>, Stopped> {
-        let (nearest, mut count, mut verdict) = (Cell::new(f32::INFINITY), Count::default(), None);
+        let (nearest, mut episodes, mut goals, mut verdict) = (Cell::new(f32::INFINITY), 0, 0, None);
         let act = |env: &Environment, rng: &mut ChaCha8Rng| {
             let ([x, y], goal) = (to_normalised(env.snapshot().ball().position), task.goal.position);
             nearest.set(nearest.get().min((x - goal[0]).hypot(y - goal[1])));
             uniform_action(rng)
         };
         play(task, act, seed, stop, |env| {
-            count.episodes += 1;
-            count.goals += u64::from(env.snapshot().goal_reached());
-            verdict = self.judge(count, nearest.get());
+            episodes += 1;
+            goals += u64::from(env.snapshot().goal_reached());
+            verdict = self.judge(episodes, goals, nearest.get());
             verdict.is_none()
         })?;
         Ok(verdict.flatten())
     }
 
-    /// The verdict after some episodes in which the ball came this near to the goal; None as long as it is open.
-    fn judge(&self, Count { episodes, goals }: Count, nearest: f32) -> Option<Option<Refusal>> {
+    /// The verdict after some episodes, of which some reached the goal, and in which the ball came this near to the goal; None as long as it is open.
+    fn judge(&self, episodes: u64, goals: u64, nearest: f32) -> Option<Option<Refusal>> {
         let share = episodes as f64 / self.episodes as f64;
         let limit = share * self.most as f64;
         let margin = if episodes < self.episodes { CERTAINTY * (limit.sqrt() + 1.0) } else { 0.0 };
@@ -93,20 +93,12 @@ impl Criteria {
     }
 }
 
-/// Episodes, and those of them that reached the goal.
-#[derive(Debug, Clone, Copy, Default)]
-struct Count {
-    episodes: u64,
-    goals: u64,
-}
-
 /// Generates puzzles 0 to `count - 1` of the sequence of `wanted` in `folder`, with their index; existing ones
 /// are kept. A puzzle depends only on the sequence and its number, not on `count` or threads.
 ///
 /// # Errors
-/// [`ExperimentError::OtherPuzzles`] when the folder holds another sequence; [`ExperimentError::OtherPuzzle`], before the work,
-/// when another file is in the place of a puzzle; [`ExperimentError::Interrupted`], after the finished puzzles have been
-/// written; when files cannot be read or written.
+/// When the folder holds another sequence, or another file is in the place of a puzzle; [`ExperimentError::Interrupted`],
+/// after the finished puzzles have been written; when files cannot be read or written.
 pub fn generate(
     wanted: &Index,
     count: u64,
@@ -119,46 +111,26 @@ pub fn generate(
     let folder = &to.path;
     std::fs::create_dir_all(folder).map_err(RunError::io("create", folder))?;
     // Another process that generates into this folder would lose its part of the index.
-    let held = hold_folder(folder, || {
-        on_progress(&BatchProgress { message: "waiting for another process", ..BatchProgress::default() });
-        !batch.interrupt.is_requested()
-    })
-    .map_err(RunError::io("write into", folder))?;
+    let held = hold_folder(folder, || !batch.interrupt.is_requested()).map_err(RunError::io("write into", folder))?;
     if held.is_none() {
         return Err(ExperimentError::Interrupted { done: 0, jobs: count as usize });
     }
     let mut index = Index::load(folder)?.unwrap_or_else(|| wanted.clone());
     if !index.is_like(wanted) {
-        return Err(ExperimentError::OtherPuzzles(folder.clone()));
+        let refusal = "these puzzles have another seed, split or start noise: choose another folder with --out";
+        return Err(ExperimentError::Refused(format!("{}: {refusal}", folder.display())));
     }
     // A puzzle whose file is gone is generated again.
     index.puzzles.retain(|puzzle| puzzle.path(folder).exists());
     let known: Vec<u64> = index.puzzles.iter().map(|puzzle| puzzle.number).collect();
     let missing = (0..count).filter(|number| !known.contains(number));
     let missing: Vec<Search<'_>> = missing.map(|number| Search { number, index: wanted, criteria }).collect();
-    let names = index.puzzles.iter().map(|puzzle| puzzle.name.clone()).chain(missing.iter().map(Search::name));
-    names.map(|name| existing(&folder.join(format!("{name}.json")), &name)).try_for_each(|found| found.map(drop))?;
     let jobs: Vec<_> = missing.into_iter().map(|search| search.job(&to)).collect();
-    let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
+    let (found, ended) = finished(batch.run(&jobs, on_progress)?)?;
     index.puzzles.extend(found);
     index.puzzles.sort_by_key(|puzzle| puzzle.number);
     index.save(&to)?;
-    match interrupted {
-        0 => Ok(index),
-        _ => Err(ExperimentError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() }),
-    }
-}
-
-/// The task in the file of a puzzle; none if there is no such file.
-///
-/// # Errors
-/// [`ExperimentError::OtherPuzzle`] when it is not a task of this name.
-fn existing(path: &std::path::Path, name: &str) -> Result<Option<Task>, ExperimentError> {
-    if path.symlink_metadata().is_err() {
-        return Ok(None);
-    }
-    let task = task::load(&path.display().to_string()).ok().filter(|task| task.name == name);
-    task.map(Some).ok_or_else(|| ExperimentError::OtherPuzzle(path.to_owned()))
+    ended.map(|()| index)
 }
 
 /// The search for one puzzle: draws layouts until one is accepted.
@@ -178,54 +150,32 @@ impl<'a> Search<'a> {
         format!("{}-{}-{:04}", self.index.split.name(), self.index.seed, self.number)
     }
 
-    fn rng(&self) -> ChaCha8Rng {
-        Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed)
-    }
-
+    /// Draws layouts until one is accepted, measures how often random play solves it, and writes it into `folder`.
     fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, ExperimentError> {
-        let mut rng = self.rng();
-        let tell = |tried: u64| handle.report(format!("{}, {} tried", self.name(), counted(tried as usize, "layout")));
-        let (task, mut puzzle) = self.find(&mut rng, handle.stop(), tell)?;
-        // Other episodes than those by which the puzzle was chosen.
-        (puzzle.random_episodes, puzzle.random_goals) =
-            play_actions(&task, self.criteria.random_actions, rng.r#gen(), handle.stop())?;
-        let to = Target { path: puzzle.path(&folder.path), force: folder.force };
-        // A killed process may have written it already.
-        if existing(&to.path, &puzzle.name)?.is_some_and(|known| known != *task) {
-            return Err(ExperimentError::OtherPuzzle(to.path));
-        }
-        task::save(&task, to)?;
-        Ok(Some(puzzle))
-    }
-
-    /// Draws layouts until one is accepted; returns it with its row of the index, which lacks the random hit rate.
-    fn find(
-        &self,
-        rng: &mut ChaCha8Rng,
-        stop: &Stop,
-        on_progress: impl Fn(u64),
-    ) -> Result<(Arc<Task>, Puzzle), ExperimentError> {
+        let Self { number, index, criteria } = *self;
+        let mut rng = Stream::Puzzle { split: index.split as u64, number }.of(index.seed);
+        let (name, stop) = (self.name(), handle.stop());
         let (mut too_easy, mut too_hard) = (0, 0);
-        loop {
-            on_progress(too_easy + too_hard);
-            let task = Arc::new(layout(&self.name(), self.index.start_noise, rng));
+        let task = loop {
+            handle.report(format!("{name}, {} tried", counted(too_easy + too_hard, "layout")));
+            let task = Arc::new(layout(&name, index.start_noise, &mut rng));
             let seed = rng.r#gen();
             if task.validate().is_err() {
                 continue;
             }
-            match self.criteria.refuse(&task, seed, stop)? {
+            match criteria.refuse(&task, seed, stop)? {
                 Some(Refusal::TooEasy) => too_easy += 1,
                 Some(Refusal::TooHard) => too_hard += 1,
-                None => {
-                    let (number, name, placeable) = (self.number, task.name.clone(), task.placeable.kind);
-                    let tools = task.tool_set();
-                    let (random_episodes, random_goals) = (0, 0);
-                    let puzzle =
-                        Puzzle { number, name, tools, placeable, too_easy, too_hard, random_episodes, random_goals };
-                    return Ok((task, puzzle));
-                }
+                None => break task,
             }
-        }
+        };
+        // Other episodes than those by which the puzzle was chosen.
+        let (random_episodes, random_goals) = play_actions(&task, criteria.random_actions, rng.r#gen(), stop)?;
+        let (tools, placeable) = (task.tool_set(), task.placeable.kind);
+        let puzzle = Puzzle { number, name, tools, placeable, too_easy, too_hard, random_episodes, random_goals };
+        // A killed process may have written the same already.
+        task::save_as(&task, Target { path: puzzle.path(&folder.path), force: folder.force })?;
+        Ok(Some(puzzle))
     }
 }
 
@@ -290,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_layout_is_judged_as_soon_as_its_rate_is_certain() {
-        let judge = |episodes, goals, nearest| Criteria::default().judge(Count { episodes, goals }, nearest);
+        let judge = |episodes, goals, nearest| Criteria::default().judge(episodes, goals, nearest);
         let (near, far) = (0.1, 0.5);
         assert_eq!(judge(1, 1, near), None, "one goal proves nothing");
         assert_eq!(judge(10, 9, near), Some(Some(Refusal::TooEasy)));

@@ -14,10 +14,9 @@ use mge_physics::ToolKind;
 use mge_run::RunError;
 use mge_task::{TaskError, check_name};
 
-/// The format version that this program writes.
+/// The format version that this program writes. Puzzles of version 1, which were chosen by the success of guided play,
+/// are read too.
 const VERSION: u32 = 2;
-/// The version of puzzles that were chosen by the success of guided play, which are read too.
-const GUIDED_VERSION: u32 = 1;
 /// Name of the index in its folder.
 const FILE: &str = "index.json";
 
@@ -51,7 +50,7 @@ pub struct Index {
     pub puzzles: Vec<Puzzle>,
 }
 
-/// A generated puzzle and how difficult it is. Rows of version 1 have further fields, of guided play.
+/// A generated puzzle and how difficult it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Puzzle {
     /// Its number, from 0.
@@ -106,9 +105,16 @@ impl Index {
     /// When it is invalid, has another version, or the name of a puzzle is not a plain file name.
     pub fn parse(text: &[u8], path: &Path) -> Result<Self, ExperimentError> {
         let origin = path.display().to_string();
-        let index: Self = json::parse(text, &origin).map_err(ExperimentError::NoIndex)?;
-        if ![GUIDED_VERSION, VERSION].contains(&index.version) {
-            return Err(ExperimentError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
+        let index: Self = json::parse(text, &origin).map_err(|error| {
+            ExperimentError::Refused(format!(
+                "{error}: it is no index of puzzles: choose a folder that `mge puzzles generate` has written"
+            ))
+        })?;
+        if !(1..=VERSION).contains(&index.version) {
+            let found = index.version;
+            return Err(ExperimentError::Refused(format!(
+                "{origin}: the index has format version {found}, this program reads version {VERSION}: generate the puzzles again"
+            )));
         }
         index.validate().map_err(|error| TaskError::Invalid { origin, error })?;
         Ok(index)
@@ -136,16 +142,6 @@ impl Index {
         let sequence = |index: &Self| (index.version, index.seed, index.split, index.start_noise);
         sequence(self) == sequence(other)
     }
-
-    /// How its puzzles were chosen, in a line.
-    pub fn selection(&self) -> String {
-        let count = |of: fn(&Puzzle) -> u64| self.puzzles.iter().map(of).sum::<u64>();
-        let (puzzles, too_easy, too_hard) = (self.puzzles.len(), count(|one| one.too_easy), count(|one| one.too_hard));
-        let drawn = puzzles as u64 + too_easy + too_hard;
-        format!(
-            "layouts: {drawn}, of which too easy for uniform play: {too_easy}, too hard: {too_hard}; puzzles: {puzzles}"
-        )
-    }
 }
 
 #[cfg(test)]
@@ -156,11 +152,11 @@ mod tests {
     fn an_index_names_only_files_of_its_folder() {
         let parse = |name: &str, noise: &str| {
             let puzzle = format!(
-                r#"{{"number": 0, "name": "{name}", "tools": [], "placeable": "box", "subgoals": 0, "actions_needed": 1,
-                "guided_episodes": 1, "guided_goals": 1, "random_episodes": 1, "random_goals": 0}}"#
+                r#"{{"number": 0, "name": "{name}", "tools": [], "placeable": "box", "too_easy": 0,
+                "too_hard": 0, "random_episodes": 1, "random_goals": 0}}"#
             );
             let text = format!(
-                r#"{{"version": 1, "seed": 0, "split": "test", "start_noise": {noise}, "puzzles": [{puzzle}]}}"#
+                r#"{{"version": 2, "seed": 0, "split": "test", "start_noise": {noise}, "puzzles": [{puzzle}]}}"#
             );
             Index::parse(text.as_bytes(), Path::new("index.json")).map_err(|error| error.to_string())
         };

@@ -101,19 +101,19 @@ pub fn reproduce(
 ) -> Result<Report, ExperimentError> {
     let folder = folder.into();
     let to = ReportFolder::new(folder.clone())?;
-    if folder.path.join("plan.json").exists() {
-        return Err(ExperimentError::EarlierStudy(folder.path));
-    }
     let place = std::path::absolute(&folder.path).map_err(RunError::io("find", &folder.path))?;
     let mut part = |number: u32, name: &str, file: &str, folder: Target| {
         let sweep = moved(file, &place, seed)?;
-        work(&sweep, &folder, batch, &mut |now| {
+        sweep::check_results(&folder)?;
+        let failures = sweep::run(&sweep, &folder.path, batch, &mut |now| {
             let message = match now.message {
                 "" => format!("part {number} of 3, {name}: {} of {} done", now.ended - now.failed, now.jobs),
                 message => format!("part {number} of 3, {name}: {message}"),
             };
             on_progress(&BatchProgress { message: &message, ..*now });
         })?;
+        sweep::no_failure(&sweep, &failures)?;
+        sweep::write_results(&folder)?;
         Ok::<_, ExperimentError>(sweep)
     };
     let models = part(1, "models", &study.models, folder.join("models"))?;
@@ -126,20 +126,4 @@ pub fn reproduce(
     write_figures(&results, &report, &means.hits, &figures, command, dpi, batch.interrupt)?;
     to.write(&report, &report.to_markdown(&means, &bootstrap, command)?)?;
     Ok(report)
-}
-
-/// Does the missing work of a sweep of the study, and writes its table.
-fn work(
-    sweep: &Sweep,
-    folder: &Target,
-    batch: &Batch<'_>,
-    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<(), ExperimentError> {
-    sweep::check_results(folder)?;
-    let failures = sweep::run(sweep, &folder.path, batch, on_progress)?;
-    if let Some((name, reason)) = failures.first() {
-        let (name, reason) = (name.clone(), reason.clone());
-        return Err(ExperimentError::NotFinished { failed: failures.len(), jobs: sweep.jobs.len(), name, reason });
-    }
-    sweep::write_results(folder).map(drop)
 }

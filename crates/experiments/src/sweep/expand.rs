@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::file::{Axis, Choice, Grid, SweepFile, invalid};
+use super::file::{Axis, Choice, Grid, grids, invalid};
 use super::hits::{HitJob, Policy};
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
@@ -15,6 +15,7 @@ use mge_base::json;
 use mge_base::paths::fitting;
 use mge_base::spelling::did_you_mean;
 use mge_base::validation::ValidationError;
+use mge_dynamics::model_name;
 use mge_run::RunError;
 use mge_trainer::{RunConfig, set_the_same, settings_of, warnings};
 
@@ -72,10 +73,8 @@ impl Sweep {
     /// # Errors
     /// At the first mistake, with its line or JSON path, and a suggestion for an unknown name.
     pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
-        let file = SweepFile::parse(text, origin)?;
-        file.check_size().map_err(|problem| invalid(text, origin, ".", problem))?;
         let mut jobs: Vec<Job> = Vec::new();
-        for (path, grid) in &file.grids {
+        for (path, grid) in &grids(text, origin)? {
             let wrong = |problem: ValidationError| invalid(text, origin, path, problem);
             for job in expand(grid).map_err(wrong)? {
                 // Plain DDPG ignores thresholds, and grids may overlap: duplicates are dropped.
@@ -93,7 +92,7 @@ impl Sweep {
             }
         }
         if jobs.is_empty() {
-            let problem = ValidationError::new(".", "makes no run: give a `task` and other settings, and exclude less");
+            let problem = ValidationError::new(".", "makes no run: give a `task` and other settings");
             return Err(ExperimentError::Invalid { origin: origin.to_owned(), problem });
         }
         Ok(Self { jobs })
@@ -115,7 +114,7 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
         }
         "dynamics" => grid.expand(|chosen| {
             let job = ModelJob::new(chosen)?;
-            Ok((job.base_name(), job.training.seed, Work::Dynamics(Box::new(job))))
+            Ok((model_name(&job.model, &job.tools), job.training.seed, Work::Dynamics(Box::new(job))))
         }),
         "hits" => absolute_paths(grid).expand(|chosen| {
             let job = HitJob::new(chosen, &mut agents)?;
@@ -172,7 +171,9 @@ impl Work {
     /// effect.
     fn omits_from_name(&self, key: &str) -> bool {
         match self {
-            Self::Train(config) => super::training::is_omitted_from_name(config, key),
+            Self::Train(config) => {
+                ["task", "method", "seed"].contains(&key) || !config.uses(super::training::setting(key))
+            }
             Self::Dynamics(_) => ["tools", "seed"].contains(&key),
             Self::Hits(job) => {
                 let is_unused = job.policy != Policy::Guided && ["build", "model", "prior"].contains(&key);

@@ -5,9 +5,9 @@ use std::sync::LazyLock;
 
 use serde_json::{Map, Value};
 
-use super::values::{Distribution, Samples, are_same, expanded, of_kind};
+use super::values::{Distribution, Samples, expanded, of_kind};
 use crate::error::ExperimentError;
-use mge_base::json::{self, Entries};
+use mge_base::json;
 use mge_base::text::without_mark;
 use mge_base::validation::ValidationError;
 use mge_task::shipped;
@@ -24,13 +24,6 @@ static LISTS: LazyLock<Vec<String>> = LazyLock::new(|| {
         json::leaf_values(&config).into_iter().filter(|(path, value)| !path.starts_with("task.") && value.is_array());
     lists.map(|(path, _)| path).collect()
 });
-
-/// The content of a sweep file: one grid, or several.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct SweepFile {
-    /// The grids, with their JSON paths: `.` if there is only one.
-    pub grids: Vec<(String, Grid)>,
-}
 
 /// Settings and their values, in file order.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -87,33 +80,26 @@ impl<'a> Choice<'a> {
     }
 }
 
-impl SweepFile {
-    /// Reads a sweep file; `origin` names it in errors.
-    ///
-    /// # Errors
-    /// At the first mistake, with its line.
-    pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
-        // The parser reports a text in another encoding.
-        let is_list = without_mark(text).is_ok_and(|text| text.trim_ascii_start().starts_with(b"["));
-        let objects: Vec<Entries> = if is_list { json::parse(text, origin)? } else { vec![json::parse(text, origin)?] };
-        let mut grids = Vec::new();
-        for (number, object) in objects.into_iter().enumerate() {
-            let path = if is_list { format!("[{number}]") } else { ".".to_owned() };
-            let grid = Grid::new(object).map_err(|problem| invalid(text, origin, &path, problem))?;
-            grids.push((path, grid));
-        }
-        Ok(Self { grids })
+/// Reads a sweep file: its grids, with their JSON paths, `.` if there is only one. `origin` names it in errors.
+///
+/// # Errors
+/// At the first mistake, with its line, and when there are too many combinations.
+pub(super) fn grids(text: &[u8], origin: &str) -> Result<Vec<(String, Grid)>, ExperimentError> {
+    let is_list = without_mark(text).trim_ascii_start().starts_with(b"[");
+    let objects: Vec<Map<String, Value>> =
+        if is_list { json::parse(text, origin)? } else { vec![json::parse(text, origin)?] };
+    let (mut grids, mut count) = (Vec::new(), Some(0usize));
+    for (number, object) in objects.into_iter().enumerate() {
+        let path = if is_list { format!("[{number}]") } else { ".".to_owned() };
+        let grid = Grid::new(object).map_err(|problem| invalid(text, origin, &path, problem))?;
+        count = count.and_then(|count| count.checked_add(grid.count()?));
+        grids.push((path, grid));
     }
-
-    /// Checks that the number of combinations is not too large.
-    pub fn check_size(&self) -> Result<(), ValidationError> {
-        let count = self.grids.iter().try_fold(0usize, |sum, (_, grid)| sum.checked_add(grid.count()?));
-        if count.is_some_and(|count| count <= MAX_COMBINATIONS) {
-            return Ok(());
-        }
+    if count.is_none_or(|count| count > MAX_COMBINATIONS) {
         let message = format!("makes more than {MAX_COMBINATIONS} combinations: shorten the lists");
-        Err(ValidationError::new(".", message))
+        return Err(invalid(text, origin, ".", ValidationError::new(".", message)));
     }
+    Ok(grids)
 }
 
 /// The error at the JSON path of a problem, in the grid at the path `grid`, with its line.
@@ -125,7 +111,7 @@ pub(super) fn invalid(text: &[u8], origin: &str, grid: &str, problem: Validation
 
 impl Grid {
     /// The grid of an object of settings.
-    fn new(Entries(entries): Entries) -> Result<Self, ValidationError> {
+    fn new(entries: Map<String, Value>) -> Result<Self, ValidationError> {
         let (mut grid, mut samples, mut drawn) = (Self::default(), None, Vec::new());
         for (key, value) in entries {
             match (key.as_str(), value) {
@@ -182,8 +168,10 @@ impl Grid {
             };
             combinations = combinations.into_iter().flat_map(longer).collect();
         }
-        combinations
-            .retain(|chosen| !self.exclude.iter().any(|excluded| excluded.iter().all(|axis| axis.covers(chosen))));
+        let has_one = |axis: &Axis, chosen: &[Choice<'_>]| {
+            chosen.iter().any(|choice| choice.key() == axis.key && axis.values.contains(choice.value()))
+        };
+        combinations.retain(|chosen| !self.exclude.iter().any(|all| all.iter().all(|axis| has_one(axis, chosen))));
         combinations
     }
 
@@ -219,12 +207,6 @@ impl Axis {
         }
         let (values, has_range) = expanded(&key, values)?;
         Ok(Self { key, values, is_list: is_list || has_range, is_sampled: false })
-    }
-
-    /// Whether a combination has one of its values.
-    fn covers(&self, chosen: &[Choice<'_>]) -> bool {
-        let is_one = |choice: &Choice<'_>| self.values.iter().any(|value| are_same(value, choice.value()));
-        chosen.iter().any(|choice| choice.key() == self.key && is_one(choice))
     }
 }
 

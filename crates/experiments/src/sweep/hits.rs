@@ -118,7 +118,7 @@ impl HitJob {
             }
             Policy::Random => {
                 let config = DdpgConfig::default();
-                let (actor, mut noise) = (self.untrained(&config)?, OrnsteinUhlenbeck::new(2, config.ou));
+                let (actor, mut noise) = (self.untrained(&config), OrnsteinUhlenbeck::new(2, config.ou));
                 self.play(stop, |env, rng| {
                     if env.snapshot().actions() == 0 {
                         noise.reset();
@@ -133,8 +133,9 @@ impl HitJob {
     }
 
     /// The initial actor of a training with this seed.
-    fn untrained(&self, config: &DdpgConfig) -> Result<Ddpg, ValidationError> {
-        Ddpg::new(observation_len(&self.task), 2, config, &mut Stream::AgentWeights.of(self.seed))
+    fn untrained(&self, config: &DdpgConfig) -> Ddpg {
+        let agent = Ddpg::new(observation_len(&self.task), 2, config, &mut Stream::AgentWeights.of(self.seed));
+        agent.expect("the usual configuration is valid")
     }
 
     fn play(
@@ -169,7 +170,7 @@ mod tests {
         };
         let prior = PriorSource::Uniform;
         let job = HitJob { task: task.clone(), policy: Policy::Random, prior, build: 3, episodes: 1, seed: 3 };
-        let actor = job.untrained(&config).unwrap().act(&observation);
+        let actor = job.untrained(&config).act(&observation);
         assert_eq!(actor, of(Stream::AgentWeights.of(3)));
         assert_ne!(actor, of(Stream::Episode.of(3)), "weights and start noise share a stream");
     }

@@ -60,4 +60,4 @@ pub use plan::{plan, slurm};
 pub(crate) use results::results_of;
 pub use results::{check_results, write_results};
 pub use summary::{Summary, hold_measured, report_measured};
-pub use work::{check, progress, result_in, run};
+pub use work::{check, no_failure, result_in, run};

@@ -14,7 +14,7 @@ use mge_base::stop::Stop;
 use mge_base::validation::ValidationError;
 use mge_dynamics::{
     DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, ToolSet, TrainConfig,
-    TrainedModel, TrainingOutcome, canonical_tool_set, checkpoint_of, evaluate, model_name, train_to_file,
+    TrainedModel, TrainingOutcome, canonical_tool_set, checkpoint_of, evaluate, train_to_file,
 };
 use mge_physics::ToolKind;
 use mge_task as task;
@@ -56,16 +56,12 @@ pub struct ModelResult {
     pub rollout_error: Vec<f64>,
     /// As `one_step_error`, of the predictions in which the ball was deflected. This and what follows is missing in
     /// results of earlier versions.
-    #[serde(default)]
     pub one_step_contact_error: Option<f64>,
     /// As `action_error`, of the launches in which the ball was deflected.
-    #[serde(default)]
     pub action_contact_error: Option<f64>,
     /// Share of the predicted hits of the next stage, in these scenes, that were real. None if none was predicted.
-    #[serde(default)]
     pub precision: Option<f64>,
     /// Share of the real hits of the next stage that were predicted.
-    #[serde(default)]
     pub recall: Option<f64>,
 }
 
@@ -128,21 +124,11 @@ impl ModelJob {
         serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", json::text(value)))
     }
 
-    /// The prefix of its name.
-    pub(super) fn base_name(&self) -> String {
-        model_name(&self.model, &self.tools)
-    }
-
-    /// Number of epochs to train.
-    pub(super) fn epochs(&self) -> u64 {
-        u64::from(self.training.epochs)
-    }
-
     /// Trains and evaluates the model in `folder`, or does the missing part of it. None if it was stopped
     /// before the end.
     pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, ExperimentError> {
         let path = folder.join(MODEL);
-        let done = once(folder, self, || {
+        let done = once(folder, || {
             let (model, training) = (self.model.clone(), self.training.clone());
             let on_progress = |now: &Progress| handle.set_done(u64::from(now.epoch));
             let trained = train_to_file(&path, model, training, &self.tools, command, handle.stop(), on_progress)?;

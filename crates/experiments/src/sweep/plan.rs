@@ -1,6 +1,5 @@
 //! Plans of a sweep for many machines: one command per job, for GNU parallel or Slurm.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::Value;
@@ -17,7 +16,7 @@ const SCRIPT: &str = include_str!("slurm.sh");
 /// again does only the missing work. `program` and `folder` should be absolute.
 ///
 /// # Errors
-/// [`ExperimentError::NoLine`] if one of the two paths cannot be part of a line of text.
+/// When one of the two paths cannot be part of a line of text.
 pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, ExperimentError> {
     commands(sweep.jobs.iter().map(|job| job.alone.to_string()), program, folder)
 }
@@ -26,22 +25,16 @@ pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, Expe
 fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, ExperimentError> {
     for path in [program, folder] {
         if path.to_str().is_none_or(|path| path.contains(['\n', '\r'])) {
-            return Err(ExperimentError::NoLine(path.to_owned()));
+            return Err(ExperimentError::Refused(format!(
+                "{path:?} has a line break or is not UTF-8, and a plan is text with one command per line: choose another \
+                 folder with --out"
+            )));
         }
     }
     let mut text = String::new();
     for sweep in sweeps {
-        let words = [
-            program.display().to_string(),
-            "sweep".to_owned(),
-            "--one".to_owned(),
-            sweep,
-            "--out".to_owned(),
-            folder.display().to_string(),
-            "--quiet".to_owned(),
-        ];
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "{}", shell_words::join(words));
+        let (program, folder) = (program.display().to_string(), folder.display().to_string());
+        text += &(shell_words::join([&*program, "sweep", "--one", &sweep, "--out", &folder, "--quiet"]) + "\n");
     }
     Ok(text)
 }

@@ -48,11 +48,8 @@ pub(super) enum Kind {
     Hits,
 }
 
-// Their names in messages.
-mge_base::names!(Kind { Agent = "an agent", Model = "a dynamics model", Hits = "a count of hits" });
-
 /// The kind of a run in a sweep's folder.
-pub(super) fn kind_of(path: &Path) -> Result<Kind, RunError> {
+fn kind_of(path: &Path) -> Result<Kind, RunError> {
     let directory = RunDirectory::open(path)?;
     let config: Value = directory.config()?;
     Ok(match config.get("policy") {
@@ -63,11 +60,9 @@ pub(super) fn kind_of(path: &Path) -> Result<Kind, RunError> {
 }
 
 /// The formats of the two files of results.
-const TABLE: Format<'static> =
-    Format { name: "a table of results", suffix: "", is: &|found| found.starts_with(b"run,state,") };
+const TABLE: Format<'static> = Format { name: "a table of results", is: &|found| found.starts_with(b"run,state,") };
 const ROWS: Format<'static> = Format {
     name: "a file of results",
-    suffix: "",
     is: &|found| ["kind", "rows", "version"].iter().all(|key| json::keys(found).contains(*key)),
 };
 
@@ -98,14 +93,15 @@ pub fn write_results(folder: &Target) -> Result<PathBuf, ExperimentError> {
 
 /// The results of the runs that can be read, and why the first of the others cannot.
 pub(super) fn readable_results(folder: &Path) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
-    let mut paths = runs_of(folder)?;
+    // Without others that the folder may hold beside them.
+    let mut paths = find_runs(&[folder.join("runs")])?;
     paths.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
     results_of(&paths)
 }
 
 /// The results of those of these runs that can be read, and why the first of the others cannot.
 pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
-    Ok(match common_kind(paths, [])? {
+    Ok(match common_kind(paths) {
         Kind::Agent => {
             let read = RunReader::default().read(paths, &mut |_| {});
             let damaged = read.unreadable.into_iter().next();
@@ -116,31 +112,9 @@ pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<Experimen
     })
 }
 
-/// The runs of a sweep, without others that its folder may hold beside them.
-pub(super) fn runs_of(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
-    find_runs(&[folder.join("runs")])
-}
-
-/// The runs that a sweep's folder already has.
-pub(super) fn runs_so_far(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
-    match runs_of(folder) {
-        Err(RunError::NoRuns(_)) => Ok(Vec::new()),
-        Err(_) if !folder.join("runs").exists() => Ok(Vec::new()),
-        found => found,
-    }
-}
-
-/// The common kind of all runs that can be read, and of work that is `planned`.
-pub(super) fn common_kind(
-    paths: &[PathBuf],
-    planned: impl IntoIterator<Item = (Kind, PathBuf)>,
-) -> Result<Kind, ExperimentError> {
-    // A damaged run has no kind.
-    let held = paths.iter().filter_map(|path| Some((kind_of(path).ok()?, path.clone())));
-    let mut all = held.chain(planned);
-    let Some((known, first)) = all.next() else { return Ok(Kind::Agent) };
-    let Some((kind, second)) = all.find(|(kind, _)| *kind != known) else { return Ok(known) };
-    Err(ExperimentError::Mixed { first, first_kind: known.name(), second, second_kind: kind.name() })
+/// The kind of the first run that can be read: a folder of a sweep holds one kind.
+pub(super) fn common_kind(paths: &[PathBuf]) -> Kind {
+    paths.iter().find_map(|path| kind_of(path).ok()).unwrap_or(Kind::Agent)
 }
 
 /// The columns of one kind of work, after those of the run and its state.

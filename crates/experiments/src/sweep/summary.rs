@@ -1,6 +1,6 @@
 //! Results over the seeds, of dynamics models and of counts of hits: their report.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
@@ -18,9 +18,6 @@ use mge_stats::{Bootstrap, Estimate, StatsError, TaskScores, aggregate};
 pub struct Summary {
     /// The groups, in the order of their first rows.
     pub groups: Vec<Group>,
-    /// Of dynamics models with several tool sets: for each combination of the other settings that all tool sets have, the
-    /// mean over the tool sets.
-    pub over_tools: Vec<Group>,
     /// Names of the settings in which they differ.
     settings: Vec<String>,
     /// Names of what was measured.
@@ -69,21 +66,16 @@ impl Summary {
                 None => rows.push((own, vec![row])),
             }
         }
-        let group = |settings: Choice, strata: &[&[&Row]]| {
+        let group = |(settings, rows): (Choice, Vec<&Row>)| {
             let estimate = |name: &String| {
-                let values = |rows: &&[&Row]| rows.iter().filter_map(|row| row[name].as_f64()).collect();
-                let values: Vec<Vec<f64>> = strata.iter().map(values).collect();
-                let is_measured = values.iter().all(|values| !values.is_empty());
-                let mean = || bootstrap.stratified(&TaskScores::new(values)?, aggregate::mean);
-                Ok((name.clone(), is_measured.then(mean).transpose()?))
+                let values: Vec<f64> = rows.iter().filter_map(|row| row[name].as_f64()).collect();
+                let mean = || bootstrap.stratified(&TaskScores::new(vec![values.clone()])?, aggregate::mean);
+                Ok((name.clone(), (!values.is_empty()).then(mean).transpose()?))
             };
             let measures = measures.iter().map(estimate).collect::<Result<_, StatsError>>()?;
-            Ok(Group { settings, count: strata.iter().map(|rows| rows.len()).sum(), measures })
+            Ok(Group { settings, count: rows.len(), measures })
         };
-        let over_tools = over_tools(&rows).into_iter().map(|(settings, strata)| group(settings, &strata));
-        let over_tools = over_tools.collect::<Result<_, StatsError>>()?;
-        let groups = rows.into_iter().map(|(settings, rows)| group(settings, &[&rows]));
-        Ok(Self { groups: groups.collect::<Result<_, StatsError>>()?, over_tools, settings, measures })
+        Ok(Self { groups: rows.into_iter().map(group).collect::<Result<_, StatsError>>()?, settings, measures })
     }
 
     /// The summary as a Markdown table.
@@ -91,7 +83,7 @@ impl Summary {
         let (settings, measures) = (self.settings.iter(), self.measures.iter());
         let mut text =
             markdown::header(settings.map(String::as_str).chain(["seeds"]).chain(measures.map(String::as_str)));
-        for Group { settings, count, measures } in self.groups.iter().chain(&self.over_tools) {
+        for Group { settings, count, measures } in &self.groups {
             let cells = measures.iter().map(|(_, estimate)| estimate.map_or_else(|| "none".to_owned(), format_mean));
             let first = settings.iter().map(|(_, value)| value.clone()).chain([count.to_string()]);
             text += &markdown::row(first.chain(cells));
@@ -105,25 +97,6 @@ type Choice = Vec<(String, String)>;
 /// A row of results.
 type Row = BTreeMap<String, Value>;
 
-/// The rows of each tool set, for each combination of the other settings that all tool sets have; none if there is only
-/// one tool set.
-fn over_tools<'a>(rows: &'a [(Choice, Vec<&Row>)]) -> Vec<(Choice, Vec<&'a [&'a Row]>)> {
-    const TOOLS: &str = "tools";
-    let tools = |choice: &Choice| choice.iter().find(|(name, _)| name == TOOLS).map(|(_, value)| value.clone());
-    let sets: BTreeSet<String> = rows.iter().filter_map(|(choice, _)| tools(choice)).collect();
-    let mut found: Vec<(Choice, Vec<&[&Row]>)> = Vec::new();
-    for (choice, rows) in rows.iter().filter(|_| sets.len() > 1) {
-        let mut choice = choice.clone();
-        choice.iter_mut().filter(|(name, _)| name == TOOLS).for_each(|(_, value)| *value = "mean".to_owned());
-        match found.iter_mut().find(|(known, _)| *known == choice) {
-            Some((_, strata)) => strata.push(rows),
-            None => found.push((choice, vec![rows])),
-        }
-    }
-    found.retain(|(_, strata)| strata.len() == sets.len());
-    found
-}
-
 /// A mean with its interval: counts without decimals, errors and shares with four.
 fn format_mean(Estimate { value, lower, upper }: Estimate) -> String {
     let digits = if value >= 10.0 { 0 } else { 4 };
@@ -133,9 +106,9 @@ fn format_mean(Estimate { value, lower, upper }: Estimate) -> String {
 /// Whether these folders hold dynamics models or counts of hits.
 ///
 /// # Errors
-/// When they hold no runs, or runs of several kinds.
+/// When they hold no runs.
 pub fn hold_measured(folders: &[PathBuf]) -> Result<bool, ExperimentError> {
-    Ok(common_kind(&find_runs(folders)?, [])? != Kind::Agent)
+    Ok(common_kind(&find_runs(folders)?) != Kind::Agent)
 }
 
 /// Writes `report.md` and `report.json` of the models or counts in `folders` to `out`. `command` reproduces them. Returns
@@ -154,7 +127,10 @@ pub fn report_measured(
     let (results, damaged) = results_of(&paths)?;
     let summary = Summary::new(&results, bootstrap)?;
     if summary.groups.is_empty() {
-        return Err(damaged.unwrap_or(ExperimentError::NothingFinished { all: results.rows.len() }));
+        return Err(damaged.unwrap_or_else(|| {
+            let all = results.rows.len();
+            ExperimentError::Refused(format!("none of {all} is finished: the command of their sweep continues them"))
+        }));
     }
     let damaged = damaged.map_or_else(String::new, |error| format!("Left out, as it is damaged: {error}.\n\n"));
     let left_out = paths.len() - summary.groups.iter().map(|group| group.count).sum::<usize>();

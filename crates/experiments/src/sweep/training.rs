@@ -7,12 +7,11 @@ use super::file::{Axis, Choice, Grid};
 use mge_base::identity::FileId;
 use mge_base::json;
 use mge_base::paths::expanded;
-use mge_base::spelling::{did_you_mean, nearest};
 use mge_base::validation::ValidationError;
 use mge_dynamics::tool_set_name;
 use mge_guidance::EpsilonSchedule;
 use mge_task::{self as task, Task};
-use mge_trainer::{Method, ModelFile, PriorSource, RunConfig, SettingError, check_model, config_keys, set_the_same};
+use mge_trainer::{ModelFile, PriorSource, RunConfig, check_model, set_the_same};
 
 /// Aliases of settings, as on the command line.
 const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
@@ -23,12 +22,6 @@ const TOOLS: &str = "{tools}";
 /// The path of the setting with this name in a sweep file.
 pub(super) fn setting(key: &str) -> &str {
     ALIASES.iter().find(|(alias, _)| *alias == key).map_or(key, |(_, setting)| setting)
-}
-
-/// Whether a setting is left out of the list in a run's name, because it is in the prefix or suffix or has no
-/// effect.
-pub(super) fn is_omitted_from_name(config: &RunConfig, key: &str) -> bool {
-    ["task", "method", "seed"].contains(&key) || !config.uses(setting(key))
 }
 
 /// The content of the files that a setting names by their path, which may change while the content stays.
@@ -55,14 +48,8 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     grid
 }
 
-/// Refuses a setting given under two names, with its group, or with an alternative to it.
+/// Refuses a setting given twice, also under another name, with its group, or with an alternative to it.
 pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
-    for (alias, name) in ALIASES {
-        let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
-        if has(alias) && has(name) {
-            return Err(ValidationError::new(alias, format!("is another name of `{name}`: give only one of them")));
-        }
-    }
     for (index, axis) in grid.axes.iter().enumerate() {
         let same = |other: &&Axis| set_the_same(setting(&other.key), setting(&axis.key));
         if let Some(other) = grid.axes[..index].iter().find(same) {
@@ -112,22 +99,19 @@ impl Agents {
 
     /// A configuration with the chosen values of settings.
     fn with_settings(&mut self, start: &RunConfig, chosen: &[Choice<'_>]) -> Result<RunConfig, ValidationError> {
-        let (mut config, mut out_of_range) = (start.clone(), None);
+        let mut config = start.clone();
         for choice in chosen {
             let text = json::text(choice.value());
             config = match setting(choice.key()) {
                 // Read only once.
                 "prior" => RunConfig { prior: self.source(&text, &config.task), ..config },
-                key => config.with_unchecked_setting(key, &text).map_err(|error| explain(choice, &config, &error))?,
+                key => config.with_unchecked_setting(key, &text).map_err(|error| choice.wrong(error))?,
             };
-            if out_of_range.is_none() {
-                out_of_range = config.validate().err().map(|error| choice.wrong(error));
-            }
         }
-        if let Some(error) = out_of_range {
-            // A setting may be in range only together with a later one.
-            config.validate().map_err(|_| error)?;
-        }
+        config.validate().map_err(|error| {
+            let of_error = |choice: &&Choice<'_>| set_the_same(setting(choice.key()), &error.path);
+            chosen.iter().find(of_error).map_or_else(|| error.clone(), |choice| choice.wrong(&error))
+        })?;
         Ok(config)
     }
 
@@ -141,9 +125,6 @@ impl Agents {
     /// The task of a combination.
     pub fn task(&mut self, chosen: &[Choice<'_>]) -> Result<Arc<Task>, ValidationError> {
         let Some(choice) = chosen.iter().find(|choice| choice.key() == "task") else {
-            if let Some(key) = chosen.iter().map(Choice::key).find(|key| nearest(["task"], key).is_some()) {
-                return Err(ValidationError::new(key, format!("there is no setting `{key}`: did you mean `task`?")));
-            }
             let shipped = task::shipped().iter().map(|task| task.name.clone()).collect::<Vec<_>>().join(", ");
             let message = format!("is missing: name one or more of {shipped}, or task files");
             return Err(ValidationError::new("task", message));
@@ -170,20 +151,6 @@ impl Agents {
         self.models.insert(key);
         Ok(())
     }
-}
-
-/// A setting's error at its path; also suggests names that exist only in sweeps.
-fn explain(choice: &Choice<'_>, config: &RunConfig, error: &SettingError) -> ValidationError {
-    let key = choice.key();
-    if key == "method" {
-        let known: Result<Method, String> = json::text(choice.value()).parse();
-        return choice.wrong(known.err().unwrap_or_else(|| error.to_string()));
-    }
-    let SettingError::Unknown { .. } = error else { return choice.wrong(error) };
-    let keys = config_keys(config);
-    let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
-    let hint = did_you_mean(keys.iter().map(String::as_str).chain(others), key);
-    choice.wrong(format_args!("there is no setting `{key}`{hint}"))
 }
 
 #[cfg(test)]

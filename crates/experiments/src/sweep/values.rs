@@ -97,8 +97,3 @@ impl Distribution {
 pub(super) fn of_kind<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, ValidationError> {
     serde_json::from_value(value).map_err(|error| ValidationError::new(key, json::message(&error)))
 }
-
-/// Whether two values are the same, numbers as numbers: 1 is 1.0.
-pub(super) fn are_same(one: &Value, other: &Value) -> bool {
-    one == other || (one.is_number() && one.as_f64() == other.as_f64())
-}

@@ -1,6 +1,5 @@
 //! Runs the jobs of a sweep as a batch.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -8,10 +7,9 @@ use serde::de::DeserializeOwned;
 
 use super::expand::{Job, Sweep, Work};
 use super::plan;
-use super::results::{Kind, common_kind, kind_of, runs_so_far};
 use crate::error::ExperimentError;
 use mge_base::{atomic, json};
-use mge_run::{RunDirectory, RunError, RunState, read_optional};
+use mge_run::{RunDirectory, RunError, read_optional};
 use mge_trainer::RunConfig;
 use mge_trainer::batch::{self, Batch, BatchProgress, JobFailure, train_to_end};
 
@@ -24,38 +22,21 @@ impl Job {
         sweep.join("runs").join(&self.name)
     }
 
-    /// Refuses a folder of this name that holds a run with other settings, or a damaged one.
+    /// Refuses a folder of this name that holds a run with other settings.
     fn check_folder(&self, sweep: &Path) -> Result<(), ExperimentError> {
-        self.compare(&self.folder(sweep)).map_err(|error| match error {
-            ExperimentError::Run(error @ RunError::Malformed { .. }) => ExperimentError::DamagedRun(error),
-            error => error,
-        })
-    }
-
-    /// Compares the job with what is in its folder.
-    fn compare(&self, folder: &Path) -> Result<(), ExperimentError> {
-        let folder = folder.to_owned();
+        let folder = self.folder(sweep);
         let directory = match RunDirectory::open(&folder) {
             Err(RunError::NotARun(_)) => return Ok(RunDirectory::at(&folder).check_room()?),
             opened => opened?,
         };
-        if kind_of(&folder)? != self.kind() {
-            return Err(ExperimentError::OtherRun(folder));
-        }
         let same = match &self.work {
-            Work::Train(config) => {
-                let found = RunConfig::of(&directory)?;
-                let same_but_model = RunConfig { prior: config.prior.clone(), ..found.clone() };
-                if !found.trains_as(config) && same_but_model.trains_as(config) {
-                    let [found, wanted] = [found.prior, config.prior.clone()].map(String::from);
-                    return Err(ExperimentError::OtherModel { folder, found, wanted });
-                }
-                found.trains_as(config)
-            }
+            Work::Train(config) => RunConfig::of(&directory)?.trains_as(config),
             Work::Dynamics(job) => **job == directory.config()?,
             Work::Hits(job) => **job == directory.config()?,
         };
-        if same { Ok(()) } else { Err(ExperimentError::OtherRun(folder)) }
+        let refusal = "holds a run with other settings than the sweep asks for, or with another model: choose another \
+                       folder with --out, or remove it";
+        if same { Ok(()) } else { Err(ExperimentError::Refused(format!("{} {refusal}", folder.display()))) }
     }
 
     /// Creates the run, unless another process has done so, which may have done it for another sweep.
@@ -70,19 +51,11 @@ impl Job {
         self.check_folder(sweep)
     }
 
-    fn kind(&self) -> Kind {
-        match &self.work {
-            Work::Train(_) => Kind::Agent,
-            Work::Dynamics(_) => Kind::Model,
-            Work::Hits(_) => Kind::Hits,
-        }
-    }
-
     /// Its amount of work in the episodes of a training or the epochs of a model.
     fn size(&self) -> u64 {
         match &self.work {
             Work::Train(config) => config.episodes.into(),
-            Work::Dynamics(model) => model.epochs(),
+            Work::Dynamics(model) => model.training.epochs.into(),
             Work::Hits(count) => count.episodes.into(),
         }
     }
@@ -95,7 +68,7 @@ impl Job {
             match &self.work {
                 Work::Train(config) => Ok(train_to_end(&folder, config, handle)?),
                 Work::Dynamics(model) => model.run(&folder, &plan::provenance(self), handle),
-                Work::Hits(count) => once(&folder, count, || Ok(Some(count.count(handle.stop())?))),
+                Work::Hits(count) => once(&folder, || Ok(Some(count.count(handle.stop())?))),
             }
         })
     }
@@ -107,7 +80,7 @@ impl Job {
 /// When it cannot be read, or is damaged.
 pub fn result_in<T: DeserializeOwned>(folder: &Path) -> Result<Option<T>, ExperimentError> {
     let file = folder.join(RESULT);
-    let read = |bytes: Vec<u8>| json::parse(&bytes, &file.display().to_string()).map_err(ExperimentError::Result);
+    let read = |bytes: Vec<u8>| Ok::<_, ExperimentError>(json::parse(&bytes, &file.display().to_string())?);
     read_optional(&file)?.map(read).transpose()
 }
 
@@ -115,15 +88,9 @@ pub fn result_in<T: DeserializeOwned>(folder: &Path) -> Result<Option<T>, Experi
 /// stopped.
 pub(super) fn once<T: Serialize + DeserializeOwned>(
     folder: &Path,
-    config: &impl Serialize,
     make: impl FnOnce() -> Result<Option<T>, ExperimentError>,
 ) -> Result<Option<()>, ExperimentError> {
-    let directory = RunDirectory::open_or_create(folder, config)?;
-    if result_in::<T>(folder)?.is_some() {
-        return Ok(Some(()));
-    }
-    let _lock = directory.lock()?;
-    // Another process may have finished it meanwhile.
+    let _lock = RunDirectory::open(folder)?.lock()?;
     if result_in::<T>(folder)?.is_some() {
         return Ok(Some(()));
     }
@@ -136,37 +103,23 @@ pub(super) fn once<T: Serialize + DeserializeOwned>(
 /// Checks that a sweep can be run in `folder`, also before it is planned for other machines.
 ///
 /// # Errors
-/// When a folder cannot be used, that of a run holds one with other settings, or there are several kinds of work.
+/// When the folder of a run holds one with other settings.
 pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
-    let runs = folder.join("runs");
-    if runs.ancestors().find(|place| place.exists()).is_some_and(|place| !place.is_dir()) {
-        return Err(RunError::io("create", &runs)(ErrorKind::NotADirectory.into()).into());
-    }
     sweep.jobs.iter().try_for_each(|job| match job.check_folder(folder) {
         // A damaged run fails alone, as a job.
-        Err(ExperimentError::DamagedRun(_)) => Ok(()),
+        Err(ExperimentError::Run(RunError::Malformed { .. })) => Ok(()),
         checked => checked,
-    })?;
-    // The results of a folder are one table.
-    common_kind(&runs_so_far(folder)?, sweep.jobs.iter().map(|job| (job.kind(), job.folder(folder)))).map(drop)
+    })
 }
 
-/// How many jobs of a sweep are finished in `folder`, and how many others have begun.
+/// The failures of a sweep, names and reasons, as one error.
 ///
 /// # Errors
-/// When a run cannot be read.
-pub fn progress(sweep: &Sweep, folder: &Path) -> Result<(usize, usize), ExperimentError> {
-    let (mut finished, mut begun) = (0, 0);
-    for job in &sweep.jobs {
-        let folder = job.folder(folder);
-        let Ok(directory) = RunDirectory::open(&folder) else { continue };
-        let is_finished = match job.work {
-            Work::Train(_) => directory.status()?.state == RunState::Finished,
-            Work::Dynamics(_) | Work::Hits(_) => folder.join(RESULT).exists(),
-        };
-        *(if is_finished { &mut finished } else { &mut begun }) += 1;
-    }
-    Ok((finished, begun))
+/// When there are any.
+pub fn no_failure(sweep: &Sweep, failures: &[(String, String)]) -> Result<(), ExperimentError> {
+    let Some((name, reason)) = failures.first() else { return Ok(()) };
+    let (failed, all) = (failures.len(), sweep.jobs.len());
+    Err(ExperimentError::Refused(format!("{failed} of {all} not finished, such as {name}: {reason}")))
 }
 
 /// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use mge_base::atomic::{Format, Target};
-use mge_base::paths::given;
+use mge_base::paths::expanded;
 use mge_results::Composition;
 use mge_task::Values;
 
@@ -113,7 +113,7 @@ pub(super) const RUN: Place = Place("a run's folder", true);
 
 impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
-        words.next(self.0).and_then(given)
+        words.next(self.0).map(expanded)
     }
 
     fn write(&self, value: &PathBuf) -> String {

@@ -21,7 +21,7 @@ use super::{Session, SessionError};
 pub(crate) use arguments::Named;
 use arguments::Words;
 use mge_base::atomic::{Format, Target};
-use mge_base::spelling::{nearest_to_any, suggestion};
+use mge_base::spelling::{nearest, suggestion};
 use mge_run::RunError;
 
 pub use clusters::{Clusters, Guide};
@@ -371,9 +371,9 @@ fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandErro
     if let Some(verb) = verbs().filter(starts_with).max_by_key(|verb| parts(verb)) {
         return Ok((verb, &words[parts(verb)..]));
     }
-    let one = words.first().map_or("", String::as_str);
     let word = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
-    let nearest = nearest_to_any(verbs().map(|verb| verb.name), [one, &word]);
+    let names = || verbs().map(|verb| verb.name);
+    let nearest = nearest(names(), &word).or_else(|| nearest(names(), words.first()?));
     Err(CommandError::Unknown { word, nearest })
 }
 
