@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use crate::program::{command, fail, mge, succeed, text};
+use crate::program::{command, fail, mge, succeed};
 
 const TINY: &str = r#""method": "ddpg", "episodes": 2, "ddpg.hidden": 4"#;
 
