@@ -2,7 +2,11 @@
 //! They are the options of the command `figure` and of `mge figures --set`.
 
 use std::collections::BTreeSet;
+use std::fmt::Display;
+use std::num::NonZeroUsize;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
@@ -19,6 +23,7 @@ use mge_base::sync::lock;
 use mge_figures::{Against, LearningCurves, PlotStyle};
 use mge_run::{RunDirectory, RunState, config_hash};
 use mge_stats::Bootstrap;
+use mge_stats::rolling::rolling_mean;
 use mge_trainer::RunConfig;
 
 /// The content and style of a figure of learning curves. By default all curves, as in reports.
@@ -34,8 +39,10 @@ pub struct Composition {
     pub success: Success,
     /// The quantity on the x axis.
     pub against: Against,
-    /// Width, font size, axes and bands.
+    /// Size, font size, axes and bands.
     pub style: PlotStyle,
+    /// Number of points in the moving average of the curves; 0 and 1 for none.
+    pub smooth: usize,
 }
 
 /// A composed figure with its provenance.
@@ -50,7 +57,7 @@ pub struct Composed {
 }
 
 /// The names of the options and their values.
-pub const OPTIONS: [(&str, &str); 11] = [
+pub const OPTIONS: [(&str, &str); 13] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
     ("curve", "the label of a curve to show, in the order of the legend; may be given again"),
     ("name", "another name for the preceding curve"),
@@ -62,6 +69,8 @@ pub const OPTIONS: [(&str, &str); 11] = [
     ("x", "the ends of the x axis, such as 0:500"),
     ("y", "the ends of the y axis in percent, such as 0:60"),
     ("bands", "on or off: the intervals around the curves"),
+    ("height", "of a panel in points, from 80 to 600"),
+    ("smooth", "number of points in a moving average, from 1 to 1000"),
 ];
 
 /// Options with two values, the default first.
@@ -98,6 +107,11 @@ fn ends(text: &str) -> Result<[f64; 2], String> {
     found.ok_or_else(|| format!("`{text}` is not like 0:500: two numbers, the smaller first"))
 }
 
+fn number<T: FromStr + PartialOrd + Display>(text: &str, range: RangeInclusive<T>) -> Result<T, String> {
+    let found = text.parse().ok().filter(|number| range.contains(number));
+    found.ok_or_else(|| format!("`{text}` is not a number from {} to {}", range.start(), range.end()))
+}
+
 impl Composition {
     /// The composition with these options. Only `runs`, `curve` and `name` may be given again.
     ///
@@ -129,13 +143,12 @@ impl Composition {
             "success" => self.success = read(&SUCCESS, key, value)?,
             "against" => self.against = read(&AGAINST, key, value)?,
             "width" => self.style.single = read(&WIDTH, key, value)?,
-            "font" => {
-                let size = value.parse().ok().filter(|size| PlotStyle::FONTS.contains(size));
-                self.style.font = size.ok_or_else(|| format!("`{value}` is not a size from 4 to 16"))?;
-            }
+            "font" => self.style.font = number(value, PlotStyle::FONTS)?,
             "x" => self.style.x = Some(ends(value)?),
             "y" => self.style.y = Some(ends(value)?),
             "bands" => self.style.without_bands = read(&BANDS, key, value)?,
+            "height" => self.style.height = number(value, PlotStyle::HEIGHTS)?,
+            "smooth" => self.smooth = number(value, 1..=1000)?,
             _ => {
                 let names = OPTIONS.map(|(name, _)| name);
                 return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
@@ -162,6 +175,8 @@ impl Composition {
             ("x", self.style.x.map(|[from, to]| format!("{from}:{to}"))),
             ("y", self.style.y.map(|[from, to]| format!("{from}:{to}"))),
             ("bands", unless_default(&BANDS, &self.style.without_bands)),
+            ("height", Some(self.style.height).filter(|is| *is != PlotStyle::HEIGHT).map(|is| is.to_string())),
+            ("smooth", Some(self.smooth).filter(|points| *points > 1).map(|points| points.to_string())),
         ];
         let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
         runs.chain(curves).chain(others).collect()
@@ -190,13 +205,20 @@ impl Composition {
         let config_hash = config_hash(&configs)?;
         let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
         seeds.dedup();
-        let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
+        let mut runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
+        if let Some(points) = NonZeroUsize::new(self.smooth) {
+            runs.iter_mut().for_each(|run| smooth(run, points));
+        }
         let bootstrap = &Bootstrap::default();
-        let curves = match self.against {
-            Against::Episodes => learning_curves(&runs, bootstrap, self.success)?,
-            against => action_curves(&runs, bootstrap, against)?,
-        };
         let known_names = Groups::new(runs.iter().map(|run| &run.row)).legend();
+        let shown = (runs, self.against, self.success);
+        let kept = lock(reader).curves.take().filter(|(known, _)| *known == shown);
+        let curves = match (kept, self.against) {
+            (Some((_, curves)), _) => curves,
+            (None, Against::Episodes) => learning_curves(&shown.0, bootstrap, self.success)?,
+            (None, against) => action_curves(&shown.0, bootstrap, against)?,
+        };
+        lock(reader).curves = Some((shown, curves.clone()));
         let text = |(label, name): &(String, Option<String>)| {
             let usual = || known_names.iter().find(|(known, _)| known == label).map(|(_, text)| text.clone());
             (label.clone(), name.clone().or_else(usual).unwrap_or_else(|| label.clone()))
@@ -216,6 +238,15 @@ impl Composition {
             runs.retain(|run| asked().any(|asked| *asked == run.trained.row.label()));
         }
         if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
+    }
+}
+
+/// Makes each value of the curves of a run the mean of it and those before it, `points` in all. The runs are smoothed
+/// rather than their intervals, the mean of which would be too wide.
+fn smooth(run: &mut TrainedRun, points: NonZeroUsize) {
+    for curve in [&mut run.training, &mut run.greedy, &mut run.actions, &mut run.charged] {
+        let means = rolling_mean(&curve.iter().map(|[_, y]| *y).collect::<Vec<_>>(), points);
+        curve.iter_mut().zip(means).for_each(|([_, y], mean)| *y = mean);
     }
 }
 
@@ -244,4 +275,58 @@ fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
     let finished: BTreeSet<_> = found.iter().filter(|run| is_finished(run)).map(group).collect();
     let has_points = |run: &FoundRun| !run.trained.training.is_empty();
     found.into_iter().filter(|run| has_points(run) && (is_finished(run) || !finished.contains(&group(run)))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use mge_run::{EpisodeRecord, Event, RunWriter};
+
+    #[test]
+    fn another_style_does_not_resample_the_curves() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        let directory = RunDirectory::create(folder.path().join("a"), &config).unwrap();
+        let mut writer = RunWriter::open(&directory, 0).unwrap();
+        for episode in 1..=20 {
+            let record = EpisodeRecord { episode, environment_steps: episode, ..EpisodeRecord::default() };
+            writer.record(&Event::EpisodeFinished(record)).unwrap();
+        }
+        let reader = Mutex::new(RunReader::default());
+        let first = |option: (&str, &str)| {
+            let runs = ("runs", folder.path().to_str().unwrap());
+            let composition = Composition::default().with_options([runs, option]).unwrap();
+            composition.figure(&reader, &mut |_, _| ()).unwrap().figure.panels[0].curves[0].y[0]
+        };
+        assert_eq!(first(("font", "9")), 0.0);
+        // Marks the kept curves by a value that is not in the files.
+        lock(&reader).curves.as_mut().unwrap().1.panels[0].curves[0].y[0] = 0.77;
+        assert_eq!([first(("height", "200")), first(("against", "actions"))], [0.77, 0.0]);
+    }
+
+    #[test]
+    fn the_interval_of_a_smoothed_curve_is_that_of_the_smoothed_seeds() {
+        // The seeds alternate between 0 and 1; the mean of two successive values is always a half.
+        let row =
+            |seed| LearningRow { task: "task1".to_owned(), method: "ddpg".to_owned(), seed, ..Default::default() };
+        let run = |seed, [a, b]: [f64; 2]| TrainedRun {
+            row: row(seed),
+            training: vec![[1.0, a], [2.0, b], [3.0, a]],
+            greedy: Vec::new(),
+            actions: Vec::new(),
+            charged: Vec::new(),
+        };
+        let last = |points| {
+            let mut runs = [run(0, [0.0, 1.0]), run(1, [1.0, 0.0])];
+            runs.iter_mut().for_each(|run| smooth(run, NonZeroUsize::new(points).unwrap()));
+            let figure = learning_curves(&runs, &Bootstrap::default(), Success::Training).unwrap();
+            let curve = &figure.panels[0].curves[0];
+            [curve.low[2], curve.y[2], curve.high[2]]
+        };
+        assert_eq!(last(2), [0.5; 3]);
+        let [low, value, high] = last(1);
+        assert!(low < value && value < high, "each value alone");
+    }
 }

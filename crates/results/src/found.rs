@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::curve::score_equal_budgets;
+use super::figures::Success;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use mge_base::text::natural_key;
+use mge_figures::{Against, LearningCurves};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
 use mge_trainer::{RunConfig, checked_history};
 
@@ -116,6 +118,9 @@ impl ReadRuns {
 #[derive(Debug, Default)]
 pub struct RunReader {
     known: HashMap<PathBuf, (Stamp, FoundRun)>,
+    /// The curves of the latest figure, and of what they are: a figure is drawn often while its style is chosen, and
+    /// resampling takes most of its time.
+    pub(super) curves: Option<((Vec<TrainedRun>, Against, Success), LearningCurves)>,
 }
 
 impl RunReader {

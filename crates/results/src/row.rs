@@ -57,7 +57,7 @@ pub struct LearningRow {
 }
 
 /// The data of a training for figures: its results and curves, without its long history.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TrainedRun {
     /// Its results.
     pub row: LearningRow,

@@ -186,7 +186,7 @@ pub struct Figures {
     pub svg: bool,
     /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
     /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), x
-    /// and y (FROM:TO), bands (on or off)
+    /// and y (FROM:TO), bands (on or off), height (points), smooth (points)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub options: Vec<String>,
     #[command(flatten)]

@@ -39,7 +39,7 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
     assert!(screen.contains("in a script: figure learning") && screen.contains("width=single"), "{screen}");
     let (_, line) = composed("curve=DDPG name='of before' reference=DDPG", "tab end enter enter");
     assert_eq!(line, format!("{figure}.png curve=DDPG name='of before' reference=DDPG"), "the prompt keeps them");
-    for (options, why) in [("width", "write KEY=VALUE"), ("widt=single", "`width`?"), ("font=x", "not a size")] {
+    for (options, why) in [("width", "write KEY=VALUE"), ("widt=single", "`width`?"), ("font=x", "not a number")] {
         assert!(composed(options, "").0.contains(why), "{options}");
     }
 }
