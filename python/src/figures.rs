@@ -11,9 +11,9 @@ use super::error::exception;
 use super::pool::abandonable;
 use super::runs::found;
 use super::task::Task;
-use mge_figures::{self as figures, Against, DEFAULT_DPI, Provenance, TaskGrid};
+use mge_figures::{self as figures, Against, DEFAULT_DPI, Provenance, Success, TaskGrid};
 use mge_results::TrainedRun;
-use mge_results::figures::{Success, action_curves, learning_curves, method_scores};
+use mge_results::figures::{action_curves, learning_curves, method_scores};
 use mge_stats::Bootstrap;
 
 /// A figure: displayed by notebooks, written by `save`.

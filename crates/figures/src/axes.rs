@@ -37,9 +37,9 @@ impl Axis {
     }
 
     /// A linear axis from 0 to beyond the largest finite value; [0, 1] if there are none.
-    pub fn from_zero(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
-        let high = extent(values).map_or(1.0, |(_, high)| if high > 0.0 { 1.12 * high } else { 1.0 });
-        Self::linear(label, 0.0, high, count)
+    pub fn from_zero(label: &str, values: impl Iterator<Item = f64>, count: usize) -> Self {
+        let high = values.filter(|value| *value <= MAX_MAGNITUDE).fold(0.0, f64::max);
+        Self::linear(label, 0.0, if high > 0.0 { 1.12 * high } else { 1.0 }, count)
     }
 
     /// The same axis, without its label unless `is_labelled` (for inner panels of a grid).
@@ -55,14 +55,6 @@ impl Axis {
 
 /// Largest absolute value on an axis, so that the width of any range is finite.
 const MAX_MAGNITUDE: f64 = 1e300;
-
-/// Smallest and largest finite value.
-fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    values.into_iter().filter(|value| value.abs() <= MAX_MAGNITUDE).fold(None, |extent, value| {
-        let (low, high) = extent.unwrap_or((value, value));
-        Some((low.min(value), high.max(value)))
-    })
-}
 
 /// At most `most` equally spaced round values in a range: multiples of 1, 2 or 5 times a power of ten.
 pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
@@ -181,17 +173,6 @@ impl<'c> Plot<'c> {
                 _ => self.canvas.within(&self.rect, &points, |points| self.canvas.line(points, pen)),
             }
         }
-    }
-
-    /// Like [`Self::line`], for rolling means: the first `partial`, over incomplete windows, are faint.
-    pub fn rolling(&self, xs: &[f64], ys: &[f64], partial: usize, pen: Pen) {
-        let partial = partial.min(xs.len()).min(ys.len());
-        let faint = Pen { color: faded(pen.color, 0.35), width: 0.5 * pen.width, dash: &[] };
-        let joined = (partial + 1).min(xs.len()).min(ys.len());
-        if partial > 0 {
-            self.line(&xs[..joined], &ys[..joined], faint);
-        }
-        self.line(&xs[partial..], &ys[partial..], pen);
     }
 
     /// The band around a line, with gaps where the line or either bound is not finite.

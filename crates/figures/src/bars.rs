@@ -51,9 +51,8 @@ pub fn grouped_bars(
     let named = placed.iter().any(|member| !member.name.is_empty());
     let (rect, _) = rect.split_bottom(2.6 * SMALL_SIZE + TICK_LENGTH - 1.4 * SMALL_SIZE);
     let frame = Frame { title, grid: true, square: false };
-    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(label, values, 6)];
-    let [horizontal, vertical] = axes;
-    let plot = Plot::new(canvas, rect, &frame, horizontal, vertical);
+    let axis = Axis::with_ticks("", 0.0, end, Vec::new());
+    let plot = Plot::new(canvas, rect, &frame, axis, Axis::from_zero(label, values, 6));
     for member in &placed {
         for ((n, bar), series) in member.bars.iter().enumerate().zip(series) {
             let x = member.left + n as f64 + 0.5;

@@ -14,7 +14,7 @@ use super::tasks::{COLUMNS, heading};
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LearningCurves {
     /// What the curves are shares of.
-    pub measure: SuccessMeasure,
+    pub measure: Success,
     /// The quantity on the x axis.
     pub against: Against,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
@@ -36,8 +36,8 @@ pub struct LearningCurves {
 }
 
 /// What a curve of success is a share of.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub enum SuccessMeasure {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Success {
     /// Of the latest training episodes: those that reached the goal.
     #[default]
     Training,
@@ -121,7 +121,7 @@ impl<'f> Legend<'f> {
             look.color = place.map_or(look.color, |place| colours[place].color);
         }
         let mut looks = looks.into_iter();
-        let grey = || Series { color: GREY, dash: REFERENCE, place: 0 };
+        let grey = || Series { color: GREY, dash: REFERENCE };
         let look = |(label, text): (&'f str, &'f str)| {
             let look = if is_reference(label) { None } else { looks.next() };
             (label, text, look.unwrap_or_else(grey))
@@ -148,13 +148,11 @@ impl<'f> Legend<'f> {
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
         let shown = || curves.iter().filter_map(|curve| Some((curve, self.look(curve)?)));
         for (curve, look) in shown().filter(|_| self.banded) {
-            let from = curve.partial.min(curve.x.len());
-            let [x, y, low, high] = [&curve.x, &curve.y, &curve.low, &curve.high].map(|values| values.get(from..));
-            let [x, y, low, high] = [x, y, low, high].map(Option::unwrap_or_default);
-            plot.band(x, [&percent(y), &percent(low), &percent(high)], look.color);
+            let [y, low, high] = [&curve.y, &curve.low, &curve.high].map(|values| percent(values));
+            plot.band(&curve.x, [&y, &low, &high], look.color);
         }
         for (curve, look) in shown() {
-            plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look.pen(LINE_WIDTH));
+            plot.line(&curve.x, &percent(&curve.y), look.pen(LINE_WIDTH));
         }
         if shown().all(|(curve, _)| curve.is_empty()) {
             let look = TextFormat::SMALL.centered().color(GREY);
@@ -194,16 +192,14 @@ impl LearningCurves {
     fn caption(&self, legend: &Legend<'_>) -> String {
         let window = self.window;
         let what = match self.measure {
-            SuccessMeasure::Training => format!("Share of the last {window} training episodes that reached the goal."),
-            SuccessMeasure::Greedy => {
+            Success::Training => format!("Share of the last {window} training episodes that reached the goal."),
+            Success::Greedy => {
                 format!("Success of the actor without noise, mean of the last {window} evaluations.")
             }
         };
         let what = what + self.against.words()[2];
-        let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
-        let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
         let mark = if legend.banded { "band" } else { "in the CSV only" };
-        format!("{what}{faint} {}.", self.statistics.caption(mark))
+        format!("{what} {}.", self.statistics.caption(mark))
     }
 
     fn x_axis(&self, curves: &[Curve]) -> Axis {

@@ -23,8 +23,7 @@ impl Statistics {
             None if self.seeds == 1 => "1 seed".to_owned(),
             None => format!("{} seeds", self.seeds),
         };
-        let centre =
-            if self.centre.is_empty() { format!("n = {seeds}") } else { format!("{} of {seeds}", self.centre) };
+        let centre = format!("{} of {seeds}", self.centre);
         if self.interval.is_empty() { centre } else { format!("{centre}; {mark}: {}", self.interval) }
     }
 }
@@ -42,8 +41,6 @@ pub struct Curve {
     pub low: Vec<f64>,
     /// Upper ends of the intervals; empty when there are none.
     pub high: Vec<f64>,
-    /// Number of values at the start that are means over a window not yet full.
-    pub partial: usize,
 }
 
 impl Curve {
@@ -52,7 +49,7 @@ impl Curve {
         let column = |of: fn(&Estimate) -> f64| estimates.iter().map(of).collect();
         let bound = |of| if estimates.iter().any(Estimate::has_interval) { column(of) } else { Vec::new() };
         let (y, low, high) = (column(|e| e.value), bound(|e| e.lower), bound(|e| e.upper));
-        Self { label: label.to_owned(), x, y, low, high, partial: 0 }
+        Self { label: label.to_owned(), x, y, low, high }
     }
 
     pub(super) fn is_empty(&self) -> bool {

@@ -62,16 +62,6 @@ impl Series {
     pub fn pen(&self, width: f64) -> Pen {
         Pen::new(self.color, width).dashed(self.dash)
     }
-
-    /// Its number in the legend, from 1.
-    pub fn number(&self) -> String {
-        (self.place + 1).to_string()
-    }
-
-    /// A legend label with the number.
-    pub fn numbered(&self, label: &str) -> String {
-        format!("{} {label}", self.number())
-    }
 }
 
 /// Width of a mark, gap between mark and label, gap between entries.

@@ -52,7 +52,7 @@ mod xml;
 pub use actions::{ActionSamples, TaskActions};
 pub use axes::round_ticks;
 pub use canvas::{Canvas, Pen, TextFormat, svg};
-pub use curves::{Against, CurvePanel, LearningCurves, SuccessMeasure};
+pub use curves::{Against, CurvePanel, LearningCurves, Success};
 pub use data::{Curve, Statistics};
 pub use error::FigureError;
 pub use font::Family;

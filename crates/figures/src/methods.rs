@@ -70,10 +70,10 @@ impl MethodScores {
         labels(self.panels.iter().flat_map(|panel| &panel.methods).map(|method| method.label.as_str()))
     }
 
-    /// The legend: the number, colour and name of every method.
+    /// The legend: the colour and name of every method, in the order of the rows.
     fn marks(&self) -> Vec<(Mark, String)> {
         let methods = self.methods();
-        let entry = |(look, label): (Series, &&str)| (Mark::Dot(look.color), look.numbered(label));
+        let entry = |(look, label): (Series, &&str)| (Mark::Dot(look.color), (*label).to_owned());
         series(&methods).into_iter().zip(&methods).map(entry).collect()
     }
 
@@ -104,13 +104,12 @@ impl MethodScores {
         Axis::linear("", low - 0.04 * (high - low), high + 0.04 * (high - low), 6)
     }
 
-    fn draw_panel(&self, canvas: &Canvas, panel: &ScorePanel, cell: Rect, named: bool) {
+    fn draw_panel(&self, canvas: &Canvas, panel: &ScorePanel, cell: Rect) {
         let methods = self.methods();
         let row = |label: &str| methods.iter().position(|name| *name == label).unwrap_or(0);
         let place = |row: usize| (methods.len() - row) as f64;
         let looks = series(&methods);
-        let ticks = looks.iter().filter(|_| named).map(|look| (place(look.place), look.number())).collect();
-        let y = Axis::with_ticks("", 0.4, methods.len() as f64 + 0.6, ticks);
+        let y = Axis::with_ticks("", 0.4, methods.len() as f64 + 0.6, Vec::new());
         let frame = Frame { title: &heading(&panel.task), grid: false, square: false };
         let plot = Plot::new(canvas, cell, &frame, self.x_axis(), y);
         for row in 0..methods.len() {
@@ -165,11 +164,8 @@ impl Figure for MethodScores {
         // The label of the x axes is written once, below all panels.
         let (rect, foot) = rect.split_bottom(1.4 * LABEL_SIZE);
         canvas.text(foot.center(), &self.measure, TextFormat::LABEL.centered());
-        let columns = self.columns();
-        let cells = rect.grid(self.rows(), columns, GAP);
-        for (n, (panel, cell)) in self.panels.iter().zip(cells).enumerate() {
-            self.draw_panel(canvas, panel, cell, n % columns == 0);
-        }
+        let cells = rect.grid(self.rows(), self.columns(), GAP);
+        self.panels.iter().zip(cells).for_each(|(panel, cell)| self.draw_panel(canvas, panel, cell));
     }
 
     fn table(&self) -> Table {

@@ -94,8 +94,6 @@ pub struct Series {
     pub color: Color,
     /// Dash pattern of lines.
     pub dash: &'static [f64],
-    /// Place in the legend, from 0.
-    pub place: usize,
 }
 
 /// The styles of series with these labels, in legend order. A label has the same colour in any order of the same
@@ -116,7 +114,7 @@ pub fn series(labels: &[&str]) -> Vec<Series> {
     }
     let look = |(place, label): (usize, &&str)| {
         let color = colors.iter().find(|(known, _)| known == label).map_or(GREY, |(_, color)| *color);
-        Series { color, dash: DASHES[place % DASHES.len()], place }
+        Series { color, dash: DASHES[place % DASHES.len()] }
     };
     labels.iter().enumerate().map(look).collect()
 }

@@ -139,15 +139,11 @@ pub(super) fn without_duplicates(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<Exc
 
 pub(super) fn left_out(run: &FoundRun) -> ExcludedRun {
     let episodes = format!("{} of {} episodes", run.trained.row.episodes, run.config.episodes);
-    let state = match &run.state {
-        RunState::Failed(reason) => format!("failed: {reason}"),
-        RunState::Stopped(reason) => format!("stopped: {reason}"),
-        RunState::Incomplete(reason) => format!("incomplete, `mge resume` continues it: {reason}"),
-        RunState::NotStarted => "not started".to_owned(),
-        RunState::Running | RunState::Paused => "still being trained".to_owned(),
-        RunState::Interrupted | RunState::Finished => "interrupted".to_owned(),
+    let why = match &run.state {
+        RunState::Failed(reason) | RunState::Stopped(reason) | RunState::Incomplete(reason) => format!(": {reason}"),
+        _ => String::new(),
     };
-    ExcludedRun { run: run.path.clone(), reason: format!("{state} ({episodes})") }
+    ExcludedRun { run: run.path.clone(), reason: format!("{}{why} ({episodes})", run.state.name()) }
 }
 
 impl Comparison {

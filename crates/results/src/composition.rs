@@ -11,7 +11,7 @@ use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
 use super::error::ResultsError;
-use super::figures::{Success, action_curves, learning_curves};
+use super::figures::{action_curves, learning_curves};
 use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
 use super::groups::Groups;
 use super::row::{LearningRow, TrainedRun};
@@ -20,7 +20,7 @@ use mge_base::atomic::parent_of;
 use mge_base::paths::{entries, expanded};
 use mge_base::spelling::did_you_mean;
 use mge_base::sync::lock;
-use mge_figures::{Against, LearningCurves, PlotStyle};
+use mge_figures::{Against, LearningCurves, PlotStyle, Success};
 use mge_run::{RunDirectory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;

@@ -8,7 +8,7 @@ use super::curve::height;
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use mge_figures::{
-    Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, ScorePanel, Statistics, SuccessMeasure,
+    Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, ScorePanel, Statistics, Success,
 };
 use mge_stats::aggregate::iqm;
 use mge_stats::rolling::WINDOW;
@@ -23,16 +23,6 @@ pub(super) const ALL_TASKS: &str = "All tasks";
 /// A curve of a run.
 type Points = fn(&TrainedRun) -> &[[f64; 2]];
 
-/// Whether the success of training or of greedy evaluations is shown.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Success {
-    /// Of training.
-    #[default]
-    Training,
-    /// Of the greedy evaluations.
-    Greedy,
-}
-
 /// Interquartile mean of the rolling success over seeds, of training or of the greedy evaluations.
 ///
 /// # Errors
@@ -40,11 +30,11 @@ pub enum Success {
 pub fn learning_curves(
     runs: &[TrainedRun],
     bootstrap: &Bootstrap,
-    success: Success,
+    measure: Success,
 ) -> Result<LearningCurves, StatsError> {
-    let (window, measure, points): (_, _, Points) = match success {
-        Success::Training => (WINDOW, SuccessMeasure::Training, |run| &run.training),
-        Success::Greedy => (EVALUATIONS, SuccessMeasure::Greedy, |run| &run.greedy),
+    let (window, points): (_, Points) = match measure {
+        Success::Training => (WINDOW, |run| &run.training),
+        Success::Greedy => (EVALUATIONS, |run| &run.greedy),
     };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     let groups = Groups::new(runs.iter().map(|run| &run.row));
@@ -55,12 +45,7 @@ pub fn learning_curves(
             let curves: Vec<&[[f64; 2]]> = indices.map(|&index| points(&runs[index])).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                let mut curve = summary_curve(label, &curves, bootstrap)?;
-                curve.partial = match success {
-                    Success::Greedy => window.get() - 1,
-                    Success::Training => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
-                };
-                panel.curves.push(curve);
+                panel.curves.push(summary_curve(label, &curves, bootstrap)?);
             }
         }
         panels.push(panel);
@@ -101,17 +86,15 @@ pub fn action_curves(
         };
         TrainedRun { training, ..run.clone() }
     });
-    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, Success::Training)?;
-    // The number of points with a partial window is unknown.
-    curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
+    let curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, Success::Training)?;
     Ok(LearningCurves { against, ..curves })
 }
 
 /// Number of points of a curve against actions.
 const ACTION_POINTS: usize = 100;
 
-/// Area under the curve of every method on every task and, if all methods were trained on all of
-/// several tasks, over all tasks. The reference is the method with that label, or else the usual baseline.
+/// Area under the curve of every method on every task and, if all methods were trained on
+/// several tasks, over these. The reference is the method with that label, or else the usual baseline.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
@@ -130,15 +113,16 @@ pub fn method_scores(
                 continue;
             }
             seeds.push(runs.len());
-            let scores = scores(runs, AREA)?;
+            let scores = scores(&runs, AREA)?;
             let estimate = bootstrap.stratified(&scores, iqm)?;
             panel.methods.push(MethodScore { label: label.clone(), estimate, runs: scores.all().collect() });
         }
         panels.push(panel);
     }
     let tasks = groups.common_tasks();
-    if tasks.len() > 1 && tasks.len() == panels.len() {
-        let mut panel = ScorePanel { task: ALL_TASKS.to_owned(), methods: Vec::new() };
+    if tasks.len() > 1 {
+        let title = if tasks.len() == panels.len() { ALL_TASKS } else { "Common tasks" };
+        let mut panel = ScorePanel { task: title.to_owned(), methods: Vec::new() };
         for label in groups.labels() {
             let estimate = bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?;
             panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::curve::score_equal_budgets;
-use super::figures::Success;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use mge_base::text::natural_key;
-use mge_figures::{Against, LearningCurves};
+use mge_figures::{Against, LearningCurves, Success};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
 use mge_trainer::{RunConfig, checked_history};
 

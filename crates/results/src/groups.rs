@@ -28,15 +28,9 @@ pub const HELD: Score = |row| row.efficiency.held_success;
 pub struct Groups<'a> {
     labels: Vec<String>,
     tasks: Vec<String>,
-    /// The groups, keyed by the indices of their task and label.
-    by_key: HashMap<(usize, usize), Group<'a>>,
-}
-
-#[derive(Debug, Clone, Default)]
-struct Group<'a> {
     rows: Vec<&'a LearningRow>,
-    /// Their indices among all rows.
-    indices: Vec<usize>,
+    /// The indices of the rows of each group, by those of its task and label.
+    by_key: HashMap<(usize, usize), Vec<usize>>,
 }
 
 /// A score of one group.
@@ -54,12 +48,11 @@ pub struct GroupSummary {
 impl<'a> Groups<'a> {
     /// Groups rows.
     pub fn new(rows: impl IntoIterator<Item = &'a LearningRow>) -> Self {
-        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), by_key: HashMap::new() };
+        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), rows: Vec::new(), by_key: HashMap::new() };
         for (index, row) in rows.into_iter().enumerate() {
             let key = (index_or_push(&mut groups.tasks, &row.task), index_or_push(&mut groups.labels, &row.label()));
-            let group = groups.by_key.entry(key).or_default();
-            group.rows.push(row);
-            group.indices.push(index);
+            groups.rows.push(row);
+            groups.by_key.entry(key).or_default().push(index);
         }
         groups
     }
@@ -85,27 +78,24 @@ impl<'a> Groups<'a> {
     }
 
     /// The rows of one group; empty if there is no such group.
-    pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
-        self.group(task, label).map_or(&[], |group| group.rows.as_slice())
+    pub fn of(&self, task: &str, label: &str) -> Vec<&'a LearningRow> {
+        self.indices(task, label).iter().map(|index| self.rows[*index]).collect()
     }
 
     /// The indices of one group's rows among all rows.
     pub fn indices(&self, task: &str, label: &str) -> &[usize] {
-        self.group(task, label).map_or(&[], |group| group.indices.as_slice())
+        let key = index_of(&self.tasks, task).zip(index_of(&self.labels, label));
+        key.and_then(|key| self.by_key.get(&key)).map_or(&[], Vec::as_slice)
     }
 
     /// The number of runs in each group.
     pub(super) fn sizes(&self) -> impl Iterator<Item = usize> {
-        self.by_key.values().map(|group| group.rows.len())
-    }
-
-    fn group(&self, task: &str, label: &str) -> Option<&Group<'a>> {
-        self.by_key.get(&(index_of(&self.tasks, task)?, index_of(&self.labels, label)?))
+        self.by_key.values().map(Vec::len)
     }
 
     /// Tasks on which every label has runs.
     pub fn common_tasks(&self) -> Vec<String> {
-        let common = |task: &&String| self.labels.iter().all(|label| !self.of(task, label).is_empty());
+        let common = |task: &&String| self.labels.iter().all(|label| !self.indices(task, label).is_empty());
         self.tasks.iter().filter(common).cloned().collect()
     }
 
@@ -114,23 +104,14 @@ impl<'a> Groups<'a> {
     /// # Errors
     /// When the label has no run on one of them.
     pub fn scores(&self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
-        let of_task = |task: &String| Ok(scores(self.of(task, label), score)?.all().collect::<Vec<f64>>());
+        let of_task = |task: &String| Ok(scores(&self.of(task, label), score)?.all().collect::<Vec<f64>>());
         TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
-    }
-
-    /// Scores of each label on the common tasks.
-    ///
-    /// # Errors
-    /// When there is no common task.
-    pub fn common_scores(&self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
-        let tasks = self.common_tasks();
-        self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
     }
 
     /// The label that others are compared with: the first of plain DDPG with the fewest settings that are not its
     /// defaults, or else the first label.
     pub fn baseline(&self) -> Option<&str> {
-        let runs = |label: &&String| self.tasks.iter().find_map(|task| self.of(task, label).first());
+        let runs = |label: &&String| self.tasks.iter().find_map(|task| self.of(task, label).first().copied());
         let is_plain = |label: &&String| runs(label).is_some_and(|row| row.method == Method::Ddpg.name());
         let unusual = |label: &&String| runs(label).map_or(usize::MAX, |row| row.unusual);
         let plain = self.labels.iter().filter(is_plain).min_by_key(unusual);
@@ -168,9 +149,9 @@ impl<'a> Groups<'a> {
         if runs.is_empty() {
             return Ok(None);
         }
-        let of_runs = scores(runs, score)?;
+        let of_runs = scores(&runs, score)?;
         let improvement = match label != baseline && !base.is_empty() {
-            true => Some(improvement_interval(&of_runs, &scores(base, score)?, bootstrap)?),
+            true => Some(improvement_interval(&of_runs, &scores(&base, score)?, bootstrap)?),
             false => None,
         };
         Ok(Some(GroupSummary {
@@ -240,7 +221,7 @@ mod tests {
         assert_eq!(base.improvement, None);
         assert_eq!(base.mean.value, 0.125, "a run without a score counts as 0");
         assert_eq!(summary("task2", label), None);
-        let all = groups.common_scores(AREA).unwrap();
-        assert_eq!(all[1].1.tasks(), [[0.25, 0.0]]);
+        let all = groups.scores(&groups.common_tasks(), "DDPG", AREA).unwrap();
+        assert_eq!(all.tasks(), [[0.25, 0.0]]);
     }
 }

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, left_out, result_label, without_duplicates};
 use super::error::ResultsError;
-use super::figures::{ALL_TASKS, Success, action_curves, learning_curves, method_scores};
+use super::figures::{ALL_TASKS, action_curves, learning_curves, method_scores};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::Groups;
 use super::report_folder::ReportFolder;
-use super::row::{LearningRow, TrainedRun};
-use super::table::{format_share, holding_80, reached};
+use super::row::TrainedRun;
+use super::table::format_share;
 use mge_base::atomic::Target;
 use mge_base::markdown;
-use mge_figures::{Against, Figure, LearningCurves, Provenance, Statistics, check_all};
+use mge_figures::{Against, Figure, LearningCurves, Provenance, Statistics, Success, check_all};
 use mge_run::{RunError, RunState, config_hash};
 use mge_stats::{Bootstrap, StatsError};
 
@@ -78,17 +78,10 @@ pub fn report(
     if is_pooled {
         runs.iter_mut().for_each(|run| run.row.task = ALL_TASKS.to_owned());
     }
-    let methods = match is_pooled && report.common_tasks.len() > 1 {
-        // Like the tables, over the tasks on which all methods were trained.
-        true => {
-            let is_common = |row: &&LearningRow| report.common_tasks.contains(&row.task);
-            let common: Vec<LearningRow> = report.learning.iter().filter(is_common).cloned().collect();
-            let mut scores = method_scores(&common, bootstrap, Some(&report.reference))?;
-            scores.panels.retain(|panel| panel.task == ALL_TASKS);
-            scores
-        }
-        false => method_scores(&report.learning, bootstrap, Some(&report.reference))?,
-    };
+    let mut methods = method_scores(&report.learning, bootstrap, Some(&report.reference))?;
+    if is_pooled && report.common_tasks.len() > 1 {
+        methods.panels.drain(..groups.tasks().len());
+    }
     let curves = |curves: LearningCurves| match is_pooled {
         true => LearningCurves { statistics: over_tasks(&groups), ..curves },
         false => LearningCurves { legend: groups.legend(), ..curves },
@@ -190,16 +183,6 @@ impl Comparison {
             *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
         }
         text.push('\n');
-        *text += &markdown::header(["method", "to 80 %", "charged to 80 %", "hold 80 %"]);
-        let groups = Groups::new(self.learning.iter().filter(|row| self.common_tasks.contains(&row.task)));
-        for label in groups.labels() {
-            let runs: Vec<&LearningRow> =
-                groups.tasks().iter().flat_map(|task| groups.of(task, label)).copied().collect();
-            let to_80 = reached(runs.iter().map(|row| row.efficiency.episodes_to_80));
-            let charged = reached(runs.iter().map(|row| row.charged_to_80));
-            *text += &markdown::row([label, &to_80, &charged, &holding_80(&runs)]);
-        }
-        text.push('\n');
     }
 
     fn write_improvements(&self, text: &mut String) {
@@ -261,7 +244,7 @@ mod tests {
         let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
         let report = report(&runs, &*out, &bootstrap, None, "test", 72, &mut |_, _| {}).unwrap();
         assert_eq!(report.common_tasks.len(), MAX_PANELS);
-        for (figure, row) in [("learning", "All tasks,DDPG,1,1,"), ("methods", "All tasks,DDPG,summary,1,")] {
+        for (figure, row) in [("learning", "All tasks,DDPG,1,1,"), ("methods", "Common tasks,DDPG,summary,1,")] {
             let csv = std::fs::read_to_string(out.join(format!("figures/{figure}.csv"))).unwrap();
             assert!(csv.contains(row) && !csv.contains("puzzle"), "the interquartile mean of all runs: {csv}");
         }

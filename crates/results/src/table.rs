@@ -45,7 +45,7 @@ impl Groups<'_> {
                 let charged = self.summary(task, label, baseline, CHARGED_AREA, bootstrap)?;
                 let runs = self.of(task, label);
                 let interquartile =
-                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(runs, score)?, iqm)?));
+                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(&runs, score)?, iqm)?));
                 *text += &markdown::row([
                     task.clone(),
                     label.clone(),
@@ -55,11 +55,11 @@ impl Groups<'_> {
                     format_share(area.mean),
                     interquartile(FINAL)?,
                     interquartile(HELD)?,
-                    holding_80(runs),
+                    holding_80(&runs),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
-                    charged_to_80(runs),
-                    greedy_mean(runs),
+                    charged_to_80(&runs),
+                    greedy_mean(&runs),
                     charged.and_then(|charged| charged.improvement).map_or_else(String::new, format_share),
                 ]);
             }
@@ -91,7 +91,7 @@ pub(super) fn holding_80(rows: &[&LearningRow]) -> String {
 }
 
 /// Median over the runs that reached the threshold, and how many of all runs did.
-pub fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
+fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     let all: Vec<Option<u64>> = episodes.collect();
     let there: Vec<u64> = all.iter().flatten().copied().collect();
     let median = rounded_median(&there).map_or_else(|| "never".to_owned(), |median| median.to_string());

@@ -13,11 +13,11 @@ use mge_dynamics::{Launch, Split, TrainConfig, Variety, collect};
 use mge_env::Environment;
 use mge_figures::{
     ActionSamples, Against, Edge, Figure, HitBars, Instant, Launches, PolicyHits, Provenance, RelativeFrames,
-    Statistics, TaskActions, TaskGrid, TaskHits, ToolLaunches,
+    Statistics, Success, TaskActions, TaskGrid, TaskHits, ToolLaunches,
 };
 use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use mge_results::figures::{INTERVAL, Success, action_curves, learning_curves, method_scores};
+use mge_results::figures::{INTERVAL, action_curves, learning_curves, method_scores};
 use mge_run::config_hash;
 use mge_stats::{Bootstrap, Estimate};
 use mge_task::{Form, Task, ToolSpec};

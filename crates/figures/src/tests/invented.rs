@@ -156,7 +156,7 @@ fn curve(label: &str, episodes: usize, top: f64, slope: f64, rng: &mut ChaCha8Rn
         .collect();
     let low = y.iter().map(|y| (y - 0.12_f64).clamp(0.0, 1.0)).collect();
     let high = y.iter().map(|y| (y + 0.1_f64).clamp(0.0, 1.0)).collect();
-    Curve { label: label.to_owned(), x, y, low, high, partial: 30 }
+    Curve { label: label.to_owned(), x, y, low, high }
 }
 
 pub fn curves() -> LearningCurves {
@@ -213,7 +213,7 @@ pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
         ("actions", Box::new(actions())),
         ("hits", Box::new(hits())),
         ("curves", Box::new(curves())),
-        ("greedy", Box::new(LearningCurves { measure: SuccessMeasure::Greedy, ..curves() })),
+        ("greedy", Box::new(LearningCurves { measure: Success::Greedy, ..curves() })),
         ("methods", Box::new(methods())),
         ("moment", Box::new(moment())),
     ]

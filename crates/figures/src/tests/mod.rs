@@ -191,14 +191,8 @@ fn missing_values_leave_gaps() {
 #[test]
 fn non_finite_numbers_do_not_break_figures() {
     let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.0];
-    let curve = Curve {
-        label: "x".to_owned(),
-        x: wild.to_vec(),
-        y: wild.to_vec(),
-        low: wild.to_vec(),
-        high: vec![1.0],
-        partial: 9,
-    };
+    let curve =
+        Curve { label: "x".to_owned(), x: wild.to_vec(), y: wild.to_vec(), low: wild.to_vec(), high: vec![1.0] };
     let estimate = Estimate { value: f64::INFINITY, lower: f64::NAN, upper: -1e300 };
     let figures: Vec<Box<dyn Figure>> = vec![
         Box::new(LearningCurves {
@@ -344,15 +338,6 @@ fn curves_stay_inside_their_frame() {
     assert_eq!(first, legend, "nothing is drawn above the legend");
     let height = 4.0 * one_panel(vec![]).size()[1];
     assert!((last as f64) < height - 4.0 * 30.0, "nothing is drawn below the frame");
-}
-
-#[test]
-fn a_window_that_is_not_full_is_faint() {
-    let curve = |partial: usize| Curve { y: vec![1.0, 0.0, 0.0, 0.0], partial, ..steady("DDPG", 0.0) };
-    let strong = |partial: usize| points(&one_panel(vec![curve(partial)])).1.iter().filter(|p| **p == BLUE).count();
-    assert!(strong(2) < strong(0) / 2, "the spike is drawn faintly");
-    let text = |partial: usize| one_panel(vec![curve(partial)]).to_svg(&provenance());
-    assert!(text(2).contains("Faint") && !text(0).contains("Faint"));
 }
 
 #[test]

@@ -91,16 +91,15 @@ fn curves(rows: &[&Row], seeds: usize, greedy: bool) -> LearningCurves {
     let window = if greedy { 10 } else { 100 };
     let curve = |(label, rows): (String, Vec<&Row>)| {
         let x = column(&rows, "episode");
-        let partial = if greedy { window - 1 } else { x.iter().take_while(|x| **x < window as f64).count() };
         let [y, low, high] = ["success", "low", "high"].map(|name| column(&rows, name));
-        Curve { label, x, y, low, high, partial }
+        Curve { label, x, y, low, high }
     };
     let panel = |(task, rows): (String, Vec<&Row>)| CurvePanel {
         task,
         curves: groups(&rows, "method").into_iter().map(curve).collect(),
     };
     LearningCurves {
-        measure: if greedy { SuccessMeasure::Greedy } else { SuccessMeasure::Training },
+        measure: if greedy { Success::Greedy } else { Success::Training },
         window,
         statistics: statistics("Interquartile mean", INTERVAL, seeds),
         panels: groups(rows, "task").into_iter().map(panel).collect(),
