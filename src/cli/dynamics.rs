@@ -65,7 +65,7 @@ mod tests {
 
     use super::*;
     use crate::cli::arguments::{Arguments, Command};
-    use mge_dynamics::{Model, Training, TrainingOutcome, checkpoint_of};
+    use mge_dynamics::Model;
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(shell_words::split(line).unwrap()).unwrap().command {
@@ -93,44 +93,6 @@ mod tests {
         assert!(train(&twice).unwrap_err().to_string().contains("--layers and --set layers=2 set the same"));
         let wrong = train(&tiny(&first, " --set optimiser=lion")).unwrap_err().to_string();
         assert!(wrong.contains("rmsprop"), "{wrong}");
-    }
-
-    #[test]
-    fn an_interrupted_training_continues_to_the_same_model() {
-        let folder = tempfile::tempdir().unwrap();
-        let [whole, resumed] = ["whole", "resumed"].map(|name| folder.path().join(name).join("a.safetensors"));
-        train(&tiny(&whole, "")).unwrap();
-        std::fs::create_dir(resumed.parent().unwrap()).unwrap();
-        let model = Model::load(&whole).unwrap();
-        let (config, training) = (model.config().clone(), model.provenance().training.clone());
-        let never = mge_base::stop::Stop::default();
-        let mut first = Training::new(config, training, model.tools(), &model.provenance().command, &never).unwrap();
-        assert_eq!(first.run(&never, |_, now| now.epoch < 2), TrainingOutcome::Stopped);
-        let checkpoint = checkpoint_of(&resumed);
-        std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
-
-        // The checkpoint of a training with other settings is refused.
-        let refused = |more: &str| train(&tiny(&resumed, more)).unwrap_err().to_string();
-        for error in [refused(",box"), refused(" --seed 1"), refused(" --set edge_functions=shared")] {
-            assert!(error.contains("a.safetensors.checkpoint") && error.contains("other settings"), "{error}");
-        }
-        let bytes = std::fs::read(&checkpoint).unwrap();
-        std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).unwrap();
-        assert!(refused("").contains("a.safetensors.checkpoint"));
-
-        std::fs::write(&checkpoint, &bytes).unwrap();
-        train(&tiny(&resumed, "")).unwrap();
-        assert!(!checkpoint.exists());
-        assert!(std::fs::read(&whole).unwrap() == std::fs::read(&resumed).unwrap());
-    }
-
-    #[test]
-    fn a_model_may_be_called_checkpoint() {
-        let folder = tempfile::tempdir().unwrap();
-        let given = tiny(&folder.path().join("m.checkpoint"), "");
-        train(&given).unwrap();
-        assert_eq!(Model::load(&given.out).unwrap().provenance().epoch, 3);
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]

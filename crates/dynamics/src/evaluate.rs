@@ -13,7 +13,7 @@ use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::{Errors, Predictor, advance, distance};
 use super::rapier::Rapier;
-use super::rollout::{distance_to_segment, rollouts};
+use super::rollout::rollouts;
 use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
 use mge_base::identity::FileId;
@@ -21,7 +21,7 @@ use mge_base::stop::Stop;
 use mge_base::validation::{Setting, check_settings};
 use mge_env::{Action, Snapshot, uniform_action};
 use mge_physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
-use mge_task::{STANDARD_RADIUS, Task};
+use mge_task::Task;
 
 /// Settings of an evaluation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -77,9 +77,6 @@ pub struct Evaluation {
     pub config: EvaluationConfig,
     /// Errors on fresh launches, by tool type.
     pub launches: Vec<LaunchErrors>,
-    /// Errors on launches at the test tools of CREATE's catalogue, by type: no model is trained on these.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub held_out: Vec<LaunchErrors>,
     /// Errors on complete scenes, by task.
     pub scenes: Vec<SceneErrors>,
 }
@@ -116,8 +113,6 @@ pub struct OneTool {
     pub rollout: Vec<Errors>,
     /// After the whole action, only for launches in which the ball was deflected.
     pub action_contact: Errors,
-    /// Predicted against real hits of a subgoal near the ball's path, for the same launches.
-    pub hits: HitPredictions,
 }
 
 /// Errors on scenes of one task.
@@ -163,20 +158,15 @@ pub fn evaluate(
 ) -> Result<Evaluation> {
     config.validate()?;
     let variety = Variety::of(model.config());
-    let usual = model.tools().iter().map(|&kind| (variety, kind));
-    let is_held_out = |kind: &&ToolKind| model.config().properties && Variety::HeldOut.has(**kind);
-    let held_out = model.tools().iter().filter(is_held_out).map(|&kind| (Variety::HeldOut, kind));
-    let launched: Vec<(Variety, ToolKind)> = usual.chain(held_out).collect();
     let known: Vec<&Task> = tasks.iter().filter(|task| model.check_task(task).is_ok()).collect();
-    let total = PREDICTORS * (launched.len() + 2 * known.len());
+    let total = PREDICTORS * (model.tools().len() + 2 * known.len());
     let parts = &mut Parts { done: 0, total, stop, on_progress };
     let interval = model.config().interval;
     let rapier = Rapier::every(interval, GRAVITY, Ball::default());
     let predictors: Compared<&dyn Predictor> =
         Compared { model, constant_velocity: &ConstantVelocity { interval }, rapier: Some(&rapier) };
-    let of_launches = launched.iter().map(|&(variety, tool)| launch_errors(tool, variety, &predictors, config, parts));
-    let mut launches = of_launches.collect::<Result<Vec<_>>>()?;
-    let held_out = launches.split_off(model.tools().len());
+    let of_launches = model.tools().iter().map(|&tool| launch_errors(tool, variety, &predictors, config, parts));
+    let launches = of_launches.collect::<Result<_>>()?;
     let of_scenes = known.into_iter().map(|task| scene_errors(&Arc::new(task.clone()), &predictors, config, parts));
     let scenes = of_scenes.collect::<Result<_>>()?;
     let FileId { name, sha256 } = model.id();
@@ -186,7 +176,6 @@ pub fn evaluate(
         data_hash: model.provenance().data_hash.clone(),
         config: config.clone(),
         launches,
-        held_out,
         scenes,
     })
 }
@@ -217,10 +206,9 @@ fn launch_errors(
     parts: &mut Parts<'_>,
 ) -> Result<LaunchErrors> {
     let launches = collect(tool, variety, config.launches, Split::Test, config.seed, parts.stop)?;
-    let subgoals = subgoals(&launches, config.seed);
     let errors = predictors.map(|predictor| {
         parts.next(tool.name());
-        one_tool(predictor, &launches, &subgoals, parts.stop)
+        one_tool(predictor, &launches, parts.stop)
     })?;
     Ok(LaunchErrors { tool, errors })
 }
@@ -284,29 +272,11 @@ impl Compared<&dyn Predictor> {
     }
 }
 
-/// Largest offset of a launch's subgoal from the ball's last position, along each axis, in units.
-const SUBGOAL_OFFSET: f32 = 16.0;
-
-/// Centres of subgoals near the end of the path, which about half of the launches hit.
-fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let near = |launch: &Launch| {
-        launch.states[STEPS_PER_ACTION as usize].position.map(|x| x + rng.gen_range(-SUBGOAL_OFFSET..SUBGOAL_OFFSET))
-    };
-    launches.iter().map(near).collect()
-}
-
-/// Whether a ball that moves straight from one state to the next touches a launch's subgoal.
-fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
-    distance_to_segment(subgoal, from.position, to.position) <= STANDARD_RADIUS + Ball::default().radius
-}
-
-fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]], stop: &Stop) -> Result<OneTool> {
+fn one_tool(predictor: &dyn Predictor, launches: &[Launch], stop: &Stop) -> Result<OneTool> {
     let interval = predictor.interval() as usize;
     let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
     let mut balls: Vec<BallState> = launches.iter().map(|launch| launch.states[0]).collect();
     let (mut rollout, mut one_step, mut one_step_contact) = (Vec::new(), Vec::new(), Vec::new());
-    let mut predicted_hits = vec![false; launches.len()];
     for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
         let (before, after) = (states(launches, start), states(launches, start + interval));
         let predicted = advance(predictor, &before, &tools, stop)?;
@@ -317,23 +287,17 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
                 one_step_contact.push(error);
             }
         }
-        let next = advance(predictor, &balls, &tools, stop)?;
-        for (index, hit) in predicted_hits.iter_mut().enumerate() {
-            *hit |= passes(subgoals[index], &balls[index], &next[index]);
-        }
-        balls = next;
+        balls = advance(predictor, &balls, &tools, stop)?;
         rollout.push(Errors::between(balls.iter().zip(&after)));
     }
     let last = STEPS_PER_ACTION as usize;
-    let deflected: Vec<usize> = (0..launches.len()).filter(|&index| is_deflected(&launches[index].states)).collect();
-    let really_passes = |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
-    let action_contact = deflected.iter().map(|&index| distance(&balls[index], &launches[index].states[last]));
+    let deflected = (0..launches.len()).filter(|&index| is_deflected(&launches[index].states));
+    let action_contact = deflected.map(|index| distance(&balls[index], &launches[index].states[last]));
     Ok(OneTool {
         one_step: Errors::of(one_step),
         one_step_contact: Errors::of(one_step_contact),
         rollout,
         action_contact: Errors::of(action_contact.collect()),
-        hits: HitPredictions::count(deflected.iter().map(|&index| (predicted_hits[index], really_passes(index)))),
     })
 }
 

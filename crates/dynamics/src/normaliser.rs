@@ -1,7 +1,6 @@
 //! Mean and scale of every feature and target, computed from the data and stored in the model.
 
 use super::graph::Graphs;
-use mge_base::stop::{Stop, Stopped};
 use mge_nn::{TensorFile, TensorFileError};
 
 /// Mean and scale of each column of a matrix.
@@ -23,26 +22,21 @@ pub struct Normaliser {
 }
 
 impl ColumnStatistics {
-    /// Statistics of `columns` columns, meaningless once `stop` is requested. Constant columns get scale 1.
-    pub fn of(values: &[f32], columns: usize, stop: &Stop) -> Self {
+    /// Statistics of `columns` columns. Constant columns get scale 1.
+    pub fn of(values: &[f32], columns: usize) -> Self {
         let rows = (values.len() / columns).max(1) as f64;
         let mut mean = vec![0.0f64; columns];
-        for row in stop.until(values.chunks_exact(columns)) {
+        for row in values.chunks_exact(columns) {
             mean.iter_mut().zip(row).for_each(|(mean, value)| *mean += f64::from(*value) / rows);
         }
         let mut variance = vec![0.0f64; columns];
-        for row in stop.until(values.chunks_exact(columns)) {
+        for row in values.chunks_exact(columns) {
             for ((variance, mean), value) in variance.iter_mut().zip(&mean).zip(row) {
                 *variance += (f64::from(*value) - mean).powi(2) / rows;
             }
         }
         let scale = |variance: &f64| if *variance > 1e-12 { variance.sqrt() as f32 } else { 1.0 };
         Self { mean: mean.iter().map(|mean| *mean as f32).collect(), scale: variance.iter().map(scale).collect() }
-    }
-
-    /// Number of columns.
-    pub fn width(&self) -> usize {
-        self.mean.len()
     }
 
     /// Subtracts the mean and divides by the scale.
@@ -77,32 +71,21 @@ impl ColumnStatistics {
 
 impl Normaliser {
     /// Statistics of graphs and their targets.
-    ///
-    /// # Errors
-    /// When `stop` is requested.
-    pub fn of(graphs: &Graphs, edge_columns: usize, targets: &[f32], stop: &Stop) -> Result<Self, Stopped> {
+    pub fn of(graphs: &Graphs, edge_columns: usize, targets: &[f32]) -> Self {
         let rows = graphs.scenes.max(1);
-        let of = |values: &[f32], columns| ColumnStatistics::of(values, columns, stop);
-        let statistics = Self {
-            edges: graphs.edges.iter().map(|edges| of(&edges.inputs, edge_columns)).collect(),
-            nodes: of(&graphs.nodes, graphs.nodes.len() / rows),
-            targets: of(targets, targets.len() / rows),
-        };
-        stop.check().map(|()| statistics)
+        Self {
+            edges: graphs.edges.iter().map(|edges| ColumnStatistics::of(&edges.inputs, edge_columns)).collect(),
+            nodes: ColumnStatistics::of(&graphs.nodes, graphs.nodes.len() / rows),
+            targets: ColumnStatistics::of(targets, targets.len() / rows),
+        }
     }
 
     /// Normalises the features of graphs in place.
     pub fn normalise(&self, graphs: &mut Graphs) {
-        self.parts(graphs).for_each(|(columns, values)| columns.normalise(values));
-    }
-
-    /// The features of graphs with their statistics.
-    pub fn parts<'a>(
-        &'a self,
-        graphs: &'a mut Graphs,
-    ) -> impl Iterator<Item = (&'a ColumnStatistics, &'a mut Vec<f32>)> {
-        let edges = self.edges.iter().zip(graphs.edges.iter_mut().map(|edges| &mut edges.inputs));
-        std::iter::once((&self.nodes, &mut graphs.nodes)).chain(edges)
+        self.nodes.normalise(&mut graphs.nodes);
+        for (columns, edges) in self.edges.iter().zip(&mut graphs.edges) {
+            columns.normalise(&mut edges.inputs);
+        }
     }
 
     /// Adds the statistics to `file`.

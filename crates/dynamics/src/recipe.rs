@@ -6,10 +6,10 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::config::{ModelConfig, TrainConfig};
-use super::error::{DynamicsError, Result};
+use super::error::Result;
 use super::model::{Model, VERSION, check_task, is_plain, read_model};
 use super::tool_set::{model_name, tool_set_name};
-use super::train::{Progress, Training, TrainingOutcome};
+use super::train::{Progress, Training};
 use mge_base::identity::{FileId, sha256, version};
 use mge_base::stop::Stop;
 use mge_base::sync::hold_folder;
@@ -158,21 +158,13 @@ impl Recipe {
         if sha256(bytes).as_bytes() == hash { self.of_bytes(bytes, "").ok()? } else { None }
     }
 
-    fn train(&self, stop: &Stop, mut on_progress: impl FnMut(&Progress)) -> Result<Model> {
+    fn train(&self, stop: &Stop, on_progress: impl FnMut(&Progress)) -> Result<Model> {
         let Self { tools, config, training } = self.clone();
         let mut training = Training::new(config, training, &tools, &self.command(), stop)?;
-        let ended = training.run(stop, |_, now| {
-            on_progress(now);
-            true
-        });
         // A training that diverged leaves the model of the epoch before.
-        match ended {
-            TrainingOutcome::Stopped => Err(DynamicsError::Stopped),
-            TrainingOutcome::Done | TrainingOutcome::Diverged { .. } => {
-                let bytes = training.model().to_file().to_bytes();
-                Ok(self.named(training.model().clone(), &bytes))
-            }
-        }
+        training.run(stop, on_progress)?;
+        let bytes = training.model().to_file().to_bytes();
+        Ok(self.named(training.model().clone(), &bytes))
     }
 
     fn named(&self, mut model: Model, bytes: &[u8]) -> Model {
@@ -273,7 +265,7 @@ mod tests {
         let cache = tempfile::tempdir().unwrap();
         let stop = Stop::default();
         let stopped = recipe(100_000).model_in(Some(cache.path()), &stop, |_| stop.request());
-        assert!(matches!(stopped, Err(DynamicsError::Stopped)));
+        assert!(matches!(stopped, Err(crate::DynamicsError::Stopped)));
         assert!(!cache.path().join(recipe(100_000).key()).join(ENTRY).exists());
     }
 

@@ -2,10 +2,7 @@
 //!
 //! An epoch uses one row of every observation in random order, so the number of updates is the
 //! paper's: epochs × observations of the tool set / batch. Launches, initial weights and every
-//! epoch's draws have separate random streams, so a training resumed after any epoch gives
-//! bit-identical results.
-
-use std::sync::Arc;
+//! epoch's draws have separate random streams.
 
 use dfdx::losses::{huber_loss, mse_loss};
 use dfdx::prelude::*;
@@ -23,26 +20,21 @@ use super::normaliser::Normaliser;
 use super::samples::Samples;
 use super::tool_set::canonical_tool_set;
 use super::variety::Variety;
+use mge_base::atomic::{self, Target};
 use mge_base::identity::version;
-use mge_base::stop::{Pieces, Stop, Stopped};
+use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
-use mge_nn::{NnError, Optimiser, TensorFile, matrix, processor};
+use mge_nn::{NnError, Optimiser, matrix, processor};
 use mge_physics::ToolKind;
 
 /// A training in progress: the model, the optimiser and the data.
 #[derive(Debug)]
 pub struct Training {
-    learner: Learner,
-    samples: Arc<Samples>,
-    validation: Samples,
-}
-
-/// What an epoch changes.
-#[derive(Debug, Clone)]
-struct Learner {
     model: Model,
     optimiser: Optimiser,
     device: Cpu,
+    samples: Samples,
+    validation: Samples,
 }
 
 /// Progress of a training.
@@ -56,20 +48,45 @@ pub struct Progress {
     pub loss: f32,
 }
 
-/// Why [`Training::run`] returned.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TrainingOutcome {
-    /// All epochs are done.
-    Done,
-    /// A stop was requested, or the callback asked for it; the training can be resumed.
-    Stopped,
-    /// The loss or a gradient was not finite. The model is that of the previous epoch.
-    Diverged {
-        /// The epoch that failed, counted from 1.
-        epoch: u32,
-        /// What was not finite, for people.
-        reason: String,
-    },
+/// An ended training into a file.
+#[derive(Debug)]
+pub struct TrainedModel {
+    /// The training in its final state.
+    pub training: Training,
+    /// The epoch in which the training diverged and the reason; the model is then that of the epoch before.
+    pub diverged: Option<String>,
+    /// Mean loss of the last epoch, of normalised outputs; `None` if there was no epoch.
+    pub train_loss: Option<f32>,
+}
+
+/// Trains a model into a file. `on_progress` is called after every epoch. The other arguments are those of
+/// [`Training::new`].
+///
+/// # Errors
+/// As [`Training::new`] and [`Training::run`]; when the file is of another kind or cannot be written.
+pub fn train_to_file(
+    to: impl Into<Target>,
+    config: ModelConfig,
+    settings: TrainConfig,
+    tools: &[ToolKind],
+    command: &str,
+    stop: &Stop,
+    mut on_progress: impl FnMut(&Progress),
+) -> Result<TrainedModel> {
+    config.validate()?;
+    settings.validate()?;
+    // Refused before the training.
+    let to = to.into();
+    let checked = to.check(&Model::FORMAT).and_then(|()| atomic::create_parent(&to.path));
+    checked.map_err(|source| DynamicsError::Io { origin: to.path.display().to_string(), source })?;
+    let mut training = Training::new(config, settings, tools, command, stop)?;
+    let mut train_loss = None;
+    let diverged = training.run(stop, |now| {
+        train_loss = Some(now.loss);
+        on_progress(now);
+    })?;
+    training.model().save(&to.path)?;
+    Ok(TrainedModel { training, diverged, train_loss })
 }
 
 impl Training {
@@ -88,111 +105,73 @@ impl Training {
         config.validate()?;
         training.validate()?;
         let tools = canonical_tool_set(tools)?;
-        let mut data = Data::collect(&config, &training, &tools, stop)?;
         let builder = GraphBuilder::new(config.clone(), tools.clone());
         let layout = builder.layout();
-        let normaliser = Normaliser::of(&data.samples.graphs, layout.edge, &data.samples.targets, stop)?;
-        data.normalise(&normaliser, stop)?;
+        let (mut samples, mut validation, data_hash) = collect_samples(&config, &training, &tools, &builder, stop)?;
+        let normaliser = Normaliser::of(&samples.graphs, layout.edge, &samples.targets);
+        for samples in [&mut samples, &mut validation] {
+            normaliser.normalise(&mut samples.graphs);
+            normaliser.targets.normalise(&mut samples.targets);
+        }
         let outputs = Codec::new(&config).outputs();
         let network = Network::new(&config, layout, outputs, &mut Stream::ModelWeights.of(training.seed))?;
         let optimiser = Optimiser::new(training.optimiser, &network.networks());
         let provenance = Provenance {
             training,
             epoch: 0,
-            data_hash: std::mem::take(&mut data.hash),
+            data_hash,
             crate_version: version().to_owned(),
             processor: processor(),
             command: command.to_owned(),
         };
         let model = Model::assemble(config, tools, provenance, normaliser, network);
-        Ok(data.into_training(model, optimiser))
+        Ok(Self { model, optimiser, device: Cpu::default(), samples, validation })
     }
 
     /// The model after the epochs done so far.
     pub fn model(&self) -> &Model {
-        &self.learner.model
+        &self.model
     }
 
     /// Epochs done.
     pub fn epoch(&self) -> u32 {
-        self.model().provenance.epoch
+        self.model.provenance.epoch
     }
 
-    /// Trains until all epochs are done, `stop` is requested, `on_progress` returns false, or the loss diverges.
-    /// `on_progress` is called after every epoch. An epoch that is stopped leaves no trace.
-    pub fn run(&mut self, stop: &Stop, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> TrainingOutcome {
-        let epochs = self.model().provenance.training.epochs;
-        let mut pieces = Pieces::default();
+    /// Trains until all epochs are done or the loss diverges. Returns in which epoch it diverged and why, if it did: the
+    /// model is then that of the epoch before. `on_progress` is called after every epoch.
+    ///
+    /// # Errors
+    /// When `stop` is requested.
+    pub fn run(&mut self, stop: &Stop, mut on_progress: impl FnMut(&Progress)) -> Result<Option<String>> {
+        let epochs = self.model.provenance.training.epochs;
         while self.epoch() < epochs {
-            if stop.is_requested() {
-                return TrainingOutcome::Stopped;
-            }
-            let (good, samples) = (self.learner.clone(), self.samples.clone());
+            let good = (self.model.clone(), self.optimiser.clone());
             // On a thread of the rayon pool, work is divided with less overhead than from outside.
-            let trained = pieces.run(&mut self.learner, stop, move |learner, stop| {
-                match rayon::scope(|_| learner.train_epoch(&samples, stop)) {
-                    Err(DynamicsError::Stopped) => None,
-                    trained => Some(trained),
+            match rayon::scope(|_| self.train_epoch(stop)) {
+                Err(DynamicsError::Stopped) => return Err(DynamicsError::Stopped),
+                Ok(loss) => on_progress(&Progress { epoch: self.epoch(), epochs, loss }),
+                Err(reason) => {
+                    (self.model, self.optimiser) = good;
+                    return Ok(Some(format!("epoch {}: {reason}", self.epoch() + 1)));
                 }
-            });
-            let loss = match trained {
-                None => return TrainingOutcome::Stopped,
-                Some(Ok(loss)) => loss,
-                Some(Err(reason)) => {
-                    self.learner = good;
-                    return TrainingOutcome::Diverged { epoch: self.epoch() + 1, reason: reason.to_string() };
-                }
-            };
-            let epoch = self.epoch();
-            if !on_progress(self, &Progress { epoch, epochs, loss }) && epoch < epochs {
-                return TrainingOutcome::Stopped;
             }
         }
-        TrainingOutcome::Done
+        Ok(None)
     }
 
     /// Mean loss on the validation launches.
     pub fn validation_loss(&self) -> f32 {
-        let outputs = self.model().network.predict(&self.validation.graphs);
-        let loss = self.model().provenance.training.loss;
+        let outputs = self.model.network.predict(&self.validation.graphs);
+        let loss = self.model.provenance.training.loss;
         let errors = outputs.iter().zip(&self.validation.targets).map(|(output, target)| f64::from(output - target));
         let sum: f64 = errors.map(|error| loss.of(error)).sum();
         (sum / outputs.len().max(1) as f64) as f32
     }
 
-    /// The model and the optimiser's state: everything needed to resume.
-    pub fn checkpoint(&self) -> TensorFile {
-        let mut file = self.model().to_file();
-        self.learner.optimiser.save(&mut file, OPTIMISER);
-        file
-    }
-
-    /// Resumes from a checkpoint; `origin` names it in errors. The launches are collected
-    /// again from the seed and must be identical.
-    ///
-    /// # Errors
-    /// When the file is not a valid checkpoint, the launches differ, or `stop` is requested.
-    pub fn resume(file: &TensorFile, origin: &str, stop: &Stop) -> Result<Self> {
-        let model = Model::from_file(file, origin)?;
-        let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
-        let optimiser = Optimiser::load(file, OPTIMISER).map_err(wrong)?;
-        let provenance = &model.provenance;
-        let mut data = Data::collect(&model.config, &provenance.training, &model.tools, stop)?;
-        if data.hash != provenance.data_hash {
-            return Err(DynamicsError::Content {
-                origin: origin.to_owned(),
-                reason: "its launches cannot be collected again by this version: start a new training".to_owned(),
-            });
-        }
-        data.normalise(&model.normaliser, stop)?;
-        Ok(data.into_training(model, optimiser))
-    }
-}
-
-impl Learner {
     /// One pass over the observations, unless `stop` is requested. Returns the mean loss.
-    fn train_epoch(&mut self, samples: &Samples, stop: &Stop) -> Result<f32> {
-        let config = &self.model.provenance.training;
+    fn train_epoch(&mut self, stop: &Stop) -> Result<f32> {
+        let (config, samples) = (&self.model.provenance.training, &self.samples);
         let mut rng = Stream::ModelEpoch(self.model.provenance.epoch).of(config.seed);
         let mut order: Vec<usize> = (0..samples.observations()).collect();
         order.shuffle(&mut rng);
@@ -229,55 +208,31 @@ impl Learner {
     }
 }
 
-const OPTIMISER: &str = "optimiser";
-/// Pieces of the samples between which a stop request is noticed.
-const PIECES: usize = 1000;
-
-struct Data {
-    samples: Samples,
-    validation: Samples,
-    hash: String,
-}
-
-impl Data {
-    fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind], stop: &Stop) -> Result<Self> {
-        let builder = GraphBuilder::new(config.clone(), tools.to_vec());
-        let variety = Variety::of(config);
-        let of = |split, count| -> Result<Vec<Launch>, Stopped> {
-            let each = tools.iter().map(|&kind| collect(kind, variety, count, split, training.seed, stop));
-            Ok(each.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
-        };
-        let launches = of(Split::Training, training.observations)?;
-        let validation = of(Split::Validation, training.validation)?;
-        let bystanders = || Bystanders {
-            share: training.bystanders,
-            cutoff: config.cutoff,
-            tools: tools.to_vec(),
-            variety,
-            rng: Stream::Bystanders.of(training.seed),
-        };
-        let data = Self {
-            hash: data_hash(stop.until(&launches), config.properties),
-            samples: Samples::new(config, &builder, stop.until(&launches), training.mirror, bystanders())?,
-            validation: Samples::new(config, &builder, stop.until(&validation), false, bystanders())?,
-        };
-        stop.check()?;
-        Ok(data)
-    }
-
-    fn normalise(&mut self, normaliser: &Normaliser, stop: &Stop) -> Result<(), Stopped> {
-        for samples in [&mut self.samples, &mut self.validation] {
-            let targets = (&normaliser.targets, &mut samples.targets);
-            for (columns, values) in normaliser.parts(&mut samples.graphs).chain([targets]) {
-                let piece = values.len().div_ceil(PIECES).next_multiple_of(columns.width());
-                stop.until(values.chunks_mut(piece.max(1))).for_each(|piece| columns.normalise(piece));
-            }
-        }
-        stop.check()
-    }
-
-    fn into_training(self, model: Model, optimiser: Optimiser) -> Training {
-        let learner = Learner { model, optimiser, device: Cpu::default() };
-        Training { learner, samples: Arc::new(self.samples), validation: self.validation }
-    }
+/// The rows of the launches of a training, those of its validation, and the hash of the former.
+fn collect_samples(
+    config: &ModelConfig,
+    training: &TrainConfig,
+    tools: &[ToolKind],
+    builder: &GraphBuilder,
+    stop: &Stop,
+) -> Result<(Samples, Samples, String)> {
+    let variety = Variety::of(config);
+    let of = |split, count| -> Result<Vec<Launch>, Stopped> {
+        let each = tools.iter().map(|&kind| collect(kind, variety, count, split, training.seed, stop));
+        Ok(each.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    };
+    let launches = of(Split::Training, training.observations)?;
+    let validation = of(Split::Validation, training.validation)?;
+    let bystanders = || Bystanders {
+        share: training.bystanders,
+        cutoff: config.cutoff,
+        tools: tools.to_vec(),
+        variety,
+        rng: Stream::Bystanders.of(training.seed),
+    };
+    let hash = data_hash(stop.until(&launches), config.properties);
+    let samples = Samples::new(config, builder, stop.until(&launches), training.mirror, bystanders())?;
+    let validation = Samples::new(config, builder, stop.until(&validation), false, bystanders())?;
+    stop.check()?;
+    Ok((samples, validation, hash))
 }

@@ -16,19 +16,12 @@ pub enum Variety {
     /// Tools of CREATE's catalogue without its test tools. Walls, floors and ladders, which are not in the
     /// catalogue, have random sizes and speeds as in levels.
     Catalogue,
-    /// The catalogue's test tools: no model learns from launches at these.
-    HeldOut,
 }
 
 impl Variety {
     /// The tools that a model of this configuration learns from.
     pub fn of(config: &ModelConfig) -> Self {
         if config.properties { Self::Catalogue } else { Self::Sizes }
-    }
-
-    /// Whether there are tools of this type.
-    pub fn has(self, kind: ToolKind) -> bool {
-        self != Self::HeldOut || !self.catalogue(kind).is_empty()
     }
 
     /// A random tool of this type, at the origin.
@@ -49,19 +42,13 @@ impl Variety {
 
     /// The listed tools of this type; empty if there is no list.
     fn catalogue(self, kind: ToolKind) -> &'static [Tool] {
-        static LISTS: LazyLock<[[Vec<Tool>; ToolKind::ALL.len()]; 2]> = LazyLock::new(|| {
+        static LISTS: LazyLock<[Vec<Tool>; ToolKind::ALL.len()]> = LazyLock::new(|| {
             let test = ToolSplit::Test.tools();
-            let of = |kind: ToolKind, held_out: bool| {
-                let numbers = (0..NO_OP).filter(|number| test.binary_search(number).is_ok() == held_out);
-                numbers.filter_map(catalogue_tool).filter(|tool| tool.kind == kind).copied().collect()
-            };
-            [false, true].map(|held_out| ToolKind::ALL.map(|kind| of(kind, held_out)))
+            let numbers = || (0..NO_OP).filter(|number| test.binary_search(number).is_err());
+            let of = |kind| numbers().filter_map(catalogue_tool).filter(|tool| tool.kind == kind).copied().collect();
+            ToolKind::ALL.map(of)
         });
-        match self {
-            Self::Sizes => &[],
-            Self::Catalogue => &LISTS[0][kind.index()],
-            Self::HeldOut => &LISTS[1][kind.index()],
-        }
+        if self == Self::Catalogue { &LISTS[kind.index()] } else { &[] }
     }
 }
 
@@ -92,11 +79,7 @@ mod tests {
             for _ in 0..50 {
                 let tool = Variety::Catalogue.draw(kind, &mut rng);
                 assert!(tool.kind == kind && tool.check().is_ok() && !test.contains(&&tool), "{tool:?}");
-                assert!(!Variety::HeldOut.has(kind) || test.contains(&&Variety::HeldOut.draw(kind, &mut rng)));
             }
         }
-        let held_out: Vec<&str> =
-            ToolKind::ALL.into_iter().filter(|kind| Variety::HeldOut.has(*kind)).map(ToolKind::name).collect();
-        assert_eq!(held_out, ["triangle", "hinge", "fan", "belt", "funnel"]);
     }
 }

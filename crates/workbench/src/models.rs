@@ -7,9 +7,7 @@ use super::job::{Progress, Reporter};
 use super::{Session, SessionError, write_file};
 use mge_base::atomic::{Format, Target};
 use mge_base::json;
-use mge_dynamics::{
-    self as dynamics, DynamicsError, Evaluation, EvaluationConfig, Model, TrainingOutcome, train_to_file,
-};
+use mge_dynamics::{self as dynamics, DynamicsError, Evaluation, EvaluationConfig, Model, train_to_file};
 use mge_experiments::sweep::ModelJob;
 use mge_run::RunError;
 use mge_task as task;
@@ -104,15 +102,11 @@ fn train_into_file(job: ModelJob, to: &Target, made_by: &str, reporter: &Reporte
     let on_progress = |now: &dynamics::Progress| _ = reporter.progress(now.epoch as usize, now.epochs as usize);
     let trained = train_to_file(to, job.model, job.training, &job.tools, made_by, reporter.stop(), on_progress)
         .map_err(|error| match error {
-            DynamicsError::Stopped => failed(&"stopped before the first epoch: the same command starts again"),
+            DynamicsError::Stopped => failed(&"stopped: the same command starts again"),
             error => failed(&error),
         })?;
-    if trained.ended == TrainingOutcome::Stopped {
-        let epoch = trained.training.epoch();
-        return Err(failed(&format!("stopped after epoch {epoch}: the same command continues it")));
-    }
-    if let Some(reason) = trained.finish() {
-        return Err(failed(&reason));
+    if let Some(reason) = trained.diverged {
+        return Err(failed(&format!("{reason}; the model is that of the epoch before")));
     }
     Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
 }

@@ -21,7 +21,7 @@ pub struct DynamicsTrain {
     /// The tool set, such as box,bucket; or `create` for all of CREATE's tools with their properties
     #[arg(long)]
     pub tools: ToolSet,
-    /// Model file to write; an unfinished training beside it is resumed
+    /// Model file to write
     #[arg(long)]
     pub out: PathBuf,
     #[command(flatten)]

@@ -31,7 +31,7 @@ fn evaluations_of_ablated_models_report_every_part() {
         let trained = train_to_file(&path, config.clone(), train.clone(), &tools, "test", &never, on_progress).unwrap();
         // Its file contains its configuration.
         assert_eq!(Model::load(&path).unwrap().config(), &config);
-        evaluate(trained.model(), &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
+        evaluate(trained.training.model(), &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
     });
     assert_eq!(epochs, 4);
     for result in &results {
@@ -45,10 +45,6 @@ fn evaluations_of_ablated_models_report_every_part() {
             assert!(launch.errors.constant_velocity.one_step_contact.count > 0);
             let (rapier, free) = (launch.errors.rapier.as_ref().unwrap(), &launch.errors.constant_velocity);
             assert!(rapier.action_contact.mean < free.action_contact.mean / 2.0, "{rapier:?}\n{free:?}");
-            let hits = of_each(&launch.errors, |tool| tool.hits);
-            assert_eq!(hits.model.rollouts, launch.errors.model.action_contact.count);
-            let real = |hits: HitPredictions| hits.true_positives + hits.false_negatives;
-            assert!(real(hits.model) > 0 && real(hits.model) == real(hits.constant_velocity), "{hits:?}");
         }
     }
     let text = serde_json::to_string(&results).unwrap();
@@ -92,11 +88,6 @@ fn shipped_models_predict_better_than_free_flight() {
         for launch in &evaluation.launches {
             let errors = of_each(&launch.errors, |tool| tool.one_step_contact.mean);
             assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");
-            let score = of_each(&launch.errors, |tool| {
-                let HitPredictions { true_positives, false_positives, false_negatives, .. } = tool.hits;
-                2 * true_positives * 100 / (2 * true_positives + false_positives + false_negatives)
-            });
-            assert!(score.model > 80 && score.model > score.constant_velocity, "{name}: F1 {score:?} %");
         }
         for scene in &evaluation.scenes {
             let errors = of_each(&scene.rollout, |errors| errors[0].mean);

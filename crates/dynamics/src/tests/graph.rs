@@ -64,7 +64,7 @@ fn edges_are_active_up_to_the_cutoff_from_the_surface() {
 fn normalised_columns_have_mean_0_and_scale_1_and_are_restored() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let original: Vec<f32> = (0..600).map(|i| [5.0, -2.0, 0.3][i % 3] * (1.0 + rng.gen_range(-0.5..0.5))).collect();
-    let columns = ColumnStatistics::of(&original, 3, &Stop::default());
+    let columns = ColumnStatistics::of(&original, 3);
     let mut values = original.clone();
     columns.normalise(&mut values);
     for column in 0..3 {
@@ -77,6 +77,6 @@ fn normalised_columns_have_mean_0_and_scale_1_and_are_restored() {
     assert!(values.iter().zip(&original).all(|(value, original)| (value - original).abs() < 1e-5));
     // A constant column is shifted, but not scaled.
     let mut constant = [7.0, 7.0];
-    ColumnStatistics::of(&constant, 1, &Stop::default()).normalise(&mut constant);
+    ColumnStatistics::of(&constant, 1).normalise(&mut constant);
     assert_eq!(constant, [0.0, 0.0]);
 }

@@ -213,8 +213,6 @@ fn model_files_round_trip_and_bad_ones_are_refused() {
     assert!(changed("tools", "[\"floor\",\"box\"]").contains("canonical order"));
     assert!(changed("tools", "[\"bucket\",\"box\",\"floor\"]").contains("edge.2"), "a third edge function is missing");
     assert!(changed("config", "{\"layers\": 4}").contains("another network"));
-    let error = Training::resume(&model.to_file(), "a.safetensors", &Stop::default()).unwrap_err().to_string();
-    assert!(error.contains("optimiser"), "a model without moments is no checkpoint: {error}");
     let missing = Model::load(std::path::Path::new("no/such.safetensors")).unwrap_err().to_string();
     assert!(missing.starts_with("no/such.safetensors: "), "{missing}");
 }

@@ -1,4 +1,4 @@
-//! Launches, losses, training and resuming.
+//! Launches, losses and training.
 
 use super::*;
 
@@ -43,10 +43,7 @@ fn training_reports_the_loss_it_minimises() {
             .flat_map(|&kind| collect(kind, Variety::Sizes, 8, Split::Training, 5, &never).unwrap())
             .collect();
         let mut reported = f64::NAN;
-        training.run(&never, |_, progress| {
-            reported = f64::from(progress.loss);
-            true
-        });
+        training.run(&never, |progress| reported = f64::from(progress.loss)).unwrap();
         let model = training.model();
         let (mut sum, mut count) = (0.0, 0.0);
         for launch in &launches {
@@ -71,55 +68,45 @@ fn training_reports_the_loss_it_minimises() {
 fn training_lowers_the_error() {
     let mut training = training(small(), TrainConfig { observations: 200, validation: 20, epochs: 60, ..quick() });
     let before = training.validation_loss();
-    assert_eq!(training.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
+    assert_eq!(training.run(&Stop::default(), |_| ()).unwrap(), None);
     assert!(training.validation_loss() < 0.7 * before, "{} of {before}", training.validation_loss());
 }
 
 #[test]
-fn a_resumed_training_is_bit_identical() {
-    let mut whole = training(small(), quick());
-    assert_eq!(whole.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
-    let mut first = training(small(), quick());
-    assert_eq!(first.run(&Stop::default(), |_, progress| progress.epoch < 2), TrainingOutcome::Stopped);
-    let bytes = first.checkpoint().to_bytes();
-    let mut second =
-        Training::resume(&TensorFile::from_bytes(&bytes).unwrap(), "checkpoint", &Stop::default()).unwrap();
-    assert_eq!(second.epoch(), 2);
-    assert_eq!(second.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
-    assert_eq!(whole.checkpoint().to_bytes(), second.checkpoint().to_bytes());
-}
-
-#[test]
-fn a_stop_in_an_epoch_or_among_the_launches_leaves_no_trace() {
+fn a_stop_ends_a_training() {
     let stop = Stop::default();
-    let mut whole = training(small(), quick());
-    let mut stopped = whole_until(2);
-    let before = stopped.checkpoint().to_bytes();
-    stop.request();
-    assert_eq!(stopped.run(&stop, |_, _| true), TrainingOutcome::Stopped);
-    assert_eq!(stopped.checkpoint().to_bytes(), before);
-    let [a, b] = [&mut whole, &mut stopped].map(|training| {
-        assert_eq!(training.run(&Stop::default(), |_, _| true), TrainingOutcome::Done);
-        training.checkpoint().to_bytes()
+    let mut stopped = training(small(), quick());
+    let mut epochs = 0;
+    let ended = stopped.run(&stop, |now| {
+        epochs = now.epoch;
+        stop.request();
     });
-    assert!(a == b);
+    assert!(matches!(ended, Err(DynamicsError::Stopped)) && epochs == 1);
     let refused = Training::new(small(), quick(), &TOOLS, "test", &stop);
     assert!(matches!(refused, Err(DynamicsError::Stopped)));
 }
 
-/// A training that was ended after some epochs.
-fn whole_until(epochs: u32) -> Training {
-    let mut training = training(small(), quick());
-    assert_eq!(training.run(&Stop::default(), |_, now| now.epoch < epochs), TrainingOutcome::Stopped);
-    training
+#[test]
+fn a_path_for_no_file_or_a_file_of_another_kind_is_refused_before_the_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let train = |path: &std::path::Path| {
+        let never = Stop::default();
+        train_to_file(path, small(), quick(), &TOOLS, "test", &never, |_| panic!("it trains")).unwrap_err()
+    };
+    let file = folder.path().join("file");
+    std::fs::write(&file, "{}").unwrap();
+    assert!(matches!(train(folder.path()), DynamicsError::Io { .. }));
+    assert!(matches!(train(&file.join("model")), DynamicsError::Io { .. }));
+    assert!(train(&file).to_string().contains("is not a dynamics model"));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "{}");
 }
 
 #[test]
 fn a_diverged_training_keeps_the_last_good_state() {
     let train = TrainConfig { optimiser: OptimiserKind::Sgd, learning_rate: 1e20, ..quick() };
     let mut training = training(small(), train);
-    let ended = training.run(&Stop::default(), |_, _| true);
-    assert!(matches!(ended, TrainingOutcome::Diverged { epoch: 1, .. }), "{ended:?}");
+    let diverged = training.run(&Stop::default(), |_| ()).unwrap().unwrap();
+    assert!(diverged.starts_with("epoch 1: "), "{diverged}");
     assert!(training.validation_loss().is_finite());
     assert_eq!(training.epoch(), 0);
 }

@@ -14,7 +14,7 @@ use mge_base::stop::Stop;
 use mge_base::validation::ValidationError;
 use mge_dynamics::{
     DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, ToolSet, TrainConfig,
-    TrainedModel, TrainingOutcome, canonical_tool_set, checkpoint_of, evaluate, train_to_file,
+    TrainedModel, canonical_tool_set, evaluate, train_to_file,
 };
 use mge_physics::ToolKind;
 use mge_task as task;
@@ -124,32 +124,20 @@ impl ModelJob {
         serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", json::text(value)))
     }
 
-    /// Trains and evaluates the model in `folder`, or does the missing part of it. None if it was stopped
-    /// before the end.
-    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, ExperimentError> {
-        let path = folder.join(MODEL);
-        let done = once(folder, || {
-            let (model, training) = (self.model.clone(), self.training.clone());
+    /// Trains the model into `folder` and evaluates it.
+    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<(), ExperimentError> {
+        once(folder, || {
+            let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());
             let on_progress = |now: &Progress| handle.set_done(u64::from(now.epoch));
             let trained = train_to_file(&path, model, training, &self.tools, command, handle.stop(), on_progress)?;
-            if trained.ended == TrainingOutcome::Stopped {
-                return Ok(None);
-            }
-            if trained.divergence().is_some() {
-                trained.model().save(&path)?;
-            }
-            self.result(&trained, handle.stop()).map(Some)
-        })?;
-        if done.is_some() {
-            // A failure is harmless: the same training would just continue from the checkpoint.
-            let _ = std::fs::remove_file(checkpoint_of(&path));
-        }
-        Ok(done)
+            self.result(&trained, handle.stop())
+        })
     }
 
     /// Evaluates the model.
     fn result(&self, trained: &TrainedModel, stop: &Stop) -> Result<ModelResult, ExperimentError> {
-        let evaluation = evaluate(trained.model(), &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
+        let evaluation =
+            evaluate(trained.training.model(), &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
         let (one_step_error, rollout_error) = evaluation.mean_errors();
         let of_launches =
             |of: fn(&OneTool) -> Option<f64>| evaluation.launches.iter().filter_map(move |tool| of(&tool.errors.model));
@@ -159,7 +147,7 @@ impl ModelJob {
         let actions = of_launches(|tool| tool.rollout.last().map(|errors| errors.mean));
         Ok(ModelResult {
             epochs: trained.training.epoch(),
-            diverged: trained.divergence(),
+            diverged: trained.diverged.clone(),
             train_loss: trained.train_loss,
             validation_loss: trained.training.validation_loss(),
             action_error: mean(actions).unwrap_or(0.0),

@@ -67,8 +67,8 @@ impl Job {
             let folder = self.folder(sweep);
             match &self.work {
                 Work::Train(config) => Ok(train_to_end(&folder, config, handle)?),
-                Work::Dynamics(model) => model.run(&folder, &plan::provenance(self), handle),
-                Work::Hits(count) => once(&folder, || Ok(Some(count.count(handle.stop())?))),
+                Work::Dynamics(model) => model.run(&folder, &plan::provenance(self), handle).map(Some),
+                Work::Hits(count) => once(&folder, || Ok(count.count(handle.stop())?)).map(Some),
             }
         })
     }
@@ -84,20 +84,18 @@ pub fn result_in<T: DeserializeOwned>(folder: &Path) -> Result<Option<T>, Experi
     read_optional(&file)?.map(read).transpose()
 }
 
-/// Makes the result of a model or of a count and writes it into its folder, unless it is there. None if `make` was
-/// stopped.
+/// Makes the result of a model or of a count and writes it into its folder, unless it is there.
 pub(super) fn once<T: Serialize + DeserializeOwned>(
     folder: &Path,
-    make: impl FnOnce() -> Result<Option<T>, ExperimentError>,
-) -> Result<Option<()>, ExperimentError> {
+    make: impl FnOnce() -> Result<T, ExperimentError>,
+) -> Result<(), ExperimentError> {
     let _lock = RunDirectory::open(folder)?.lock()?;
     if result_in::<T>(folder)?.is_some() {
-        return Ok(Some(()));
+        return Ok(());
     }
-    let Some(result) = make()? else { return Ok(None) };
     let file = folder.join(RESULT);
-    atomic::write(&file, json::pretty(&result).as_bytes()).map_err(RunError::io("write", &file))?;
-    Ok(Some(()))
+    atomic::write(&file, json::pretty(&make()?).as_bytes()).map_err(RunError::io("write", &file))?;
+    Ok(())
 }
 
 /// Checks that a sweep can be run in `folder`, also before it is planned for other machines.

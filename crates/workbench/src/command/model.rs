@@ -32,7 +32,7 @@ command! {
 
 command! {
     /// Cancels the training or evaluation of a dynamics model.
-    ModelStop: "model stop" "" "end the training or evaluation of a model; a checkpoint is kept";
+    ModelStop: "model stop" "" "end the training or evaluation of a model";
     execute = |_, session| session.stop_model_work();
     script_role = |_| ScriptRole { unrecorded: true, ..ScriptRole::default() };
 }

@@ -34,7 +34,7 @@ use crate::tui::view::{
 use crate::tui::widgets::preview::PreviewJob;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_agent::DdpgConfig;
-use mge_dynamics::{Compared, Errors, Evaluation, EvaluationConfig, HitPredictions, LaunchErrors, OneTool};
+use mge_dynamics::{Compared, Errors, Evaluation, EvaluationConfig, LaunchErrors, OneTool};
 use mge_figures::TaskGrid;
 use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use mge_physics::ToolKind;
@@ -295,7 +295,6 @@ fn evaluation() -> Evaluation {
         one_step_contact: errors(mean),
         rollout: vec![errors(mean), errors(3.0 * mean)],
         action_contact: errors(5.0 * mean),
-        hits: HitPredictions::default(),
     };
     let launches = |tool: ToolKind, mean: f64| LaunchErrors {
         tool,
@@ -307,7 +306,6 @@ fn evaluation() -> Evaluation {
         data_hash: String::new(),
         config: EvaluationConfig::default(),
         launches: vec![launches(ToolKind::Bucket, 0.0021), launches(ToolKind::Box, 0.0043)],
-        held_out: Vec::new(),
         scenes: Vec::new(),
     }
 }
