@@ -81,7 +81,7 @@ fn escapes_in_names_and_texts_never_reach_the_terminal() {
     hostile("order.json", &format!("{{\"version\": 1, \"name\": \"x\", \"order\": [{quoted}]}}"));
     let recorded = include_str!("../data/create/levels.jsonl").lines().next().unwrap();
     let mut level: serde_json::Value = serde_json::from_str(recorded).unwrap();
-    level[ESCAPES] = true.into();
+    level["goal"][ESCAPES] = true.into();
     hostile("levels.jsonl", &format!("{level}\n"));
     hostile("script.mge", "ESC\n");
     hostile("sweep.json", &format!("{{\"task\": [\"task1\"], {quoted}: [1]}}"));
@@ -107,7 +107,7 @@ fn escapes_in_names_and_texts_never_reach_the_terminal() {
         let is_raw = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
         assert!(!message.contains(is_raw), "{arguments:?}: {message:?}");
     }
-    let scene = format!("{{{quoted}: 1}}\n");
+    let scene = format!("{{\"ball\": {{{quoted}: 1}}}}\n");
     fail(run_with_input(path, &["simulate"], scene.as_bytes()), "\\u{1b}");
 }
 
@@ -137,7 +137,7 @@ fn a_line_without_an_end_is_refused() {
     for arguments in [&["simulate"][..], &["env", "serve", "task1"]] {
         let endless = std::io::repeat(b' ').take(64 << 20);
         let output = run_with_input(folder.path(), arguments, endless);
-        fail(output, "stdin:1: the line is longer than 16 MB");
+        fail(output, "stdin:1: line: is longer than 16 MB");
     }
 }
 

@@ -166,15 +166,18 @@ impl Snapshot {
         if self.placed.iter().any(|other| distance(other) <= self.task.rules.overlap_threshold) {
             return Placement::Overlap;
         }
-        match self.world.obstruction(&tool) {
-            Some(_) => Placement::Collision,
-            None => Placement::Placed,
-        }
+        if self.world.is_obstructed(&tool) { Placement::Collision } else { Placement::Placed }
     }
 
-    /// The first object that a tool would overlap at `action`.
-    pub(super) fn obstruction(&self, tool: &Tool, action: Action) -> Option<ObjectId> {
-        self.world.obstruction(&clipped(tool, action).1)
+    /// Why a tool cannot be placed at `action`, in words. None if it can.
+    pub fn refusal(&self, tool: &Tool, action: Action) -> Option<String> {
+        let reason = match self.check_tool(tool, action) {
+            Placement::Placed | Placement::NoOp => return None,
+            Placement::Invalid => "needs a finite position",
+            Placement::Overlap => "here would be too close to an earlier one",
+            Placement::Collision => "here would overlap another object",
+        };
+        Some(format!("{} {reason}", tool.kind))
     }
 
     /// Sets the motion of the target ball, such as a model's prediction.

@@ -38,7 +38,6 @@ mod description;
 mod environment;
 mod episode;
 mod observation;
-mod refusal;
 #[cfg(test)]
 mod tests;
 mod vector;

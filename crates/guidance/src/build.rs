@@ -1,16 +1,15 @@
 //! Builds the action prior from subgoal to subgoal (paper, section 4.2, steps 1 to 4).
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::clusters::{Cluster, cluster};
+use super::clusters::cluster;
 use super::config::{GuidanceConfig, StartStates};
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
-use mge_base::stop::{Stop, run_abandonable};
+use mge_base::stop::Stop;
 use mge_base::streams::Stream;
 use mge_dynamics::{DynamicsError, Result, Rollout};
 use mge_env::{Action, Environment, Snapshot, uniform_action};
@@ -123,7 +122,7 @@ pub(super) fn imagine(
             most += config.most_model_rollouts;
         }
     }
-    stage.clusters = cluster_unless_stopped(&stage.actions, &config, stop, rng)?;
+    stage.clusters = cluster(&stage.actions, &config, rng)?;
     Ok(stage)
 }
 
@@ -139,26 +138,6 @@ pub(super) fn random_rollouts(
     let sequences: Vec<Vec<Action>> =
         chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
     model.rollouts(&chosen, &sequences, stop)
-}
-
-/// Number of actions below which clustering takes only a moment.
-const MAX_UNINTERRUPTED_ACTIONS: usize = 5000;
-
-/// Clusters actions. Clustering very many takes long and cannot be interrupted, so it then runs on a
-/// thread that is abandoned once `stop` is requested.
-fn cluster_unless_stopped(
-    actions: &[Action],
-    config: &GuidanceConfig,
-    stop: &Stop,
-    rng: &ChaCha8Rng,
-) -> Result<Vec<Cluster>> {
-    let (count, std_floor) = (config.clusters, config.std_floor);
-    if actions.len() < MAX_UNINTERRUPTED_ACTIONS {
-        return cluster(actions, count, std_floor, rng);
-    }
-    let (actions, rng) = (actions.to_vec(), rng.clone());
-    let work = move || cluster(&actions, count, std_floor, &rng);
-    run_abandonable(|| stop.is_requested(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)?
 }
 
 /// Step 3: plays actions from the clusters in the real environment. Ends early once `stop` is requested.

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::config::GuidanceConfig;
 use mge_dynamics::{DynamicsError, Result};
 use mge_env::Action;
 
@@ -51,12 +52,7 @@ pub(super) fn clipped_normal(mean: f32, std: f32, rng: &mut impl Rng) -> f32 {
 ///
 /// # Errors
 /// [`DynamicsError::ActionNotFinite`].
-pub(super) fn cluster(
-    actions: &[Action],
-    count: ClusterCount,
-    std_floor: f32,
-    rng: &ChaCha8Rng,
-) -> Result<Vec<Cluster>> {
+pub(super) fn cluster(actions: &[Action], config: &GuidanceConfig, rng: &ChaCha8Rng) -> Result<Vec<Cluster>> {
     let distinct = count_distinct(actions);
     if distinct == 0 {
         return Ok(Vec::new());
@@ -65,9 +61,10 @@ pub(super) fn cluster(
         return Err(DynamicsError::ActionNotFinite);
     }
     let points = Array2::from_shape_fn((actions.len(), 2), |(row, axis)| f64::from(actions[row][axis]));
-    let labels = assign(&points, count.fixed.clamp(1, distinct), rng)?;
+    let labels = assign(&points, config.clusters.fixed.clamp(1, distinct), rng)?;
     let clusters = 1 + labels.iter().max().copied().unwrap_or(0);
-    let mut clusters: Vec<_> = (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
+    let mut clusters: Vec<_> =
+        (0..clusters).filter_map(|label| describe(&points, &labels, label, config.std_floor)).collect();
     clusters.sort_by(|a, b| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
     Ok(clusters)
 }

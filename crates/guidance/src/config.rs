@@ -68,22 +68,9 @@ pub enum GuidanceError {
     /// The text is not an action prior.
     #[error("not an action prior: {0}")]
     Syntax(#[from] SyntaxError),
-    /// The prior was built for another task.
-    #[error(
-        "{origin}: the action prior is for {found} with {found_stages} stages, not for {wanted} with {wanted_stages}: build it again"
-    )]
-    OtherTask { origin: String, found: String, found_stages: usize, wanted: String, wanted_stages: usize },
-    /// The prior has another format version.
-    #[error(
-        "{origin}: the action prior has format version {found}, this program reads version {wanted}: build it again"
-    )]
-    Version { origin: String, found: u32, wanted: u32 },
-    /// Clusters or actions have impossible values.
-    #[error("{origin}: the clusters or actions of stage {stage} are out of range: build it again")]
-    Numbers { origin: String, stage: usize },
-    /// A setting stored in the prior is out of range.
-    #[error("{origin}: config.{error}")]
-    Config { origin: String, error: ValidationError },
+    /// The prior is of another task or version, or has impossible values.
+    #[error("{origin}: {problem}: build it again")]
+    Unusable { origin: String, problem: String },
 }
 
 /// The numeric settings of [`GuidanceConfig`].

@@ -104,25 +104,29 @@ impl ActionPrior {
     /// When the text is not a prior, has another format version or belongs to another task, or
     /// contains values that are impossible for actions.
     pub fn parse(text: &str, origin: &str, task: &Task) -> Result<Self, GuidanceError> {
+        let unusable = |problem| Err(GuidanceError::Unusable { origin: origin.to_owned(), problem });
         // Other versions may have other fields, so the version is read first.
         let Header { version } = json::parse(text.as_bytes(), origin)?;
         if version != Self::VERSION {
-            return Err(GuidanceError::Version { origin: origin.to_owned(), found: version, wanted: Self::VERSION });
+            let wanted = Self::VERSION;
+            return unusable(format!(
+                "the action prior has format version {version}, this program reads version {wanted}"
+            ));
         }
         let prior: Self = json::parse(text.as_bytes(), origin)?;
-        let wanted_stages = task.stage_count();
-        if prior.task != task.name || prior.stages.len() != wanted_stages {
-            return Err(GuidanceError::OtherTask {
-                origin: origin.to_owned(),
-                found: prior.task,
-                found_stages: prior.stages.len(),
-                wanted: task.name.clone(),
-                wanted_stages,
-            });
+        let (found, wanted) = (prior.stages.len(), task.stage_count());
+        if prior.task != task.name || found != wanted {
+            let Self { task: other, .. } = prior;
+            return unusable(format!(
+                "the action prior is for {other} with {found} stages, not for {} with {wanted}",
+                task.name
+            ));
         }
-        prior.config.validate().map_err(|error| GuidanceError::Config { origin: origin.to_owned(), error })?;
+        if let Err(error) = prior.config.validate() {
+            return unusable(format!("config.{error}"));
+        }
         match prior.stages.iter().position(|stage| !stage.is_possible()) {
-            Some(stage) => Err(GuidanceError::Numbers { origin: origin.to_owned(), stage: stage + 1 }),
+            Some(stage) => unusable(format!("the clusters or actions of stage {} are out of range", stage + 1)),
             None => Ok(prior),
         }
     }
@@ -135,7 +139,7 @@ impl ActionPrior {
     pub fn with_actions(&self, stage: usize, actions: &[Action], rng: &ChaCha8Rng) -> Result<Self> {
         let mut refined = self.clone();
         if let Some(stage) = refined.stages.get_mut(stage) {
-            stage.clusters = cluster(actions, self.config.clusters, self.config.std_floor, rng)?;
+            stage.clusters = cluster(actions, &self.config, rng)?;
             stage.actions = actions.to_vec();
         }
         Ok(refined)

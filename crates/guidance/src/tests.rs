@@ -47,8 +47,12 @@ fn rollouts_aim_at_the_stages_of_a_shifted_scene() {
     }
 }
 
+fn with_clusters(fixed: usize) -> GuidanceConfig {
+    GuidanceConfig { clusters: ClusterCount { fixed }, ..GuidanceConfig::default() }
+}
+
 fn clustered(actions: &[Action], fixed: usize) -> Vec<Cluster> {
-    clusters::cluster(actions, ClusterCount { fixed }, 0.02, &rng()).unwrap()
+    clusters::cluster(actions, &with_clusters(fixed), &rng()).unwrap()
 }
 
 #[test]
@@ -72,8 +76,7 @@ fn there_are_no_more_clusters_than_distinct_actions() {
 #[test]
 fn an_action_that_is_not_finite_is_an_error_and_not_one_cluster() {
     for wrong in [f32::NAN, f32::INFINITY] {
-        let (actions, count) = ([[0.1, 0.2], [0.3, -0.5], [wrong, 0.0], [0.5, 0.5]], ClusterCount { fixed: 2 });
-        let found = clusters::cluster(&actions, count, 0.02, &rng());
+        let found = clusters::cluster(&[[0.1, 0.2], [0.3, -0.5], [wrong, 0.0], [0.5, 0.5]], &with_clusters(2), &rng());
         assert!(matches!(found, Err(DynamicsError::ActionNotFinite)), "{wrong}: {found:?}");
     }
 }

@@ -11,12 +11,12 @@ use mge_base::validation::{ValidationError, in_range};
 /// Index of the body of everything that does not move.
 pub(super) const GROUND: usize = 0;
 
-/// Size and material of a ball.
+/// Size and material of a ball, or of a moving box of the same width.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
     /// Radius in units.
     pub radius: f32,
-    /// Mass; the moment of inertia is that of a disc.
+    /// Mass; the moment of inertia is that of a disc or a square.
     pub mass: f32,
     /// Elasticity, multiplied with that of what it touches.
     pub elasticity: f32,
@@ -37,37 +37,9 @@ impl Ball {
     /// The first field, by name, whose number is not finite or out of range.
     pub fn check(&self) -> Result<(), ValidationError> {
         in_range(self.radius, "radius", 0.1, 42.0)?;
-        check_material(self.mass, self.elasticity, self.friction)
-    }
-}
-
-fn check_material(mass: f32, elasticity: f32, friction: f32) -> Result<(), ValidationError> {
-    in_range(mass, "mass", 1e-3, 1e6)?;
-    in_range(elasticity, "elasticity", 0.0, 1.0)?;
-    in_range(friction, "friction", 0.0, 100.0)
-}
-
-/// Size and material of a moving box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MovingBox {
-    /// Side in units.
-    pub size: f32,
-    /// Mass; the moment of inertia is that of a square.
-    pub mass: f32,
-    /// Elasticity, multiplied with that of what it touches.
-    pub elasticity: f32,
-    /// Friction coefficient, multiplied with that of what it touches.
-    pub friction: f32,
-}
-
-impl MovingBox {
-    /// Checks that the box can be added to a world.
-    ///
-    /// # Errors
-    /// The first field, by name, whose number is not finite or out of range.
-    pub fn check(&self) -> Result<(), ValidationError> {
-        in_range(self.size, "size", 0.1, 84.0)?;
-        check_material(self.mass, self.elasticity, self.friction)
+        in_range(self.mass, "mass", 1e-3, 1e6)?;
+        in_range(self.elasticity, "elasticity", 0.0, 1.0)?;
+        in_range(self.friction, "friction", 0.0, 100.0)
     }
 }
 

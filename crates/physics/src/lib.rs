@@ -63,7 +63,7 @@ mod touch;
 mod units;
 mod world;
 
-pub use body::{Ball, BallState, Motion, MovingBox};
+pub use body::{Ball, BallState, Motion};
 pub use catalogue::{ACTION_SET, NO_OP, ToolSplit, catalogue_tool};
 pub use tool::Tool;
 pub use tool_kind::ToolKind;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use educe::Educe;
 use rapier2d::prelude::Vector;
 
-use super::body::{Ball, BallState, Body, GROUND, Motion, MovingBox, Shape};
+use super::body::{Ball, BallState, Body, GROUND, Motion, Shape};
 use super::broad::{BroadPhase, Candidate, Extent};
 use super::closest::Side;
 use super::collide::collide;
@@ -77,25 +77,22 @@ impl World {
         let (mass, radius) = (exact(ball.mass), exact(ball.radius));
         let mut body = Body::new(mass, mass * (0.5 * (radius * radius)), motion.into());
         body.is_round = true;
-        let material = [ball.elasticity, ball.friction].map(exact);
-        self.add_mover(body, Outline::disc(radius), material, ball)
+        self.add_mover(body, Outline::disc(radius), ball)
     }
 
-    /// Adds a moving box and returns its index; balls and boxes share one numbering.
-    pub fn add_box(&mut self, moving: MovingBox, motion: impl Into<Motion>) -> usize {
-        let MovingBox { size, mass, elasticity, friction } = moving;
-        let ball = Ball { radius: size / 2.0, mass, elasticity, friction };
-        let (mass, side) = (exact(mass), exact(size));
+    /// Adds a moving box as wide as a ball and returns its index; balls and boxes share one numbering.
+    pub fn add_box(&mut self, ball: Ball, motion: impl Into<Motion>) -> usize {
+        let (mass, side) = (exact(ball.mass), 2.0 * exact(ball.radius));
         let body = Body::new(mass, mass * (1.0 / 12.0) * (side * side + side * side), motion.into());
-        let material = [elasticity, friction].map(exact);
-        self.add_mover(body, Outline::rectangle(side, side), material, ball)
+        self.add_mover(body, Outline::rectangle(side, side), ball)
     }
 
-    fn add_mover(&mut self, mut body: Body, outline: Outline, material: [f64; 2], ball: Ball) -> usize {
+    fn add_mover(&mut self, mut body: Body, outline: Outline, ball: Ball) -> usize {
         body.outline = Some(outline);
         let body = self.add_body(body);
         let index = self.balls.len();
         self.balls.push((body, ball));
+        let material = [ball.elasticity, ball.friction].map(exact);
         self.add_moving_shape(body, outline, material, ObjectId::Ball(index));
         index
     }
@@ -313,32 +310,22 @@ impl World {
     pub fn overlaps_sensor(&self, ball: usize, sensor: usize) -> bool {
         self.sensors[sensor].is_some_and(|shape| {
             let shape = &self.shapes[shape as usize];
-            overlap(self.detected_outline(self.balls[ball].0), &shape.outline, shape.number)
+            // As of the latest step's detection: a rule may have moved the body since.
+            overlap(&self.shapes[self.body(ball).shape as usize].outline, &shape.outline, shape.number)
         })
     }
 
-    /// A body's outline as of the latest step's detection; a rule may have moved the body since.
-    fn detected_outline(&self, body: u32) -> &Outline {
-        &self.shapes[self.bodies[body as usize].shape as usize].outline
-    }
-
-    /// The first object whose shape overlaps `tool`'s: balls, sensors, then tools.
-    pub fn obstruction(&self, tool: &Tool) -> Option<ObjectId> {
+    /// Whether `tool`'s shape overlaps that of a ball, a sensor or a tool.
+    pub fn is_obstructed(&self, tool: &Tool) -> bool {
         let outline = tool.outline();
         let bounds = outline.bounds();
-        let ball = |&ball: &usize| {
-            let other = self.detected_outline(self.balls[ball].0);
-            other.bounds().intersects(&bounds) && overlap(other, &outline, 0)
-        };
-        let near = |shape: u32| {
+        let balls = self.balls.iter().map(|(body, _)| self.bodies[*body as usize].shape);
+        let mut others = balls.chain(self.sensors.iter().flatten().copied()).chain(self.tool_shapes.iter().copied());
+        others.any(|shape| {
             let shape = &self.shapes[shape as usize];
             let may_touch = shape.bounds.intersects(&bounds) || shape.outline.is_in_line_with(&outline);
             may_touch && overlap(&shape.outline, &outline, 0)
-        };
-        let ball = (0..self.balls.len()).find(ball).map(ObjectId::Ball);
-        let sensor = || self.sensors.iter().position(|shape| shape.is_some_and(near)).map(ObjectId::Sensor);
-        let tool = || self.tool_shapes.iter().position(|&shape| near(shape)).map(ObjectId::Tool);
-        ball.or_else(sensor).or_else(tool)
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use mge_physics::{Ball, Motion, MovingBox, exact, to_units};
+use mge_physics::{Ball, Motion, exact, to_units};
 
 /// Radius of CREATE's balls and stars, and default radius of regions, in units.
 pub const STANDARD_RADIUS: f32 = 4.0;
@@ -72,9 +72,9 @@ pub struct BoxSpec {
 
 impl BoxSpec {
     /// Size and material of the box.
-    pub fn material(&self) -> MovingBox {
+    pub fn material(&self) -> Ball {
         let Self { size, mass, elasticity, friction, .. } = *self;
-        MovingBox { size, mass, elasticity, friction }
+        Ball { radius: size / 2.0, mass, elasticity, friction }
     }
 
     /// Initial motion, in units and in the precision of the physics.

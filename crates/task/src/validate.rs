@@ -42,6 +42,7 @@ impl Task {
         check_each(&self.boxes, "boxes", |moving| {
             position(moving.position)?;
             velocity(moving.velocity)?;
+            in_range(moving.size, "size", 0.2, 84.0)?;
             moving.material().check()
         })?;
         check_each(&self.tools, "tools", |tool| position(tool.position).and_then(|()| tool.form.check(tool.kind)))?;

@@ -8,16 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::catalogue::Catalogue;
 use super::level::RecordedLevel;
-use super::lines::{Ignored, Lines, LinesError, write_line};
+use super::lines::{Lines, LinesError, write_line};
 use super::recorded::Recorded;
 use super::scene::{Row, row};
 use crate::{Action, ActionSet, Choice, EndReason, Environment, Placement, Step, ball_names};
 use mge_base::validation::ValidationError;
-use mge_physics::MAX_OBJECTS;
 use mge_task::Task;
-
-/// How far a recorded start may be from the level's, in units, because recordings are rounded.
-const START_TOLERANCE: f64 = 1e-3;
 
 /// The outcome of one action, as a line of JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -48,9 +44,7 @@ pub struct StepLine {
 }
 
 /// A recorded episode: the level, the tool and the actions. The recorded results are ignored.
-#[expect(dead_code, reason = "the results are never read")]
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct RecordedEpisode {
     id: String,
     level: String,
@@ -58,14 +52,6 @@ struct RecordedEpisode {
     tool: Option<Recorded>,
     inventory: Option<Vec<usize>>,
     steps: Vec<RecordedStep>,
-    #[serde(default)]
-    start: BTreeMap<String, Row>,
-    kind: Ignored,
-    split: Ignored,
-    policy: Ignored,
-    length: Ignored,
-    total_reward: Ignored,
-    goal_hit: Ignored,
 }
 
 #[derive(Debug, Deserialize)]
@@ -116,7 +102,7 @@ fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step
         subgoals_hit: hits(now.reached()),
         marker_subgoals_hit: hits(now.reached_by_marker()),
         placed_tools: now.placed().len(),
-        balls: balls(environment, names),
+        balls: names.iter().cloned().zip((0..).map(|ball| row(now.world().motion(ball)))).collect(),
     }
 }
 
@@ -128,11 +114,6 @@ fn in_create(reason: EndReason) -> &'static str {
         EndReason::Standstill => "motion_stopped",
         EndReason::MaxActions => "max_steps",
     }
-}
-
-fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
-    let world = environment.snapshot().world();
-    names.iter().enumerate().map(|(index, name)| (name.clone(), row(world.motion(index)))).collect()
 }
 
 /// Plays actions in a task and writes one line of JSON per action. Returns how many were played, which is fewer if
@@ -163,13 +144,7 @@ pub fn play_episodes(
     output: impl Write,
 ) -> Result<(), LinesError> {
     let mut known: Vec<RecordedLevel> = Vec::new();
-    Lines::new(levels, levels_origin).each(|level: RecordedLevel| {
-        if known.iter().any(|other| other.name == level.name) {
-            return Err(ValidationError::new("level", format_args!("`{}` appears twice", level.name)));
-        }
-        if known.len() == MAX_OBJECTS {
-            return Err(ValidationError::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")));
-        }
+    Lines::new(levels, levels_origin).each(|level| {
         known.push(level);
         Ok(())
     })?;
@@ -183,7 +158,6 @@ impl RecordedEpisode {
     fn play(&self, levels: &[RecordedLevel], catalogue: &Catalogue) -> Result<Vec<StepLine>, ValidationError> {
         let set = self.inventory.as_ref().map(|inventory| catalogue.action_set(inventory)).transpose()?;
         let environment = Environment::new(Arc::new(self.task(levels)?)).with_action_set(set);
-        self.check_start(&environment)?;
         let count = environment.action_set().map(ActionSet::len);
         let choice = |(i, step): (usize, &RecordedStep)| {
             let wrong = |message| Err(ValidationError::new(format_args!("steps[{i}].action"), message));
@@ -202,27 +176,12 @@ impl RecordedEpisode {
 
     fn task(&self, levels: &[RecordedLevel]) -> Result<Task, ValidationError> {
         let Some(level) = levels.iter().find(|level| level.name == self.level) else {
-            let names = levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>().join(", ");
-            let message = format_args!("`{}` is not among the levels ({names})", self.level);
+            let message = format_args!("`{}` is not among the levels", self.level);
             return Err(ValidationError::new("level", message));
         };
         level.task(self.tool.as_ref()).map_err(|problem| match problem.path.split('.').next() {
             Some("tool" | "placeable") => problem,
             _ => problem.within(format_args!("level `{}`", self.level)),
         })
-    }
-
-    /// Checks that the recording starts like the level; otherwise they cannot be compared.
-    fn check_start(&self, environment: &Environment) -> Result<(), ValidationError> {
-        let balls = balls(environment, &ball_names(environment.task()));
-        for (name, row) in &self.start {
-            let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
-            // Other objects of the level, with other names, are not compared.
-            if !balls.get(name).is_none_or(same) {
-                let message = format_args!("is not how level `{}` starts", self.level);
-                return Err(ValidationError::new(format_args!("start.{name}"), message));
-            }
-        }
-        Ok(())
     }
 }

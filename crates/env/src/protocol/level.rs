@@ -2,16 +2,13 @@
 
 use serde::Deserialize;
 
-use super::lines::Ignored;
 use super::recorded::Recorded;
 use mge_base::validation::{ValidationError, Within};
-use mge_physics::{PHYSICS_DT, ToolKind, to_normalised};
-use mge_task::{Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION};
+use mge_physics::{ToolKind, to_normalised};
+use mge_task::{BallSpec, Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION};
 
 /// A recorded level: a task without the tool that the agent places.
-#[expect(dead_code, reason = "the ignored fields are never read")]
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct RecordedLevel {
     /// Name of the level.
     #[serde(rename = "level")]
@@ -27,22 +24,16 @@ pub(super) struct RecordedLevel {
     /// Names of all objects in the order in which they are added to the world.
     #[serde(default)]
     order: Vec<String>,
-    kind: Ignored,
-    random_shifts: Ignored,
 }
 
-#[expect(dead_code, reason = "the ignored fields are never read")]
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct RecordedRules {
     max_steps: u32,
     physics_steps_per_action: u32,
-    physics_steps_per_second: f32,
     gravity: [f32; 2],
     min_velocity: f32,
     overlap_threshold: f32,
     move_threshold: f32,
-    goal_must_wait_for_marker: bool,
     #[serde(default)]
     marker_must_hit: bool,
     reward_step: f32,
@@ -51,30 +42,21 @@ struct RecordedRules {
     reward_subgoal: f32,
     reward_target_moved: f32,
     cost_per_placed_tool: f32,
-    reward_no_op: Ignored,
-    reward_invalid: Ignored,
 }
 
 impl RecordedLevel {
     /// The task in which the agent places `tool`, or the tools of an action set if None.
     ///
     /// # Errors
-    /// When the level has an object or a rule that this program does not support, or does not give a valid task.
+    /// When the level has an object that this program does not support, or does not give a valid task.
     pub fn task(&self, tool: Option<&Recorded>) -> Result<Task, ValidationError> {
-        if self.rules.goal_must_wait_for_marker != self.marker.is_some() {
-            let message = "must be true if the level has a marker ball, and false if not";
-            return Err(ValidationError::new("rules.goal_must_wait_for_marker", message));
-        }
-        if self.marker.is_none() && !self.marker_subgoals.is_empty() {
-            return Err(ValidationError::new("marker_subgoals", "needs a marker ball"));
-        }
         let usual = Ok((ToolKind::Box, Form::default()));
         let (kind, form) = tool.map_or(usual, Recorded::form).within("tool")?;
         let mut task = Task {
             version: VERSION,
             name: self.name.clone(),
             description: String::new(),
-            ball: self.target.ball().within("target")?,
+            ball: ball(&self.target).within("target")?,
             marker: self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?,
             balls: Vec::new(),
             boxes: Vec::new(),
@@ -83,7 +65,7 @@ impl RecordedLevel {
             subgoals: regions(&self.subgoals, "subgoals")?,
             search_actions: 0,
             goal: self.goal.goal().within("goal")?,
-            rules: self.rules.rules().within("rules")?,
+            rules: self.rules.rules(),
             order: Vec::new(),
             shifts: Vec::new(),
         };
@@ -99,7 +81,7 @@ impl RecordedLevel {
 
     fn marker(&self, marker: &Recorded) -> Result<Marker, ValidationError> {
         Ok(Marker {
-            ball: marker.ball().within("marker")?,
+            ball: ball(marker).within("marker")?,
             move_threshold: self.rules.move_threshold,
             must_hit: self.rules.marker_must_hit,
             subgoals: regions(&self.marker_subgoals, "marker_subgoals")?,
@@ -130,11 +112,11 @@ impl RecordedLevel {
 fn add_fixed(task: &mut Task, object: &Recorded) -> Result<Part, ValidationError> {
     Ok(match object.r#type.as_str() {
         "ball" => {
-            task.balls.push(object.ball()?);
+            task.balls.push(ball(object)?);
             Part::Ball(task.balls.len() - 1)
         }
         "box" if object.dynamic == Some(true) => {
-            task.boxes.push(object.moving_box()?);
+            task.boxes.push(object.moving_box(object.position()?)?);
             Part::Box(task.boxes.len() - 1)
         }
         _ => {
@@ -144,6 +126,10 @@ fn add_fixed(task: &mut Task, object: &Recorded) -> Result<Part, ValidationError
             Part::Tool(task.tools.len() - 1)
         }
     })
+}
+
+fn ball(object: &Recorded) -> Result<BallSpec, ValidationError> {
+    Ok(object.ball(object.position()?))
 }
 
 /// The names of the objects of a list, and their parts.
@@ -157,12 +143,8 @@ fn regions(objects: &[Recorded], path: &str) -> Result<Vec<Region>, ValidationEr
 }
 
 impl RecordedRules {
-    fn rules(&self) -> Result<Rules, ValidationError> {
-        if (self.physics_steps_per_second * PHYSICS_DT - 1.0).abs() > 1e-6 {
-            let message = format_args!("is {}, but the physics runs at 30", self.physics_steps_per_second);
-            return Err(ValidationError::new("physics_steps_per_second", message));
-        }
-        Ok(Rules {
+    fn rules(&self) -> Rules {
+        Rules {
             max_actions: self.max_steps.saturating_add(1),
             steps_per_action: self.physics_steps_per_action,
             gravity: self.gravity,
@@ -177,6 +159,6 @@ impl RecordedRules {
                 cost_per_tool: self.cost_per_placed_tool,
             },
             ..Rules::of_create()
-        })
+        }
     }
 }

@@ -11,6 +11,8 @@ use mge_base::validation::ValidationError;
 /// The longest line that is read, in bytes.
 pub const MAX_LINE: usize = 16 << 20;
 
+const TOO_LONG: &str = "is longer than 16 MB: write one record per line";
+
 /// A value of a record that is accepted and not read, such as a result of a recording.
 pub(super) type Ignored = Option<IgnoredAny>;
 
@@ -29,14 +31,6 @@ pub enum LinesError {
         line: usize,
         /// What is wrong in it.
         error: ValidationError,
-    },
-    /// A line is too long.
-    #[error("{origin}:{line}: the line is longer than {} MB: write one record per line", MAX_LINE >> 20)]
-    TooLong {
-        /// Name of the stream.
-        origin: String,
-        /// Line, from 1.
-        line: usize,
     },
     /// The input cannot be read.
     #[error("cannot read {origin}: {source}")]
@@ -80,7 +74,7 @@ impl<'a, R: BufRead> Lines<'a, R> {
                 .read_until(b'\n', &mut self.text)
                 .map_err(|source| LinesError::Read { origin: origin(), source })?;
             match self.text.trim_ascii_end() {
-                _ if length > MAX_LINE => return Err(LinesError::TooLong { origin: origin(), line }),
+                _ if length > MAX_LINE => return Err(self.invalid(ValidationError::new("line", TOO_LONG))),
                 [] if length == 0 => return Ok(None),
                 [] => {}
                 text => {
@@ -160,7 +154,7 @@ mod tests {
     fn an_endless_line_is_refused_before_it_fills_the_memory() {
         let endless = BufReader::new(b"1\n".chain(io::repeat(b' ')));
         let error = sum(endless).unwrap_err();
-        assert!(matches!(error, LinesError::TooLong { line: 2, .. }), "{error}");
-        assert_eq!(error.to_string(), "numbers:2: the line is longer than 16 MB: write one record per line");
+        assert!(matches!(error, LinesError::Invalid { line: 2, .. }), "{error}");
+        assert_eq!(error.to_string(), "numbers:2: line: is longer than 16 MB: write one record per line");
     }
 }

@@ -24,21 +24,21 @@ pub(super) struct Recorded {
     pub tool_id: Option<usize>,
     pos: Option<[f64; 2]>,
     pos_norm: Option<[f64; 2]>,
-    pub mass: Option<f64>,
+    mass: Option<f64>,
     size: Option<f64>,
     length: Option<f64>,
     radius: Option<f64>,
     thickness: Option<f64>,
     angle: Option<f64>,
-    pub elasticity: Option<f64>,
-    pub friction: Option<f64>,
+    elasticity: Option<f64>,
+    friction: Option<f64>,
     force: Option<f64>,
     vel: Option<f64>,
     max_angle: Option<f64>,
     on_left: Option<bool>,
     ball_mass: Option<f64>,
     roll_friction: Option<f64>,
-    sensor: Option<bool>,
+    sensor: Ignored,
     variant: Ignored,
     create_type: Ignored,
     role: Ignored,
@@ -80,22 +80,18 @@ impl Recorded {
     /// When it is no tool, the size is missing or a number is out of range.
     pub fn form(&self) -> Result<(ToolKind, Form), ValidationError> {
         let kind: ToolKind = self.r#type.parse().map_err(|problem| ValidationError::new("type", problem as String))?;
-        let (length, thickness, measure) = (self.length, self.thickness, kind.measure());
-        let misplaced = [
-            ("length", length.is_some() && measure != "length"),
-            ("size", self.size.is_some() && (measure == "radius" || length.is_some())),
-            ("thickness", thickness.is_some() && !kind.is_segment()),
-        ];
-        if let Some((name, _)) = misplaced.iter().find(|(_, is_misplaced)| *is_misplaced) {
-            return Err(ValidationError::new(name, format_args!("does not belong to a {kind}: remove it")));
-        }
-        // Other shapes have sharp corners; recordings may give their radius as 0.
-        let rounding = self.radius.or(thickness.map(|thickness| (thickness / 2.0).floor()));
-        let rounding = rounding.filter(|radius| kind.is_segment() || *radius != 0.0);
-        let (size, radius) = if measure == "radius" { (self.radius, None) } else { (length.or(self.size), rounding) };
+        let measure = kind.measure();
+        let size = match measure {
+            "radius" => self.radius,
+            "length" => self.length,
+            _ => self.size,
+        };
         if size.is_none() && kind.has_size() {
             return Err(ValidationError::new(measure, format_args!("is missing: a {kind} needs it")));
         }
+        // Other shapes have sharp corners; recordings may give their radius as 0.
+        let rounding = self.radius.or(self.thickness.map(|thickness| (thickness / 2.0).floor()));
+        let radius = rounding.filter(|radius| measure != "radius" && (kind.is_segment() || *radius != 0.0));
         let form = Form {
             size,
             angle: self.angle,
@@ -113,80 +109,59 @@ impl Recorded {
             "size" => ValidationError { path: measure.to_owned(), ..problem },
             _ => problem,
         })?;
-        if self.sensor.is_some_and(|sensor| sensor != kind.is_sensor()) {
-            let message = format_args!("must be {} for a {kind}: remove it", kind.is_sensor());
-            return Err(ValidationError::new("sensor", message));
-        }
         Ok((kind, form))
     }
 
-    /// The radius or the size in units, whichever such an object has. The other may only be given as 0.
-    ///
-    /// # Errors
-    /// When it is given.
-    pub fn measure(&self, own: &str) -> Result<Option<f32>, ValidationError> {
-        let measures = [("radius", self.radius), ("size", self.size)];
-        match measures.iter().find(|(name, value)| *name != own && value.unwrap_or(0.0) != 0.0) {
-            Some((name, _)) => Err(ValidationError::new(name, "does not belong to such an object: remove it")),
-            None => Ok(measures.iter().find(|(name, _)| *name == own).and_then(|(_, value)| single(*value))),
-        }
-    }
-
-    /// The ball; numbers that are missing are those of CREATE.
-    ///
-    /// # Errors
-    /// When the position is missing or a size is given.
-    pub fn ball(&self) -> Result<BallSpec, ValidationError> {
-        let usual = BallSpec::at(self.position()?);
-        Ok(BallSpec {
-            radius: self.measure("radius")?.unwrap_or(usual.radius),
+    /// The ball at a normalised position; numbers that are missing are those of CREATE.
+    pub fn ball(&self, position: [f32; 2]) -> BallSpec {
+        let usual = BallSpec::at(position);
+        BallSpec {
+            radius: single(self.radius).unwrap_or(usual.radius),
             mass: single(self.mass).unwrap_or(usual.mass),
             elasticity: single(self.elasticity).unwrap_or(usual.elasticity),
             friction: single(self.friction).unwrap_or(usual.friction),
             ..usual
-        })
+        }
     }
 
-    /// The moving box.
+    /// The moving box at a normalised position, with the material of a ball.
     ///
     /// # Errors
-    /// When position, size or mass are missing or a radius is given.
-    pub fn moving_box(&self) -> Result<BoxSpec, ValidationError> {
-        Ok(BoxSpec {
-            position: self.position()?,
-            velocity: [0.0; 2],
-            size: self.measure("size")?.ok_or_else(|| missing("size"))?,
-            mass: single(self.mass).ok_or_else(|| missing("mass"))?,
-            elasticity: single(self.elasticity).unwrap_or(1.0),
-            friction: single(self.friction).unwrap_or(1.0),
-        })
+    /// When the size is missing.
+    pub fn moving_box(&self, position: [f32; 2]) -> Result<BoxSpec, ValidationError> {
+        let size = single(self.size).ok_or_else(|| missing("size"))?;
+        let BallSpec { velocity, mass, elasticity, friction, .. } = self.ball(position);
+        Ok(BoxSpec { position, velocity, size, mass, elasticity, friction })
     }
 
     /// The subgoal.
     ///
     /// # Errors
-    /// When position or radius are missing or a size is given.
+    /// When position or radius are missing.
     pub fn region(&self) -> Result<Region, ValidationError> {
-        let radius = self.measure("radius")?.ok_or_else(|| missing("radius"))?;
+        let radius = single(self.radius).ok_or_else(|| missing("radius"))?;
         Ok(Region { position: self.position()?, radius })
     }
 
     /// The goal.
     ///
     /// # Errors
-    /// When it is of an unknown type, its position is missing, or a size is given that it does not have.
+    /// When it is of an unknown type or its position is missing.
     pub fn goal(&self) -> Result<Goal, ValidationError> {
         let (shape, radius) = match self.r#type.as_str() {
-            "goal_star" => (GoalShape::Star, self.measure("none")?),
-            "goal_ball" => (GoalShape::Ball, self.measure("radius")?),
-            "basket" => (GoalShape::Basket, Some(self.measure("size")?.unwrap_or(10.0) / 2.0)),
+            "goal_star" => (GoalShape::Star, None),
+            "goal_ball" => (GoalShape::Ball, single(self.radius)),
+            "basket" => (GoalShape::Basket, Some(single(self.size).unwrap_or(10.0) / 2.0)),
             other => return Err(ValidationError::new("type", format_args!("`{other}` is not a goal of CREATE"))),
         };
         Ok(Goal { position: self.position()?, radius: radius.unwrap_or(STANDARD_RADIUS), shape })
     }
 
     /// The normalised position.
-    fn position(&self) -> Result<[f32; 2], ValidationError> {
+    ///
+    /// # Errors
+    /// When it is missing.
+    pub fn position(&self) -> Result<[f32; 2], ValidationError> {
         let place = self.pos_norm.map(|at| at.map(|p| p as f32));
         let rounded = || self.pos.map(|at| to_normalised(at.map(|p| p as f32)));
         place.or_else(rounded).ok_or_else(|| missing("pos_norm"))

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
-use super::lines::{Ignored, Lines, LinesError};
+use super::lines::{Lines, LinesError};
 use super::recorded::Recorded;
 use mge_base::validation::{ValidationError, Within, in_range};
-use mge_physics::{Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, Touch, World};
+use mge_physics::{Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, ObjectId, Touch, World};
 
 /// Largest number of physics steps of a scene.
 const MAX_STEPS: u32 = 100_000;
@@ -19,9 +18,7 @@ pub(super) type Row = [f64; 6];
 
 /// Tools and bodies with their initial states, to be simulated for some steps. The recorded results (contacts, the
 /// rest of the trajectories) are ignored.
-#[expect(dead_code, reason = "the results are never read")]
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct RecordedScene {
     id: String,
     tools: Vec<Recorded>,
@@ -31,19 +28,10 @@ struct RecordedScene {
     #[serde(default)]
     others: Vec<Recorded>,
     steps: u32,
-    traj: FirstRow,
-    /// Trajectories of the other bodies, by name, of which only the first rows are read.
+    traj: Vec<Row>,
+    /// Trajectories of the other bodies, by name, of which only the first rows are used.
     #[serde(default)]
-    parts: BTreeMap<String, FirstRow>,
-    kind: Ignored,
-    start: Ignored,
-    first_contact: Ignored,
-    contacts: Ignored,
-    events: Ignored,
-    captured: Ignored,
-    captured_step: Ignored,
-    sleep_step: Ignored,
-    sleep_steps: Ignored,
+    parts: BTreeMap<String, Vec<Row>>,
 }
 
 /// The motion of a scene's bodies.
@@ -92,11 +80,11 @@ impl RecordedScene {
                 return Err(ValidationError::new("mover", "cannot be given together with `ball`: remove one"));
             }
         };
-        add_body(&mut world, first, name, "traj", Some(&self.traj))?;
+        add_body(&mut world, first, name, "traj", &self.traj)?;
         for (index, other) in self.others.iter().enumerate() {
             let name = format!("mover{}", index + 1);
-            let path = format!("others[{index}]");
-            add_body(&mut world, other, &path, &format!("parts.{name}"), self.parts.get(&name))?;
+            let rows = self.parts.get(&name).map_or(&[][..], Vec::as_slice);
+            add_body(&mut world, other, &format!("others[{index}]"), &format!("parts.{name}"), rows)?;
         }
         Ok(world)
     }
@@ -184,38 +172,21 @@ fn add_body(
     body: &Recorded,
     path: &str,
     rows: &str,
-    start: Option<&FirstRow>,
+    trajectory: &[Row],
 ) -> Result<(), ValidationError> {
-    let is_box = match body.shape.as_deref() {
-        None | Some("ball") => false,
-        Some("box") => true,
-        Some(other) => {
-            let message = format_args!("is `{other}`, but must be ball or box");
-            return Err(ValidationError::new(format_args!("{path}.shape"), message));
-        }
-    };
-    let own = if is_box { "size" } else { "radius" };
-    let measure = body.measure(own).within(path)?;
-    let required = |name: &str, value: Option<f32>| {
-        value.ok_or_else(|| ValidationError::new(format_args!("{path}.{name}"), "is missing"))
-    };
-    let measure = required(own, measure)?;
-    let mass = required("mass", body.mass.map(|mass| mass as f32))?;
-    let elasticity = required("elasticity", body.elasticity.map(|elasticity| elasticity as f32))?;
-    let friction = required("friction", body.friction.map(|friction| friction as f32))?;
-    let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
+    let start = trajectory.first().ok_or_else(|| ValidationError::new(rows, "has no rows"))?;
     for (column, value) in start.iter().enumerate() {
         in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;
     }
     let [x, y, vx, vy, angle, angular_velocity] = *start;
     let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
+    // The position is that of the first row.
+    let is_box = body.shape.as_deref() == Some("box");
+    let ball = if is_box { body.moving_box([0.0; 2]).within(path)?.material() } else { body.ball([0.0; 2]).material() };
+    ball.check().within(path)?;
     if is_box {
-        let moving = MovingBox { size: measure, mass, elasticity, friction };
-        moving.check().within(path)?;
-        world.add_box(moving, motion);
+        world.add_box(ball, motion);
     } else {
-        let ball = Ball { radius: measure, mass, elasticity, friction };
-        ball.check().within(path)?;
         check_clear(world, ball, motion, rows)?;
         world.add_ball(ball, motion);
     }
@@ -238,21 +209,6 @@ fn check_clear(world: &World, ball: Ball, motion: Motion, rows: &str) -> Result<
 pub(super) fn row(motion: Motion) -> Row {
     let Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = motion;
     [x, y, vx, vy, angle, angular_velocity]
-}
-
-/// The first row of a trajectory; the others are not read.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "Vec<Value>")]
-struct FirstRow(Row);
-
-impl TryFrom<Vec<Value>> for FirstRow {
-    type Error = String;
-
-    fn try_from(rows: Vec<Value>) -> Result<Self, String> {
-        let first = rows.into_iter().next().ok_or("has no rows")?;
-        let row = Row::deserialize(first).map_err(|error| format!("the first row: {error}"))?;
-        Ok(Self(row))
-    }
 }
 
 /// Reads scenes, one per line, and writes their trajectories, one per line.
