@@ -28,12 +28,9 @@ pub fn exception(error: impl std::error::Error + 'static) -> PyErr {
 pub fn vector_exception(py: Python<'_>, error: VectorError) -> PyErr {
     let message = error.to_string();
     match error {
-        VectorError::NotReset { .. } | VectorError::EpisodeOver { .. } => reset_needed(py, message),
+        VectorError::ResetNeeded { .. } => reset_needed(py, message),
         VectorError::NoSuchEnvironment { .. } => PyIndexError::new_err(message),
-        VectorError::NotFinite { .. }
-        | VectorError::NoTool { .. }
-        | VectorError::OtherTask { .. }
-        | VectorError::OtherTools { .. } => PyValueError::new_err(message),
+        VectorError::Refused(_) => PyValueError::new_err(message),
     }
 }
 

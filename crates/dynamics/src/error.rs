@@ -53,10 +53,7 @@ pub enum DynamicsError {
     /// The model file cannot be read or written.
     #[error("{origin}: {source}")]
     Io { origin: String, source: std::io::Error },
-    /// The file has another format version.
-    #[error("{origin}: the model file has format version {found}, this program reads version {wanted}: train it again")]
-    Version { origin: String, found: String, wanted: u32 },
-    /// The file is not the expected checkpoint or model.
+    /// The file is not the expected model, or of another format version.
     #[error("{origin}: {reason}")]
     Content { origin: String, reason: String },
 }

@@ -160,7 +160,9 @@ impl Model {
         }
         let found = file.metadata.get("version").cloned().unwrap_or_default();
         if found != VERSION.to_string() {
-            return Err(DynamicsError::Version { origin: origin.to_owned(), found, wanted: VERSION });
+            return Err(content(&format!(
+                "the model file has format version {found}, this program reads version {VERSION}: train it again"
+            )));
         }
         let config: ModelConfig = file.json("config").map_err(wrong)?;
         config.validate().map_err(|error| content(&error.to_string()))?;

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::action::Action;
 use super::action_set::{ActionSet, Choice};
 use super::environment::Environment;
 use super::observation::ObservationPart;
@@ -29,47 +28,15 @@ const AT_ONCE: usize = 16;
 pub const FEW: usize = 4 * AT_ONCE;
 
 /// Why environments cannot be stepped, reset or restored. Nothing has changed in that case.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum VectorError {
-    /// No reset yet.
-    #[error("environment {index} has not begun an episode: reset it before the first step")]
-    NotReset {
+    /// An environment has no episode, or it is over and is not reset automatically.
+    #[error("the episode of environment {index} {problem}: reset that environment before the next step")]
+    ResetNeeded {
         /// Which one.
         index: usize,
-    },
-    /// The episode is over and is not reset automatically.
-    #[error("the episode of environment {index} is over: reset that environment before the next step")]
-    EpisodeOver {
-        /// Which one.
-        index: usize,
-    },
-    /// A number of an action is not finite.
-    #[error("the action of environment {index} is {action:?}: actions are finite numbers, and are clipped to [-1, 1]")]
-    NotFinite {
-        /// Which one.
-        index: usize,
-        /// The action.
-        action: Action,
-    },
-    /// An action asks for a tool that the action set does not have.
-    #[error("the action of environment {index} asks for tool {tool}, but its {count} tools are numbered from 0")]
-    NoTool {
-        /// Which one.
-        index: usize,
-        /// The tool asked for.
-        tool: usize,
-        /// Tools in the action set.
-        count: usize,
-    },
-    /// The state belongs to an environment with other tools.
-    #[error(
-        "the state has {found} tools, but the environment has {wanted}: restore it into an environment with the same tools"
-    )]
-    OtherTools {
-        /// The tools of the state.
-        found: &'static str,
-        /// The tools of the environment.
-        wanted: &'static str,
+        /// What is wrong with its episode.
+        problem: &'static str,
     },
     /// There is no environment with this index.
     #[error("there is no environment {index}: there are {count}, numbered from 0")]
@@ -79,16 +46,9 @@ pub enum VectorError {
         /// Number of environments.
         count: usize,
     },
-    /// The state belongs to another task.
-    #[error(
-        "the state is of task `{found}`, but the environment plays `{wanted}`: restore it into an environment of that task"
-    )]
-    OtherTask {
-        /// Name of the state's task.
-        found: String,
-        /// Name of the environment's task.
-        wanted: String,
-    },
+    /// An action is not possible, or a state belongs to another environment.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Environments of one task. Results do not depend on the number of threads.
@@ -227,17 +187,18 @@ impl VectorEnvironment {
         for (index, (player, action)) in self.players.iter().zip(actions).enumerate() {
             let Choice { tool, place: action } = (*action).into();
             if !player.begun {
-                return Err(VectorError::NotReset { index });
+                return Err(VectorError::ResetNeeded { index, problem: "has not begun" });
             }
             if self.autoreset == Autoreset::Disabled && player.is_over() {
-                return Err(VectorError::EpisodeOver { index });
-            }
-            if !action.iter().all(|value| value.is_finite()) {
-                return Err(VectorError::NotFinite { index, action });
+                return Err(VectorError::ResetNeeded { index, problem: "is over" });
             }
             let count = player.env.action_set().map_or(1, ActionSet::len);
+            let refused = |problem| Err(VectorError::Refused(format!("the action of environment {index} {problem}")));
+            if !action.iter().all(|value| value.is_finite()) {
+                return refused(format!("is {action:?}: actions are finite numbers, and are clipped to [-1, 1]"));
+            }
             if tool >= count {
-                return Err(VectorError::NoTool { index, tool, count });
+                return refused(format!("asks for tool {tool}, but its {count} tools are numbered from 0"));
             }
         }
         Ok(())
@@ -257,13 +218,14 @@ impl VectorEnvironment {
     /// # Errors
     /// When there is no such environment, or the state belongs to another task or to other tools.
     pub fn restore(&mut self, index: usize, state: &State, observation: &mut [f32]) -> Result<(), VectorError> {
-        if *state.task() != self.task {
-            let (found, wanted) = (state.task().name.clone(), self.task.name.clone());
-            return Err(VectorError::OtherTask { found, wanted });
-        }
-        if state.0.env.split() != self.split {
-            let name = |split: Option<ToolSplit>| split.map_or("the task's own", ToolSplit::name);
-            return Err(VectorError::OtherTools { found: name(state.0.env.split()), wanted: name(self.split) });
+        if *state.task() != self.task || state.0.env.split() != self.split {
+            let name = |task: &Task, split: Option<ToolSplit>| {
+                format!("`{}` with {} tools", task.name, split.map_or("its own", ToolSplit::name))
+            };
+            let (found, wanted) = (name(state.task(), state.0.env.split()), name(&self.task, self.split));
+            return Err(VectorError::Refused(format!(
+                "the state is of task {found}, but the environment plays {wanted}"
+            )));
         }
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuchEnvironment { index, count })?;
