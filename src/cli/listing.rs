@@ -95,7 +95,7 @@ pub fn show(arguments: &Show) -> Outcome {
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
     let reason = match &run.state {
-        RunState::Incomplete(reason) | RunState::Stopped(reason) | RunState::Failed(reason) => Some(reason),
+        RunState::Stopped(reason) | RunState::Failed(reason) => Some(reason),
         _ => None,
     };
     let shown = json!({

@@ -34,20 +34,6 @@ pub enum StateError {
     /// The tensors do not form an agent.
     #[error("the saved agent cannot be used: {0}")]
     Tensors(#[from] TensorFileError),
-    /// The metadata is not valid for an agent or learner.
-    #[error("the saved agent cannot be used: its `{key}` metadata is wrong: {reason}")]
-    Metadata {
-        /// Name of the entry.
-        key: &'static str,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// The file has another format version.
-    #[error("the saved agent has format {found}, but this program reads {VERSION}; train again")]
-    Version {
-        /// The version found.
-        found: u32,
-    },
     /// The settings are invalid.
     #[error("the saved agent cannot be used: {0}")]
     Config(#[from] ValidationError),
@@ -151,11 +137,13 @@ impl Ddpg {
     }
 
     fn from_file(file: &TensorFile) -> Result<Self, StateError> {
-        let AgentState { observation_len, action_len, config, holds_policy, has_proven_policy, .. } =
-            read_agent_state(file)?;
+        let AgentState { version, observation_len, action_len, config, holds_policy, has_proven_policy } =
+            file.json(AGENT_KEY)?;
+        if version != VERSION {
+            return Err(TensorFileError(format!("it has format {version}, but this program reads {VERSION}")).into());
+        }
         if ![observation_len, action_len].iter().all(|len| (1..=MAX_LEN).contains(len)) {
-            let reason = format!("vectors of {observation_len} and {action_len} numbers");
-            return Err(StateError::Metadata { key: AGENT_KEY, reason });
+            return Err(TensorFileError(format!("vectors of {observation_len} and {action_len} numbers")).into());
         }
         let [actor, critic] = Self::shapes(observation_len, action_len, &config)?;
         let network = |shape: &MlpShape, name| Mlp::load(shape.clone(), file, name);
@@ -196,7 +184,7 @@ impl Learner {
         let file = TensorFile::from_bytes(&saved.networks)?;
         let ddpg = Ddpg::from_file(&file)?;
         let replay = ReplayBuffer::from_bytes(&saved.replay)?;
-        let LearnerState { recorded, noise, streams, segments } = read_metadata(&file, LEARNER_KEY)?;
+        let LearnerState { recorded, noise, streams, segments } = file.json(LEARNER_KEY)?;
         if replay.observation_len() != ddpg.observation_len()
             || replay.action_len() != ddpg.action_len()
             || replay.capacity() != ddpg.config.replay_capacity
@@ -215,30 +203,11 @@ fn write_metadata(file: &mut TensorFile, key: &str, state: &impl Serialize) {
     file.metadata.insert(key.to_owned(), text);
 }
 
-fn read_metadata<T: for<'a> Deserialize<'a>>(file: &TensorFile, key: &'static str) -> Result<T, StateError> {
-    let text = file.metadata.get(key).ok_or(StateError::Metadata { key, reason: "it is missing".to_owned() })?;
-    serde_json::from_str(text).map_err(|error| StateError::Metadata { key, reason: error.to_string() })
-}
-
-/// The agent's metadata. The version is checked first, because other fields depend on it.
-fn read_agent_state(file: &TensorFile) -> Result<AgentState, StateError> {
-    #[derive(Deserialize)]
-    struct Version {
-        version: u32,
-    }
-    let Version { version: found } = read_metadata(file, AGENT_KEY)?;
-    if found != VERSION {
-        return Err(StateError::Version { found });
-    }
-    read_metadata(file, AGENT_KEY)
-}
-
 /// The optimiser saved under `name`; an error if its kind is not that of `config`.
 fn load_optimiser(file: &TensorFile, name: &'static str, config: &DdpgConfig) -> Result<Optimiser, StateError> {
     let optimiser = Optimiser::load(file, name)?;
     if optimiser.kind() != config.optimiser {
-        let reason = format!("the kind of {name} differs from that in the config");
-        return Err(StateError::Metadata { key: AGENT_KEY, reason });
+        return Err(TensorFileError(format!("the kind of {name} differs from that in the config")).into());
     }
     Ok(optimiser)
 }

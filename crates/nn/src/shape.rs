@@ -76,10 +76,11 @@ impl MlpShape {
     }
 
     /// # Errors
-    /// [`NnError::Shape`] when there is no layer or a size is 0.
+    /// [`NnError::Unusable`] when there is no layer or a size is 0.
     pub fn check(&self) -> Result<(), NnError> {
         if self.layers() == 0 || self.sizes.contains(&0) {
-            return Err(NnError::Shape { sizes: self.sizes.clone() });
+            let rule = "give inputs, hidden sizes and outputs, all at least 1";
+            return Err(NnError::Unusable(format!("network sizes {:?} are not usable: {rule}", self.sizes)));
         }
         Ok(())
     }

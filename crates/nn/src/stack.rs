@@ -25,27 +25,7 @@ use mge_base::sync::lock;
 
 /// Workspaces of finished passes, for reuse. A pass of the paper's 17 layers over 128 rows needs
 /// more than a megabyte, which the operating system would otherwise have to clear for each pass.
-#[derive(Debug, Default)]
-pub(super) struct Pool<W>(Arc<Mutex<Vec<W>>>);
-
-impl<W> Clone for Pool<W> {
-    /// The same pool.
-    fn clone(&self) -> Self {
-        Self(Arc::clone(&self.0))
-    }
-}
-
-impl<W: Default> Pool<W> {
-    pub fn take(&self) -> W {
-        // A poisoned lock is harmless: a panic cannot leave a workspace in an inconsistent state.
-        let mut free = lock(&self.0);
-        free.pop().unwrap_or_default()
-    }
-
-    pub fn give_back(&self, workspace: W) {
-        lock(&self.0).push(workspace);
-    }
-}
+pub(super) type Pool = Arc<Mutex<Vec<Workspace>>>;
 
 /// One network's pass over a batch: fill the input and run [`forward`]; then, if gradients are
 /// wanted, set the gradient of the output and run [`backward`].
@@ -54,7 +34,7 @@ pub(super) struct Pass {
     layers: Arc<[Layer]>,
     parameters: Arc<LoadedParameters>,
     workspace: Workspace,
-    pool: Pool<Workspace>,
+    pool: Pool,
 }
 
 /// Working memory of a pass.
@@ -181,8 +161,9 @@ fn for_each<T: Send>(items: Vec<T>, threads: usize, work: impl Fn(T) + Send + Sy
 
 impl Pass {
     /// A pass of `rows` rows with a workspace from `pool`.
-    pub fn new(layers: Arc<[Layer]>, parameters: Arc<LoadedParameters>, pool: &Pool<Workspace>, rows: usize) -> Self {
-        let mut workspace = pool.take();
+    pub fn new(layers: Arc<[Layer]>, parameters: Arc<LoadedParameters>, pool: &Pool, rows: usize) -> Self {
+        // A poisoned lock is harmless: a panic cannot leave a workspace in an inconsistent state.
+        let mut workspace = lock(pool).pop().unwrap_or_default();
         workspace.rows = rows;
         workspace.input.resize(rows * layers[0].inputs);
         Self { layers, parameters, workspace, pool: pool.clone() }
@@ -254,7 +235,7 @@ impl Pass {
 
 impl Drop for Pass {
     fn drop(&mut self) {
-        self.pool.give_back(mem::take(&mut self.workspace));
+        lock(&self.pool).push(mem::take(&mut self.workspace));
     }
 }
 
@@ -274,7 +255,27 @@ impl Span {
             after[0].resize(self.rows * padded(layer.outputs));
             let active = active.get(self.start).filter(|_| i == 0);
             let (x, depth, weight) = active.unwrap_or((x, layer.inputs, parameters.weight(layer)));
-            dense(layer, parameters, self.rows, x, depth, weight, &mut after[0], &mut self.factors[i]);
+            let (y, columns) = (&mut *after[0], padded(layer.outputs));
+            Product {
+                rows: self.rows,
+                depth,
+                columns,
+                a: x.values,
+                a_row: x.row,
+                a_depth: 1,
+                b: weight,
+                b_row: columns,
+                start: Start::Row(parameters.bias(layer)),
+                c: y,
+                c_row: columns,
+                epilogue: Epilogue::Activate(layer.activation),
+            }
+            .execute();
+            if layer.is_normalised() {
+                let factors = &mut self.factors[i];
+                factors.resize(self.rows, 0.0);
+                Normalise { y, columns: layer.outputs, factors }.execute();
+            }
         }
     }
 
@@ -337,41 +338,6 @@ fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outp
     match i {
         0 => Rows { values: &input[start * columns..], row: columns },
         _ => Rows { values: &outputs[i - 1], row: padded(columns) },
-    }
-}
-
-/// `y = f(x w + b)` for `rows` rows of `x`, where `weight` has `depth` rows: all of the layer's or
-/// only the active ones. For a normalising `f`, `factors` receives the factors of the rows.
-#[allow(clippy::too_many_arguments, reason = "the operands of a layer")]
-pub(super) fn dense(
-    layer: &Layer,
-    parameters: &LoadedParameters,
-    rows: usize,
-    x: Rows<'_>,
-    depth: usize,
-    weight: &[f32],
-    y: &mut [f32],
-    factors: &mut Vec<f32>,
-) {
-    let columns = padded(layer.outputs);
-    Product {
-        rows,
-        depth,
-        columns,
-        a: x.values,
-        a_row: x.row,
-        a_depth: 1,
-        b: weight,
-        b_row: columns,
-        start: Start::Row(parameters.bias(layer)),
-        c: y,
-        c_row: columns,
-        epilogue: Epilogue::Activate(layer.activation),
-    }
-    .execute();
-    if layer.is_normalised() {
-        factors.resize(rows, 0.0);
-        Normalise { y, columns: layer.outputs, factors }.execute();
     }
 }
 

@@ -140,7 +140,7 @@ pub(super) fn without_duplicates(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<Exc
 pub(super) fn left_out(run: &FoundRun) -> ExcludedRun {
     let episodes = format!("{} of {} episodes", run.trained.row.episodes, run.config.episodes);
     let why = match &run.state {
-        RunState::Failed(reason) | RunState::Stopped(reason) | RunState::Incomplete(reason) => format!(": {reason}"),
+        RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
         _ => String::new(),
     };
     ExcludedRun { run: run.path.clone(), reason: format!("{}{why} ({episodes})", run.state.name()) }

@@ -202,7 +202,7 @@ impl Composition {
         let runs = self.chosen(without_duplicates(shown(found)).0)?;
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);
-        let config_hash = config_hash(&configs)?;
+        let config_hash = config_hash(&configs);
         let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
         seeds.dedup();
         let mut runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();

@@ -63,7 +63,7 @@ pub fn report(
     }
     let (finished, copies) = without_duplicates(finished);
     let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
-    let hash = config_hash(&configs)?;
+    let hash = config_hash(&configs);
     let mut runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
     let damaged = |(run, error): (PathBuf, RunError)| ExcludedRun { run, reason: error.to_string() };
     let left_out = others.iter().map(left_out).chain(copies).chain(unreadable.into_iter().map(damaged)).collect();

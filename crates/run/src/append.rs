@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::sums::{Sum, Summing};
 use super::{Result, RunError, file, folder};
 use mge_base::atomic::{self, parent_of};
 
@@ -17,8 +16,6 @@ use mge_base::atomic::{self, parent_of};
 pub(super) struct AppendFile {
     path: PathBuf,
     file: File,
-    /// Of what was kept by [`AppendFile::cut`], and appended since.
-    summing: Summing,
 }
 
 impl AppendFile {
@@ -36,7 +33,7 @@ impl AppendFile {
             // Later syncs of the content are useless unless the name is durable as well.
             folder::sync(parent_of(path))?;
         }
-        Ok(Self { path: path.to_path_buf(), file, summing: Summing::default() })
+        Ok(Self { path: path.to_path_buf(), file })
     }
 
     /// Replaces the file by one with this content and opens that.
@@ -53,25 +50,17 @@ impl AppendFile {
             // Best effort: half a line would make the next line unreadable as well.
             let _ = self.file.set_len(length);
             RunError::Io { action: "write", path: self.path.clone(), source }
-        })?;
-        self.summing.add(bytes);
-        Ok(())
+        })
     }
 
     /// Appends a value as a line of JSON.
     pub fn append_json(&mut self, value: &impl Serialize) -> Result<()> {
-        self.append(&file::json_line(value)?)
+        self.append(&file::json_line(value))
     }
 
-    /// Removes everything after `kept`, the beginning of the file.
-    pub fn cut(&mut self, kept: &[u8]) -> Result<()> {
-        self.summing = Summing::of(kept);
-        self.file.set_len(kept.len() as u64).map_err(RunError::io("truncate", &self.path))
-    }
-
-    /// The sum of the file, which was cut when it was opened.
-    pub fn sum(&self) -> Sum {
-        self.summing.sum()
+    /// Removes everything after this many bytes.
+    pub fn cut(&self, length: usize) -> Result<()> {
+        self.file.set_len(length as u64).map_err(RunError::io("truncate", &self.path))
     }
 
     /// Waits until everything is on disk.
@@ -84,7 +73,7 @@ impl AppendFile {
     #[cfg(target_os = "linux")]
     pub fn on_a_full_disk() -> Self {
         let path = PathBuf::from("/dev/full");
-        Self { file: File::options().append(true).open(&path).unwrap(), path, summing: Summing::default() }
+        Self { file: File::options().append(true).open(&path).unwrap(), path }
     }
 }
 
@@ -101,9 +90,8 @@ mod tests {
         drop(file);
         let mut file = AppendFile::open(&path).unwrap();
         file.append(b"two\n").unwrap();
-        file.cut(b"one\n").unwrap();
+        file.cut(4).unwrap();
         file.append(b"three\n").unwrap();
-        assert_eq!(file.sum(), Summing::of(b"one\nthree\n").sum());
         file.sync().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"one\nthree\n");
     }
@@ -114,8 +102,7 @@ mod tests {
         use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
 
         let mut theirs = File::from(memfd_create("log", MemfdFlags::ALLOW_SEALING).unwrap());
-        let mut ours =
-            AppendFile { path: "log".into(), file: theirs.try_clone().unwrap(), summing: Summing::default() };
+        let mut ours = AppendFile { path: "log".into(), file: theirs.try_clone().unwrap() };
         theirs.write_all(b"theirs\n").unwrap();
         // As on a full disk, nothing can be appended any more.
         fcntl_add_seals(&theirs, SealFlags::GROW).unwrap();

@@ -9,8 +9,7 @@ use super::checkpoint::Checkpoint;
 use super::event::{Event, LoggedEvent};
 use super::log::KeptLog;
 use super::projection::Projections;
-use super::retention::{CheckpointAction, CheckpointName};
-use super::sums::{LogSums, SUMS_SECTION, Summing};
+use super::retention::CheckpointName;
 use super::{Result, RunDirectory, RunError, episodes, folder};
 use mge_base::atomic::{self, NewFolder, parent_of, remove_leftovers};
 
@@ -24,7 +23,6 @@ pub struct Branch {
     episode: u64,
     /// The events so far.
     events: Vec<LoggedEvent>,
-    sums: LogSums,
 }
 
 impl Branch {
@@ -35,11 +33,7 @@ impl Branch {
     /// [`RunError::AlreadyARun`]; [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run has fewer episodes;
     /// [`RunError::Io`].
     pub fn new(source: &RunDirectory, place: &Path, episode: u64) -> Result<Self> {
-        RunDirectory::at(place).make_room()?;
-        let is_taken = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_some());
-        if is_taken {
-            return Err(RunError::NotEmpty(place.to_owned()));
-        }
+        RunDirectory::at(place).check_room()?;
         remove_leftovers(parent_of(place));
         let filled = folder::new_beside(place)?;
         let directory = RunDirectory::at(filled.path());
@@ -48,13 +42,12 @@ impl Branch {
         for (path, bytes) in [(directory.events_path(), &kept.bytes), (directory.episodes_path(), &episodes)] {
             atomic::write(&path, bytes).map_err(RunError::io("write", &path))?;
         }
-        let sums = LogSums { events: kept.sum(), episodes: Summing::of(&episodes).sum() };
         let best = source.checkpoints();
         if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
             let best = best.load(CheckpointName::Best)?;
-            directory.checkpoints().apply(&[CheckpointAction::Save(CheckpointName::Best)], &best)?;
+            directory.checkpoints().save(&[CheckpointName::Best], None, &best)?;
         }
-        Ok(Self { filled, directory, place: place.to_owned(), episode, events: kept.events, sums })
+        Ok(Self { filled, directory, place: place.to_owned(), episode, events: kept.events })
     }
 
     /// The events so far, which are those of the other run.
@@ -71,12 +64,11 @@ impl Branch {
         self,
         config: &impl Serialize,
         model: Option<&[u8]>,
-        mut checkpoint: Checkpoint,
+        checkpoint: &Checkpoint,
     ) -> Result<RunDirectory> {
-        let Self { filled, directory, place, episode, events, sums } = self;
-        checkpoint.insert_json(SUMS_SECTION, &sums)?;
+        let Self { filled, directory, place, episode, events } = self;
         let names = [CheckpointName::Last, CheckpointName::Episode(episode)];
-        directory.checkpoints().apply(&names.map(CheckpointAction::Save), &checkpoint)?;
+        directory.checkpoints().save(&names, None, checkpoint)?;
         directory.write_config(config, model)?;
         Projections::open(&directory, &events)?.sync()?;
         folder::sync(filled.path())?;
@@ -112,7 +104,7 @@ mod tests {
         drop(Branch::new(&source, &place, 4).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");
         let branch = Branch::new(&source, &place, 4).unwrap();
-        let made = branch.finish(&"other", None, Checkpoint::new(4)).unwrap();
+        let made = branch.finish(&"other", None, &Checkpoint::new(4)).unwrap();
         assert_eq!(RunHistory::read(&made).unwrap().records.len(), 4);
         assert_eq!(read_events(&made.events_path()).unwrap().len(), 4);
         assert_eq!(made.config::<String>().unwrap(), "other");

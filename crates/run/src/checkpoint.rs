@@ -71,10 +71,10 @@ impl Checkpoint {
     /// Adds or replaces a section of bytes, such as a safetensors file.
     ///
     /// # Errors
-    /// [`RunError::SectionName`] if `name` cannot be a file name on every system.
+    /// [`RunError::Refused`] if `name` cannot be a file name on every system.
     pub fn insert(&mut self, name: &str, bytes: Vec<u8>) -> Result<()> {
         if !is_section_name(name) {
-            return Err(RunError::SectionName(name.into()));
+            return Err(bad_section(name));
         }
         self.sections.insert(name.into(), bytes);
         Ok(())
@@ -83,29 +83,27 @@ impl Checkpoint {
     /// Adds or replaces a section that holds a value as JSON, such as counters or random streams.
     ///
     /// # Errors
-    /// [`RunError::Encode`] if the value has no JSON form; [`RunError::SectionName`].
+    /// As [`Checkpoint::insert`].
     pub fn insert_json(&mut self, name: &str, value: &impl Serialize) -> Result<()> {
-        let bytes = serde_json::to_vec(value)
-            .map_err(|source| RunError::Encode { what: format!("section \"{name}\""), source })?;
-        self.insert(name, bytes)
+        self.insert(name, serde_json::to_vec(value).expect("plain data"))
     }
 
     /// The bytes of a section.
     ///
     /// # Errors
-    /// [`RunError::MissingSection`], which names the existing sections.
+    /// [`RunError::Refused`], which names the existing sections.
     pub fn section(&self, name: &str) -> Result<&[u8]> {
-        self.sections.get(name).map(Vec::as_slice).ok_or_else(|| RunError::MissingSection {
-            episode: self.episode,
-            section: name.into(),
-            present: self.names().collect::<Vec<_>>().join(", "),
+        self.sections.get(name).map(Vec::as_slice).ok_or_else(|| {
+            let (episode, present) = (self.episode, self.names().collect::<Vec<_>>().join(", "));
+            let what = format!("the checkpoint of episode {episode} has no section \"{name}\"; it has {present}");
+            RunError::Refused(what)
         })
     }
 
     /// The value of a section written by [`Checkpoint::insert_json`].
     ///
     /// # Errors
-    /// [`RunError::MissingSection`]; [`RunError::Malformed`] with the place in the JSON.
+    /// [`RunError::Refused`]; [`RunError::Malformed`] with the place in the JSON.
     pub fn json<T: DeserializeOwned>(&self, name: &str) -> Result<T> {
         parse_json(Path::new(name), self.section(name)?)
     }
@@ -137,8 +135,7 @@ impl Checkpoint {
             score: self.score,
             sections,
         };
-        let text = serde_json::to_vec_pretty(&manifest)
-            .map_err(|source| RunError::Encode { what: "a manifest".into(), source })?;
+        let text = serde_json::to_vec_pretty(&manifest).expect("plain data");
         write_new(&new.path().join(MANIFEST), &text)?;
         folder::sync(new.path())?;
         swap_in(new, path)
@@ -147,9 +144,8 @@ impl Checkpoint {
     /// Reads and verifies the checkpoint in the folder `path`.
     ///
     /// # Errors
-    /// [`RunError::NoCheckpoint`] if there is none; [`RunError::UnknownFormat`] if its format is too
-    /// new; [`RunError::Truncated`], [`RunError::Damaged`] or [`RunError::Io`], with the file that
-    /// does not match the manifest.
+    /// [`RunError::NoCheckpoint`] if there is none; [`RunError::Refused`] if its format is too new;
+    /// [`RunError::Malformed`] or [`RunError::Io`], with the file that does not match the manifest.
     pub fn load(path: &Path) -> Result<Self> {
         Self::load_filtered(path, |_| true)
     }
@@ -164,15 +160,12 @@ impl Checkpoint {
         for section in manifest.sections.iter().filter(|section| is_needed(&section.name)) {
             let file = path.join(&section.name);
             if !is_section_name(&section.name) {
-                return Err(RunError::SectionName(section.name.clone()));
+                return Err(bad_section(&section.name));
             }
             let bytes = file::read(&file)?;
-            if bytes.len() as u64 != section.bytes {
-                let (expected, found) = (section.bytes, bytes.len() as u64);
-                return Err(RunError::Truncated { path: file, expected, found });
-            }
             if sha256(&bytes) != section.sha256 {
-                return Err(RunError::Damaged(file));
+                let reason = "it is damaged (its checksum differs): `mge fork` can continue from an earlier checkpoint";
+                return Err(RunError::malformed(&file, None, reason));
             }
             checkpoint.sections.insert(section.name.clone(), bytes);
         }
@@ -255,7 +248,7 @@ pub(super) fn remove(path: &Path) -> Result<()> {
 fn keep_others(path: &Path) -> Result<()> {
     let own = match Manifest::read(path) {
         // Then it is not known what belongs to it.
-        Err(RunError::NoCheckpoint(_) | RunError::Malformed { .. } | RunError::UnknownFormat { .. }) => Vec::new(),
+        Err(RunError::NoCheckpoint(_) | RunError::Malformed { .. } | RunError::Refused(_)) => Vec::new(),
         manifest => manifest?.sections,
     };
     let is_own = |name: &OsStr| name == MANIFEST || own.iter().any(|section| name == section.name.as_str());
@@ -285,6 +278,11 @@ fn previous_of(path: &Path) -> PathBuf {
 fn existing(path: &Path) -> PathBuf {
     let previous = previous_of(path);
     if !path.exists() && previous.exists() { previous } else { path.to_path_buf() }
+}
+
+fn bad_section(name: &str) -> RunError {
+    let rule = "use lower-case letters, digits, '_', '-' and '.', at most 64";
+    RunError::Refused(format!("\"{name}\" cannot name a section: {rule}"))
 }
 
 fn is_section_name(name: &str) -> bool {
@@ -383,7 +381,7 @@ mod tests {
             fs::write(path.join(MANIFEST), text.replacen(from, to, 1)).unwrap();
         };
         let actor = "actor.safetensors";
-        check_refused(|p| fs::write(p.join(actor), [1; 299]).unwrap(), "299 bytes instead of 300");
+        check_refused(|p| fs::write(p.join(actor), [1; 299]).unwrap(), "checksum differs");
         check_refused(|p| fs::write(p.join(actor), [7; 300]).unwrap(), "checksum differs");
         check_refused(|p| fs::remove_file(p.join(actor)).unwrap(), "cannot read");
         check_refused(|p| fs::remove_file(p.join(MANIFEST)).unwrap(), "there is no checkpoint in");
@@ -427,7 +425,7 @@ mod tests {
         );
         for name in ["", "Actor", "a/b", "..", "manifest.json"] {
             let error = Checkpoint::new(0).insert(name, Vec::new()).unwrap_err();
-            assert!(matches!(error, RunError::SectionName(_)), "{name}");
+            assert!(error.to_string().contains("cannot name a section"), "{name}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! The folder of a run: paths and configuration.
 
+use std::cmp::Reverse;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -7,9 +8,12 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::checkpoint::Checkpoint;
 use super::file::{check_format, parse_json};
+use super::lock::LOCK;
 use super::reader::{EventReader, read_tail};
-use super::status::{RunState, RunStatus};
+use super::retention::CheckpointName;
+use super::status::RunStatus;
 use super::store::CheckpointStore;
 use super::{Result, RunError, file, folder};
 use mge_base::atomic::{self, parent_of};
@@ -54,11 +58,11 @@ impl RunDirectory {
     pub fn create_with_model(path: impl Into<PathBuf>, config: &impl Serialize, model: Option<&[u8]>) -> Result<Self> {
         let directory = Self { path: path.into() };
         let path = &directory.path;
-        directory.make_room()?;
+        directory.check_room()?;
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
         let _lock = directory.lock()?;
         // Another process may have been faster.
-        directory.has_remains()?;
+        directory.check_room()?;
         directory.write_config(config, model)?;
         // The folder's own name should survive a power failure as well.
         folder::sync(parent_of(path))?;
@@ -85,6 +89,49 @@ impl RunDirectory {
         }
     }
 
+    /// Checks that a run can be created here: there is no such folder, or it has nothing but the lock, and the model, of a
+    /// process that was killed while it created a run.
+    ///
+    /// # Errors
+    /// [`RunError::AlreadyARun`] or [`RunError::NotEmpty`]; [`RunError::Io`].
+    pub fn check_room(&self) -> Result<()> {
+        let mut names: Vec<String> = match self.contents() {
+            Err(error) if error.is_not_found() => return Ok(()),
+            contents => contents?.into_iter().map(|(name, _)| name).collect(),
+        };
+        names.retain(|name| !atomic::is_temporary(name));
+        if self.config_bytes().is_ok() {
+            return Err(RunError::AlreadyARun(self.path.clone()));
+        }
+        // Empty if that was killed before it wrote its id.
+        let is_lock = || file::read(&self.path.join(LOCK)).is_ok_and(|id| id.iter().all(u8::is_ascii_digit));
+        let is_left = names.iter().all(|name| name == LOCK || name == MODEL) && is_lock();
+        if names.is_empty() || is_left { Ok(()) } else { Err(RunError::NotEmpty(self.path.clone())) }
+    }
+
+    /// The newest checkpoint from which the run can be continued, none if it has no checkpoint at all, and why others,
+    /// such as `last`, cannot be used.
+    ///
+    /// # Errors
+    /// Why none can be used.
+    pub fn newest_checkpoint(&self) -> Result<(Option<Checkpoint>, Vec<RunError>)> {
+        let store = self.checkpoints();
+        let last = self.status()?.last_episode.map_or(0, |record| record.episode);
+        let mut names = store.names()?;
+        names.sort_by_key(|name| (*name != CheckpointName::Last, Reverse(store.episode_of(*name))));
+        let mut problems = Vec::new();
+        for name in names {
+            match store.load(name) {
+                Ok(Checkpoint { episode, .. }) if episode > last => {
+                    problems.push(RunError::LogTooShort { path: self.events_path(), last, checkpoint: episode });
+                }
+                Ok(checkpoint) => return Ok((Some(checkpoint), problems)),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        problems.into_iter().next().map_or(Ok((None, Vec::new())), Err)
+    }
+
     /// The run in a folder, without any check.
     pub fn at(path: &Path) -> Self {
         Self { path: path.to_owned() }
@@ -93,8 +140,7 @@ impl RunDirectory {
     /// Opens the run in `path` for reading.
     ///
     /// # Errors
-    /// [`RunError::NotARun`] if there is no `config.json`, [`RunError::UnknownFormat`] if it is
-    /// newer than this program.
+    /// [`RunError::NotARun`] if there is no `config.json`, [`RunError::Refused`] if it is newer than this program.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self> {
         let directory = Self { path: path.into() };
         directory.config_bytes()?;
@@ -125,9 +171,14 @@ impl RunDirectory {
     /// Returns an error if it is of a dynamics model or a count of hits.
     ///
     /// # Errors
-    /// [`RunError::OfModel`], or as [`RunDirectory::config`].
+    /// [`RunError::Refused`], or as [`RunDirectory::config`].
     pub fn refuse_model(&self) -> Result<()> {
-        if self.is_of_model()? { Err(RunError::OfModel(self.path.clone())) } else { Ok(()) }
+        if !self.is_of_model()? {
+            return Ok(());
+        }
+        let what =
+            "a dynamics model or a count of hits of a sweep, not a run: `results.csv` of the sweep has its numbers";
+        Err(RunError::Refused(format!("{} is {what}", self.path.display())))
     }
 
     /// Replaces the configuration of a run that is not being trained, for example to add episodes.
@@ -146,7 +197,7 @@ impl RunDirectory {
             atomic::write(&path, bytes).map_err(RunError::io("write", &path))?;
         }
         let saved = Saved { format: FORMAT, mge_version: identity::version().into(), config };
-        file::write_json(&self.config_path(), "the configuration", &saved)
+        file::write_json(&self.config_path(), &saved)
     }
 
     pub(super) fn config_bytes(&self) -> Result<Vec<u8>> {
@@ -182,13 +233,6 @@ impl RunDirectory {
             if status.is_decided() {
                 break;
             }
-        }
-        let episode = status.last_episode.as_ref().map_or(0, |record| record.episode);
-        if status.state == RunState::Finished
-            && !locked
-            && let Some(reason) = self.missing(episode)?
-        {
-            status.state = RunState::Incomplete(reason);
         }
         Ok(status)
     }
@@ -285,18 +329,14 @@ impl RunDirectory {
 }
 
 /// Twelve hexadecimal digits that identify a configuration in the metadata of figures and reports.
-///
-/// # Errors
-/// [`RunError::Encode`] if the configuration has no JSON form.
-pub fn config_hash(config: &impl Serialize) -> Result<String> {
-    let text =
-        serde_json::to_vec(config).map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
-    Ok(sha256(&text)[..12].to_string())
+pub fn config_hash(config: &impl Serialize) -> String {
+    sha256(&serde_json::to_vec(config).expect("plain data"))[..12].to_string()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::RunState;
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct Config {
@@ -319,8 +359,8 @@ mod tests {
         let run = RunDirectory::open(&path).unwrap();
         assert_eq!(run.config::<Config>().unwrap(), CONFIG);
         assert_eq!(run.status().unwrap().state, RunState::NotStarted);
-        assert_eq!(config_hash(&CONFIG).unwrap(), "474a4553bc16", "figures contain this hash");
-        assert_ne!(config_hash(&CONFIG).unwrap(), config_hash(&Config { seed: 4, ..CONFIG }).unwrap());
+        assert_eq!(config_hash(&CONFIG), "474a4553bc16", "figures contain this hash");
+        assert_ne!(config_hash(&CONFIG), config_hash(&Config { seed: 4, ..CONFIG }));
     }
 
     #[test]

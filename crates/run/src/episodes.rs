@@ -7,7 +7,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::append::AppendFile;
-use super::sums::{Sum, Summing};
 use super::{Result, RunError, file};
 use mge_base::json;
 
@@ -86,65 +85,30 @@ pub struct PlayedEpisode {
 
 /// Opens `episodes.jsonl` for writing and removes everything after `episode` and a half-written last line.
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
-    let mut file = AppendFile::open(path)?;
-    file.cut(&read_until(path, episode)?)?;
+    let file = AppendFile::open(path)?;
+    file.cut(read_until(path, episode)?.len())?;
     Ok(file)
 }
 
 /// The file up to `episode`.
 pub(super) fn read_until(path: &Path, episode: u64) -> Result<Vec<u8>> {
     let mut bytes = file::read(path)?;
-    bytes.truncate(until(&bytes, episode).0.len());
-    Ok(bytes)
-}
-
-/// Checks the file up to `episode` against its sum when that was the last episode, or, without a sum, that it has the
-/// episode. Only replays need it.
-///
-/// # Errors
-/// [`RunError::NoEpisode`] if it has no episode up to there: it was removed, and perhaps begun anew.
-/// [`RunError::Malformed`] otherwise, with the first line that is not an episode, if there is one.
-pub(super) fn check(path: &Path, episode: u64, expected: Option<&Sum>) -> Result<()> {
-    let bytes = file::read_optional(path)?.unwrap_or_default();
-    let (kept, last) = until(&bytes, episode);
-    if expected.map_or(last == episode, |expected| Summing::of(kept).sum() == *expected) {
-        return Ok(());
-    }
-    if kept.is_empty() {
-        return Err(RunError::NoEpisode { path: path.to_path_buf(), episode });
-    }
-    let lines = (1..).zip(kept.split_inclusive(|byte| *byte == b'\n'));
-    let damage = |(line, text): (u64, &[u8])| Some((line, json::message(&parse(text).err()?)));
-    let (line, what) = match lines.into_iter().find_map(damage) {
-        Some((line, message)) => (Some(line), format!("not an episode: {message}")),
-        None if last < episode => (None, format!("it ends at episode {last} of {episode}")),
-        None => (None, "it was changed after it was written".to_owned()),
-    };
-    let reason = what + ": `mge resume` without --episodes accepts it as it is, without the replays that are lost";
-    Err(RunError::malformed(path, line, reason))
-}
-
-/// The beginning of the file up to `episode`, and the last episode in it.
-fn until(bytes: &[u8], episode: u64) -> (&[u8], u64) {
-    let (mut end, mut kept, mut last) = (0, 0, 0);
+    let (mut end, mut kept) = (0, 0);
     // A damaged line loses only its own episode, not those after it.
-    for line in file::whole_lines(bytes).split_inclusive(|byte| *byte == b'\n') {
+    for line in file::whole_lines(&bytes).split_inclusive(|byte| *byte == b'\n') {
         end += line.len();
-        if let Some(number) = number_of(line).filter(|number| *number <= episode) {
-            (kept, last) = (end, number);
+        if number_of(line).is_some_and(|number| number <= episode) {
+            kept = end;
         }
     }
-    (&bytes[..kept], last)
-}
-
-fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
-    serde_json::from_slice(line)
+    bytes.truncate(kept);
+    Ok(bytes)
 }
 
 /// An episode of a run, which another process may still be training.
 ///
 /// # Errors
-/// [`RunError::Io`] if there is no such file, [`RunError::NoEpisode`] if it does not contain the
+/// [`RunError::Io`] if there is no such file, [`RunError::Refused`] if it does not contain the
 /// episode or it is just being written, [`RunError::Malformed`] if its line is not an episode.
 pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
     let mut file = BufReader::new(file::open(path).map_err(RunError::io("read", path))?);
@@ -161,13 +125,13 @@ pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
                 let malformed = |error| {
                     RunError::malformed(path, Some(number), format!("not an episode: {}", json::message(&error)))
                 };
-                return parse(&line).map_err(malformed);
+                return serde_json::from_slice(&line).map_err(malformed);
             }
             Some(found) if found > episode => break,
             _ => {}
         }
     }
-    Err(RunError::NoEpisode { path: path.to_path_buf(), episode })
+    Err(RunError::Refused(format!("{}: there is no episode {episode} in it", path.display())))
 }
 
 /// The number of a line's episode, which is its first field.
@@ -223,7 +187,7 @@ mod tests {
             );
         }
         for episode in [0, 1000, 1500, 1999, 3001, u64::MAX] {
-            assert!(matches!(read_episode(&path, episode), Err(RunError::NoEpisode { .. })), "{episode}");
+            assert!(matches!(read_episode(&path, episode), Err(RunError::Refused(_))), "{episode}");
         }
         let error = read_episode(&path, 2500).unwrap_err();
         assert!(matches!(error, RunError::Malformed { line: Some(2500), .. }), "{error}");
@@ -244,20 +208,15 @@ mod tests {
             .open(&path)
             .and_then(|mut file| std::io::Write::write_all(&mut file, b"{\"episode\":6,\"shi"))
             .unwrap();
-        assert!(matches!(read_episode(&path, 6), Err(RunError::NoEpisode { .. })));
+        assert!(matches!(read_episode(&path, 6), Err(RunError::Refused(_))));
         let mut log = open(&path, 3).unwrap();
-        check(&path, 3, None).unwrap();
-        check(&path, 3, Some(&log.sum())).unwrap();
         log.append_json(&played(4)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 4);
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
 
         let damaged = std::fs::read_to_string(&path).unwrap().replacen("\"episode\":2", "\"epizode\":2", 1);
         std::fs::write(&path, damaged).unwrap();
-        assert_eq!(open(&path, 9).unwrap().sum(), Summing::of(&std::fs::read(&path).unwrap()).sum());
-        let error = check(&path, 9, None).unwrap_err();
-        assert!(matches!(error, RunError::Malformed { line: Some(2), .. }), "{error}");
-        assert!(matches!(check(&path, 0, Some(&log.sum())), Err(RunError::NoEpisode { .. })));
+        open(&path, 9).unwrap();
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
     }
 }

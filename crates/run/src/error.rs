@@ -6,8 +6,6 @@ use std::path::{Path, PathBuf};
 use mge_base::bounded::in_plain_words;
 use thiserror::Error;
 
-use super::retention::CheckpointName;
-
 /// Why a run could not be read or written. Messages name the path and, where possible, a remedy.
 #[derive(Debug, Error)]
 pub enum RunError {
@@ -27,21 +25,15 @@ pub enum RunError {
         .0.display()
     )]
     AlreadyARun(PathBuf),
-    /// A run of an agent was requested, and it is of a dynamics model or a count of hits.
-    #[error("{} is a dynamics model or a count of hits of a sweep, not a run: `results.csv` of the sweep has its numbers", .0.display())]
-    OfModel(PathBuf),
+    /// What was asked for cannot be done, for the reason that the text gives.
+    #[error("{0}")]
+    Refused(String),
     /// A new run was requested in a folder that is not empty.
     #[error("{} is not empty: choose another folder", .0.display())]
     NotEmpty(PathBuf),
-    /// A run cannot be restored because something is in its place.
-    #[error("{} exists: move it elsewhere, then restore the run", .0.display())]
-    PlaceTaken(PathBuf),
     /// The folder has no `config.json`, or does not exist.
     #[error("{} {}", .0.display(), if .0.exists() { "is not a run: it has no config.json" } else { "does not exist" })]
     NotARun(PathBuf),
-    /// The run to be restored was not deleted, or the trash was emptied.
-    #[error("{} is not in the trash", .0.display())]
-    NotInTrash(PathBuf),
     /// A folder that should hold runs has none.
     #[error("{} holds no runs: name the folder of a run, of a sweep or of a study", .0.display())]
     NoRuns(PathBuf),
@@ -63,19 +55,6 @@ pub enum RunError {
     /// The folder was moved or deleted while the run was being written.
     #[error("{} was moved or deleted while it was being trained: the training has ended", .0.display())]
     Moved(PathBuf),
-    /// Written by a newer version of the program.
-    #[error(
-        "{} has format {found}, and this program reads formats 1 to {supported}: update mge",
-        path.display()
-    )]
-    UnknownFormat {
-        /// The file that names the format.
-        path: PathBuf,
-        /// The format found.
-        found: u64,
-        /// The newest format that this program reads.
-        supported: u64,
-    },
     /// The content of a file does not match its format.
     #[error("{}{}: {reason}", path.display(), at_line(.line))]
     Malformed {
@@ -100,70 +79,9 @@ pub enum RunError {
         /// Episode of the checkpoint.
         checkpoint: u64,
     },
-    /// The file does not contain an episode.
-    #[error("{}: there is no episode {episode} in it", path.display())]
-    NoEpisode {
-        /// The file of the episodes.
-        path: PathBuf,
-        /// The requested episode.
-        episode: u64,
-    },
     /// There is no checkpoint at all.
     #[error("there is no checkpoint in {}", .0.display())]
     NoCheckpoint(PathBuf),
-    /// There is no checkpoint with this name or of this episode.
-    #[error("there is no checkpoint {choice} in {}: it has {present}", path.display())]
-    NoSuchCheckpoint {
-        /// The folder of the checkpoints.
-        path: PathBuf,
-        /// The requested one.
-        choice: CheckpointName,
-        /// The existing ones, separated by commas.
-        present: String,
-    },
-    /// The length of a checkpoint's file does not match the manifest.
-    #[error(
-        "{} has {found} bytes instead of {expected}: the checkpoint is incomplete, only an earlier one can be used",
-        path.display()
-    )]
-    Truncated {
-        /// The file.
-        path: PathBuf,
-        /// Length in the manifest.
-        expected: u64,
-        /// Length on disk.
-        found: u64,
-    },
-    /// The content of a checkpoint's file does not match the manifest.
-    #[error("{} is damaged (its checksum differs): `mge fork` can continue from an earlier checkpoint", .0.display())]
-    Damaged(PathBuf),
-    /// A checkpoint lacks a required section.
-    #[error("the checkpoint of episode {episode} has no section \"{section}\"; it has {present}")]
-    MissingSection {
-        /// Episode of the checkpoint.
-        episode: u64,
-        /// The requested section.
-        section: String,
-        /// The existing sections, separated by commas.
-        present: String,
-    },
-    /// A section name is not a valid file name.
-    #[error("\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64")]
-    SectionName(String),
-    /// The run is not being trained.
-    #[error("no process is training {}: `mge resume` continues an unfinished run", .0.display())]
-    NotTrained(PathBuf),
-    /// Notes are too long, or tags are not words.
-    #[error("{0}")]
-    Notes(String),
-    /// A value has no JSON form.
-    #[error("cannot write {what} as JSON: {source}")]
-    Encode {
-        /// The value.
-        what: String,
-        /// The cause.
-        source: serde_json::Error,
-    },
 }
 
 impl RunError {

@@ -71,10 +71,10 @@ pub(super) fn whole_lines(bytes: &[u8]) -> &[u8] {
 }
 
 /// A value as a line of JSON.
-pub(super) fn json_line(value: &impl Serialize) -> Result<Vec<u8>> {
-    let mut line = serde_json::to_vec(value).map_err(|source| RunError::Encode { what: "a line".into(), source })?;
+pub(super) fn json_line(value: &impl Serialize) -> Vec<u8> {
+    let mut line = serde_json::to_vec(value).expect("plain data");
     line.push(b'\n');
-    Ok(line)
+    line
 }
 
 /// The whole number that follows `start` at the beginning of a line, up to a comma.
@@ -83,12 +83,9 @@ pub(super) fn leading_number(line: &[u8], start: &[u8]) -> Option<u64> {
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Replaces a file by a value as indented JSON; `what` names the value in errors.
-pub(super) fn write_json(path: &Path, what: &str, value: &impl Serialize) -> Result<()> {
-    let mut text =
-        serde_json::to_vec_pretty(value).map_err(|source| RunError::Encode { what: what.to_owned(), source })?;
-    text.push(b'\n');
-    atomic::write(path, &text).map_err(RunError::io("write", path))
+/// Replaces a file by a value as indented JSON.
+pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    atomic::write(path, json::pretty(value).as_bytes()).map_err(RunError::io("write", path))
 }
 
 /// Rejects a JSON file whose `format` is not in 1 to `supported`. Call this before parsing the rest
@@ -102,7 +99,9 @@ pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<
     if (1..=supported).contains(&found) {
         Ok(())
     } else {
-        Err(RunError::UnknownFormat { path: path.to_path_buf(), found, supported })
+        let path = path.display();
+        let what = format!("{path} has format {found}, and this program reads formats 1 to {supported}: update mge");
+        Err(RunError::Refused(what))
     }
 }
 

@@ -4,8 +4,9 @@ use std::num::NonZeroUsize;
 
 use super::event::{EpisodeRecord, Event, Practised};
 use super::reader::for_each_event;
+use super::retention::CheckpointName;
 use super::series::{Numbered, Series};
-use super::{Result, RunDirectory, RunState};
+use super::{Result, RunDirectory, RunError, RunState};
 
 /// A greedy evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,11 +78,17 @@ impl RunHistory {
     /// The whole history of a run on disk.
     ///
     /// # Errors
-    /// As [`read_events`](super::read_events) and [`RunDirectory::check_logs`].
+    /// As [`read_events`](super::read_events); [`RunError::LogTooShort`] if the log does not reach the checkpoint `last`.
     pub fn read(directory: &RunDirectory) -> Result<Self> {
         let mut history = Self::default();
         for_each_event(&directory.events_path(), |logged| history.add(logged.time, &logged.event))?;
-        directory.check_logs(&history.records)?;
+        let last = history.records.last().map_or(0, |record| record.episode);
+        let saved = directory.checkpoints().episode_of(CheckpointName::Last);
+        if let Some(checkpoint) = saved.filter(|saved| *saved > last)
+            && !directory.is_locked()?
+        {
+            return Err(RunError::LogTooShort { path: directory.events_path(), last, checkpoint });
+        }
         Ok(history)
     }
 

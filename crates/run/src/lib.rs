@@ -48,21 +48,14 @@
 //! them (`projection.rs`), so that an interrupted run ends with the same `metrics.csv` as an uninterrupted one.
 //! Readers ignore a half-written last line.
 //!
-//! # Changed files
-//!
-//! Each checkpoint holds checksums of the logs up to its episode. [`RunDirectory::check_logs`] compares them, and
-//! [`RunDirectory::status`] the ends and sizes of the files.
-//!
 //! # Deletion
 //!
-//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`. What a folder
-//! holds is decided in `place.rs`.
+//! A deleted run is moved to `.trash/` beside it, in one step and under its lock; see `trash.rs`.
 
 #![deny(unsafe_code)]
 
 mod append;
 mod branch;
-mod check;
 pub mod checkpoint;
 mod directory;
 mod episodes;
@@ -74,10 +67,8 @@ mod history;
 mod lock;
 mod log;
 mod metric;
-mod metrics;
 mod notes;
 mod number;
-mod place;
 mod projection;
 mod reader;
 mod request;
@@ -86,7 +77,6 @@ mod series;
 mod stamp;
 mod status;
 mod store;
-mod sums;
 mod tensorboard;
 mod trash;
 mod writer;
@@ -104,7 +94,7 @@ pub use metric::{Direction, Metric, MetricInfo};
 pub use notes::Notes;
 pub use reader::{EventReader, Poll, read_events};
 pub use request::{Request, RequestReader};
-pub use retention::{CheckpointAction, CheckpointName, Retention};
+pub use retention::{CheckpointName, Retention};
 pub use series::Series;
 pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};

@@ -3,19 +3,10 @@
 use std::path::Path;
 
 use super::append::AppendFile;
-use super::event::{EpisodeRecord, Event, LoggedEvent};
+use super::event::{Event, LoggedEvent};
 use super::reader::{check_order, complete_lines, parse};
-use super::sums::{Sum, Summing};
 use super::{Result, RunError, file};
 use mge_base::identity::Origin;
-
-/// The writing end of `events.jsonl`.
-#[derive(Debug)]
-pub(super) struct EventLog {
-    file: AppendFile,
-    /// Of the results, without their times.
-    summing: Summing,
-}
 
 /// The part of a log that belongs to a checkpoint.
 #[derive(Debug)]
@@ -24,8 +15,6 @@ pub(super) struct KeptLog {
     pub bytes: Vec<u8>,
     /// Its events.
     pub events: Vec<LoggedEvent>,
-    /// Whether it ends with the `Checkpointed` event of the checkpoint.
-    pub has_checkpoint: bool,
 }
 
 impl KeptLog {
@@ -38,16 +27,6 @@ impl KeptLog {
         kept_until(path, file::read(path)?, episode)
     }
 
-    /// The sum of the results, without their times.
-    pub fn sum(&self) -> Sum {
-        results_until(&self.bytes, u64::MAX).sum()
-    }
-
-    /// The finished episodes.
-    pub fn records(&self) -> Vec<&EpisodeRecord> {
-        self.events.iter().filter_map(|logged| logged.event.record()).collect()
-    }
-
     /// The origin of the latest episodes; none without episodes.
     pub fn origin(&self) -> Option<&Origin> {
         self.events.iter().rev().find_map(|logged| match &logged.event {
@@ -57,60 +36,13 @@ impl KeptLog {
     }
 }
 
-impl EventLog {
-    /// Opens the log and removes everything that does not belong to a checkpoint of `episode`. Also returns what is
-    /// left.
-    pub fn open(path: &Path, episode: u64) -> Result<(Self, KeptLog)> {
-        let mut file = AppendFile::open(path)?;
-        let kept = KeptLog::read(path, episode)?;
-        file.cut(&kept.bytes)?;
-        Ok((Self { file, summing: results_until(&kept.bytes, u64::MAX) }, kept))
-    }
-
-    /// Appends one line.
-    pub fn append(&mut self, logged: &LoggedEvent) -> Result<()> {
-        let line = file::json_line(logged)?;
-        self.file.append(&line)?;
-        result_of(&line).into_iter().for_each(|result| self.summing.add(result));
-        Ok(())
-    }
-
-    /// The sum of the results, without their times.
-    pub fn sum(&self) -> Sum {
-        self.summing.sum()
-    }
-
-    /// Waits until everything is on disk.
-    pub fn sync(&self) -> Result<()> {
-        self.file.sync()
-    }
-}
-
-/// The sum of the results in a log up to `episode`, without their times.
-pub(super) fn sum_until(path: &Path, episode: u64) -> Result<Sum> {
-    Ok(results_until(&file::read(path)?, episode).sum())
-}
-
-fn results_until(bytes: &[u8], episode: u64) -> Summing {
-    let mut summing = Summing::default();
-    for line in file::whole_lines(bytes).split_inclusive(|&byte| byte == b'\n') {
-        let Some(result) = result_of(line) else { continue };
-        let number = RESULTS.into_iter().find_map(|start| file::leading_number(result, start));
-        if number.is_some_and(|number| number > episode) {
-            break;
-        }
-        summing.add(result);
-    }
-    summing
-}
-
-/// How lines with results go on after their time, up to the episode.
-const RESULTS: [&[u8]; 2] = [b",\"type\":\"episode_finished\",\"episode\":", b",\"type\":\"evaluated\",\"episode\":"];
-
-/// The part of a line after its time, if it records a result: it is the same whenever the run is repeated.
-fn result_of(line: &[u8]) -> Option<&[u8]> {
-    let after_time = &line[line.iter().position(|byte| *byte == b',')?..];
-    RESULTS.iter().any(|start| after_time.starts_with(start)).then_some(after_time)
+/// Opens the log for writing and removes everything that does not belong to a checkpoint of `episode`. Also returns what
+/// is left.
+pub(super) fn open(path: &Path, episode: u64) -> Result<(AppendFile, KeptLog)> {
+    let file = AppendFile::open(path)?;
+    let kept = KeptLog::read(path, episode)?;
+    file.cut(kept.bytes.len())?;
+    Ok((file, kept))
 }
 
 /// The part of a log that belongs to a checkpoint of `episode`: see [`KeptLog::read`].
@@ -161,7 +93,7 @@ fn kept_until(path: &Path, mut bytes: Vec<u8>, episode: u64) -> Result<KeptLog> 
     let (length, count) = after_checkpoint.unwrap_or(unlogged);
     events.truncate(count);
     bytes.truncate(length);
-    Ok(KeptLog { bytes, events, has_checkpoint: after_checkpoint.is_some() })
+    Ok(KeptLog { bytes, events })
 }
 
 #[cfg(test)]
@@ -194,10 +126,10 @@ pub(super) mod tests {
         }
 
         pub fn write(&mut self, from: u64, events: &[Event]) {
-            let (mut log, _) = EventLog::open(&self.path, from).unwrap();
+            let (mut log, _) = open(&self.path, from).unwrap();
             for event in events {
                 self.clock += 1.0;
-                log.append(&LoggedEvent { time: self.clock, event: event.clone() }).unwrap();
+                log.append_json(&LoggedEvent { time: self.clock, event: event.clone() }).unwrap();
             }
         }
 
@@ -271,14 +203,14 @@ pub(super) mod tests {
     fn resume_refuses_a_log_that_is_too_short_or_damaged_before_the_cut() {
         let log = Log::new();
         log.raw(&lines(&[episode(1)]));
-        let error = EventLog::open(&log.path, 5).unwrap_err();
+        let error = open(&log.path, 5).unwrap_err();
         assert!(matches!(error, RunError::LogTooShort { last: 1, checkpoint: 5, .. }), "{error}");
 
         let log = Log::new();
         log.raw(&lines(&[episode(1)]));
         log.raw("rubbish\n");
         log.raw(&lines(&[episode(2), checkpointed(2)]));
-        let error = EventLog::open(&log.path, 2).unwrap_err();
+        let error = open(&log.path, 2).unwrap_err();
         assert!(error.to_string().contains("line 2: not an event"), "{error}");
         assert_eq!(read_tail(&log.path, 1 << 16).unwrap().len(), 3);
     }

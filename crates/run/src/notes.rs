@@ -98,8 +98,8 @@ impl RunDirectory {
         self.in_turn(|| {
             let mut notes = self.notes()?;
             change(&mut notes);
-            notes.check().map_err(RunError::Notes)?;
-            file::write_json(&self.notes_path(), "notes", &notes)
+            notes.check().map_err(RunError::Refused)?;
+            file::write_json(&self.notes_path(), &notes)
         })
     }
 }

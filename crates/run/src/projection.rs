@@ -6,10 +6,10 @@
 use std::io::Write;
 
 use super::append::AppendFile;
-use super::event::{Event, LoggedEvent};
+use super::event::{EpisodeRecord, Event, LoggedEvent};
 use super::metric::Metric;
 use super::writer::now;
-use super::{Result, RunDirectory, file, metrics, tensorboard};
+use super::{Result, RunDirectory, tensorboard};
 
 /// What events add to each of the files.
 #[derive(Debug, Default)]
@@ -31,7 +31,7 @@ struct Projector {
 
 impl Projector {
     /// Adds an event: an episode to the table, every other one to the text, its numbers to TensorBoard.
-    fn add(&mut self, logged: &LoggedEvent, to: &mut Additions) -> Result<()> {
+    fn add(&mut self, logged: &LoggedEvent, to: &mut Additions) {
         let LoggedEvent { time, event } = logged;
         match event {
             Event::Started { .. } => (self.started, self.began) = (Some(*time), Some(*time)),
@@ -41,7 +41,7 @@ impl Projector {
         let seconds = time - *self.started.get_or_insert(*time);
         match event {
             Event::EpisodeFinished(record) => {
-                to.rows.extend(metrics::rows(!self.has_header, [record])?);
+                to.rows.extend(row(!self.has_header, record));
                 self.has_header = true;
             }
             // Writing to memory cannot fail.
@@ -51,7 +51,6 @@ impl Projector {
         if !scalars.is_empty() {
             to.records.extend(tensorboard::scalars(event.episode(), *time, &scalars));
         }
-        Ok(())
     }
 
     /// Tags and values of an event, which happened `seconds` after the start; empty if it has none.
@@ -74,6 +73,13 @@ impl Projector {
     }
 }
 
+/// The row of an episode in the table, after the header if it is asked for.
+fn row(header: bool, record: &EpisodeRecord) -> Vec<u8> {
+    let mut writer = csv::WriterBuilder::new().has_headers(header).from_writer(Vec::new());
+    writer.serialize(record).expect("plain data");
+    writer.into_inner().expect("writing to memory cannot fail")
+}
+
 /// The files, open for the events to come.
 #[derive(Debug)]
 pub(super) struct Projections {
@@ -90,10 +96,9 @@ impl Projections {
     /// [`RunError::Io`](super::RunError::Io).
     pub fn open(directory: &RunDirectory, events: &[LoggedEvent]) -> Result<Self> {
         let time = now();
-        let config = file::read(&directory.config_path())?;
         let mut projector = Projector::default();
-        let mut all = Additions { records: tensorboard::beginning(time, &config), ..Additions::default() };
-        events.iter().try_for_each(|logged| projector.add(logged, &mut all))?;
+        let mut all = Additions { records: tensorboard::beginning(time), ..Additions::default() };
+        events.iter().for_each(|logged| projector.add(logged, &mut all));
         Ok(Self {
             projector,
             metrics: AppendFile::anew(&directory.metrics_path(), &all.rows)?,
@@ -108,7 +113,7 @@ impl Projections {
     /// [`RunError::Io`](super::RunError::Io).
     pub fn add(&mut self, logged: &LoggedEvent) -> Result<()> {
         let mut additions = Additions::default();
-        self.projector.add(logged, &mut additions)?;
+        self.projector.add(logged, &mut additions);
         let Additions { rows, lines, records } = additions;
         for (file, bytes) in [(&mut self.metrics, rows), (&mut self.log, lines), (&mut self.tensorboard, records)] {
             if !bytes.is_empty() {
@@ -155,5 +160,46 @@ mod tests {
 
         let evaluated = Event::Evaluated { episode: 1, episodes: 4, success: 0.5, mean_return: 3.0 };
         assert_eq!(scalars(13.0, evaluated), [("eval/success", 0.5), ("eval/mean_return", 3.0)]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(episode: u64) -> EpisodeRecord {
+        EpisodeRecord {
+            episode,
+            steps: 12,
+            environment_steps: 12 * episode,
+            return_: 0.1 * episode as f32,
+            goal: episode.is_multiple_of(2),
+            subgoals: 1,
+            subgoals_total: 2,
+            guided: true,
+            epsilon: 0.8,
+            noise_sigma: 0.2,
+            critic_loss: (episode > 1).then_some(f32::NAN),
+            mean_q: (episode > 1).then_some(1e-9),
+            end: "left the screen, twice".into(),
+            terminated: true,
+            placed: 3,
+            blocked: 9,
+            charged_actions: Some(100 + 12 * episode),
+            ..Default::default()
+        }
+    }
+
+    const GOLDEN: &str = "\
+episode,steps,environment_steps,return,goal,subgoals,subgoals_total,guided,epsilon,noise_sigma,\
+critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated,truncated,end,placed,blocked,charged_actions
+1,12,12,0.1,false,1,2,true,0.8,0.2,,,,,,0.0,true,false,\"left the screen, twice\",3,9,112
+2,12,24,0.2,true,1,2,true,0.8,0.2,NaN,1e-9,,,,0.0,true,false,\"left the screen, twice\",3,9,124
+";
+
+    #[test]
+    fn the_table_keeps_its_format() {
+        let table = [row(true, &record(1)), row(false, &record(2))].concat();
+        assert_eq!(String::from_utf8(table).unwrap(), GOLDEN);
     }
 }

@@ -54,14 +54,16 @@ impl RunDirectory {
     /// Sends a request to the process that trains the run.
     ///
     /// # Errors
-    /// [`RunError::NotTrained`] if there is none; [`RunError::Io`] if the folder cannot be written.
+    /// [`RunError::Refused`] if there is none; [`RunError::Io`] if the folder cannot be written.
     pub fn request(&self, request: &Request) -> Result<()> {
         if !self.is_locked()? {
-            return Err(RunError::NotTrained(self.path().to_owned()));
+            let run = self.path().display();
+            let what = format!("no process is training {run}: `mge resume` continues an unfinished run");
+            return Err(RunError::Refused(what));
         }
         let line = RequestLine { format: FORMAT, time: now(), process: std::process::id(), request: request.clone() };
         // A line feed first, because another process may have left its line incomplete. Readers skip empty lines.
-        let line = [b"\n", &file::json_line(&line)?[..]].concat();
+        let line = [b"\n", &file::json_line(&line)[..]].concat();
         AppendFile::open(&self.requests_path())?.append(&line)
     }
 

@@ -13,8 +13,6 @@ pub enum RunState {
     Paused,
     /// All episodes are done.
     Finished,
-    /// Its log says that it is finished, but another file does not reach that far; it can be resumed.
-    Incomplete(String),
     /// It was ended early; it can be resumed.
     Stopped(String),
     /// An error ended it; it can be resumed from its last checkpoint.
@@ -31,7 +29,6 @@ impl RunState {
             Self::Running => "running",
             Self::Paused => "paused",
             Self::Finished => "finished",
-            Self::Incomplete(_) => "incomplete",
             Self::Stopped(_) => "stopped",
             Self::Failed(_) => "failed",
             Self::Interrupted => "interrupted",

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
-use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, checkpoint_actions};
+use super::retention::{CheckpointName, Retention};
 use super::{Result, RunError, folder};
 use mge_base::atomic;
 use mge_base::paths::entries;
@@ -58,7 +58,7 @@ impl CheckpointStore {
     /// The name of a checkpoint that is chosen by a name, or by its episode whatever its name.
     ///
     /// # Errors
-    /// [`RunError::NoSuchCheckpoint`] with those that there are; [`RunError::NoCheckpoint`] if there are none.
+    /// [`RunError::Refused`] with those that there are.
     pub fn chosen(&self, choice: CheckpointName) -> Result<CheckpointName> {
         let all = self.episodes()?;
         let is_it =
@@ -70,7 +70,8 @@ impl CheckpointStore {
             None => {
                 let present = all.iter().map(|(episode, name)| format!("{name} (episode {episode})"));
                 let present = present.collect::<Vec<_>>().join(", ");
-                Err(RunError::NoSuchCheckpoint { path: self.folder.clone(), choice, present })
+                let folder = self.folder.display();
+                Err(RunError::Refused(format!("there is no checkpoint {choice} in {folder}: it has {present}")))
             }
         }
     }
@@ -104,52 +105,42 @@ impl CheckpointStore {
         Ok(episodes)
     }
 
-    /// What `policy` demands to be saved and removed after an episode; `closing` tells that the run ends. Whenever
-    /// something is saved, `last` is saved first.
-    ///
-    /// # Errors
-    /// As [`CheckpointStore::names`].
-    pub fn due(
-        &self,
-        policy: &Retention,
-        episode: u64,
-        score: Option<f64>,
-        closing: bool,
-    ) -> Result<Vec<CheckpointAction>> {
+    /// The checkpoints that `policy` demands after an episode, `last` as the last of them: so it is saved only when the
+    /// others are complete. `closing` tells that the run ends. A checkpoint becomes `best` unless its score is lower than
+    /// that of the current `best`; one with NaN never does. So of equal ones the latest, which has learned most, is
+    /// `best`.
+    pub fn due(&self, policy: &Retention, episode: u64, score: Option<f64>, closing: bool) -> Vec<CheckpointName> {
+        let due = |every: u64| every > 0 && episode > 0 && episode.is_multiple_of(every);
         // An unreadable `best` counts as none: the next one replaces it.
-        let best_score = score.and_then(|_| self.best_score().unwrap_or_default());
-        let moment = RetentionContext { episode, score, best_score, closing, existing: &[] };
-        if checkpoint_actions(policy, &moment).is_empty() {
-            return Ok(Vec::new());
+        let is_best = |score: f64| match self.best_score().unwrap_or_default() {
+            Some(best) => score >= best,
+            None => !score.is_nan(),
+        };
+        let best = score.is_some_and(is_best).then_some(CheckpointName::Best);
+        let periodic = due(policy.periodic_every).then_some(CheckpointName::Episode(episode));
+        let mut names: Vec<_> = best.into_iter().chain(periodic).collect();
+        if !names.is_empty() || closing || due(policy.last_every) {
+            names.push(CheckpointName::Last);
         }
-        Ok(checkpoint_actions(policy, &RetentionContext { existing: &self.names()?, ..moment }))
+        names
     }
 
-    /// Carries out actions: saves first, then removals.
+    /// Saves a checkpoint under these names, then removes all `episode-N` but the newest `kept`, if given.
     ///
     /// # Errors
     /// [`RunError::Io`]. If a save fails, the old checkpoint of that name is unchanged and nothing is
     /// removed.
-    pub fn apply(&self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+    pub fn save(&self, names: &[CheckpointName], kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
+        let Some((first, others)) = names.split_first() else { return Ok(()) };
         folder::create(&self.folder)?;
-        let mut saved: Option<PathBuf> = None;
-        for action in actions {
-            let CheckpointAction::Save(name) = action else { continue };
-            let path = self.path(*name);
-            match &saved {
-                Some(first) => checkpoint::duplicate(first, &path)?,
-                None => {
-                    checkpoint.save(&path)?;
-                    saved = Some(path);
-                }
-            }
+        checkpoint.save(&self.path(*first))?;
+        for name in others {
+            checkpoint::duplicate(&self.path(*first), &self.path(*name))?;
         }
-        for action in actions {
-            if let CheckpointAction::Delete(name) = action {
-                checkpoint::remove_whole(&self.path(*name))?;
-            }
-        }
-        Ok(())
+        let mut periodic = self.names()?;
+        periodic.retain(|name| matches!(name, CheckpointName::Episode(_)));
+        let surplus = kept.map_or(0, |kept| periodic.len().saturating_sub(kept));
+        periodic[..surplus].iter().try_for_each(|name| checkpoint::remove_whole(&self.path(*name)))
     }
 
     /// Cleans up after a process that was killed while writing. Only for the holder of the run's lock.
@@ -190,7 +181,6 @@ fn finished_name(entry: &str) -> &str {
 
 #[cfg(test)]
 mod tests {
-    use super::CheckpointAction::{Delete, Save};
     use super::CheckpointName::{Best, Episode, Last};
     use super::*;
 
@@ -202,13 +192,13 @@ mod tests {
     }
 
     #[test]
-    fn actions_are_carried_out() {
+    fn checkpoints_are_saved_and_old_ones_removed() {
         let folder = tempfile::tempdir().unwrap();
         let store = CheckpointStore::new(folder.path().join("checkpoint"));
         assert_eq!(store.names().unwrap(), []);
         assert_eq!(store.best_score().unwrap(), None);
-        store.apply(&[Save(Last), Save(Best), Save(Episode(10))], &sample(10, 0.5)).unwrap();
-        store.apply(&[Save(Last), Save(Episode(20)), Delete(Episode(10))], &sample(20, 0.1)).unwrap();
+        store.save(&[Best, Episode(10), Last], Some(1), &sample(10, 0.5)).unwrap();
+        store.save(&[Episode(20), Last], Some(1), &sample(20, 0.1)).unwrap();
         assert_eq!(store.names().unwrap(), [Last, Best, Episode(20)]);
         assert_eq!(store.best_score().unwrap(), Some(0.5));
         assert_eq!(store.load(Best).unwrap(), sample(10, 0.5));
@@ -218,10 +208,29 @@ mod tests {
     }
 
     #[test]
+    fn what_is_due_follows_from_the_episode_and_the_score() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path());
+        let policy = Retention { last_every: 10, periodic_every: 100, periodic_kept: Some(2) };
+        assert_eq!(store.due(&policy, 7, None, false), []);
+        assert_eq!(store.due(&policy, 0, None, false), []);
+        assert_eq!(store.due(&policy, 20, None, false), [Last]);
+        assert_eq!(store.due(&policy, 0, None, true), [Last]);
+        assert_eq!(store.due(&policy, 200, Some(0.5), false), [Best, Episode(200), Last]);
+        let never = Retention { last_every: 0, periodic_every: 0, periodic_kept: None };
+        assert_eq!(store.due(&never, 20, None, false), []);
+        assert_eq!(store.due(&never, 20, Some(f64::NAN), false), []);
+        store.save(&[Best], None, &sample(10, 0.5)).unwrap();
+        for (score, is_best) in [(0.4, false), (0.5, true), (0.6, true), (f64::NAN, false)] {
+            assert_eq!(store.due(&never, 20, Some(score), false).contains(&Best), is_best, "{score}");
+        }
+    }
+
+    #[test]
     fn leftovers_of_a_killed_process_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let store = CheckpointStore::new(folder.path());
-        store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
+        store.save(&[Last, Best], None, &sample(10, 0.5)).unwrap();
         fs::rename(store.path(Last), folder.path().join(".previous-last")).unwrap();
         fs::create_dir(folder.path().join(".previous-best")).unwrap();
         fs::create_dir(folder.path().join(".mge-abcDEF0123.tmp")).unwrap();

@@ -7,14 +7,39 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::{Result, RunError, folder};
+use super::{Result, RunDirectory, RunError, folder};
 use mge_base::paths::entries;
 
 const TRASH: &str = ".trash";
 
+impl RunDirectory {
+    /// What is in a folder and can be deleted as a run: one with a configuration that `is_valid` accepts, or one without,
+    /// if it has the log of a run.
+    ///
+    /// # Errors
+    /// [`RunError::NotARun`], [`RunError::Malformed`] and others: why it is not a run.
+    pub fn deletable(path: &Path, is_valid: impl FnOnce(&Self) -> Result<()>) -> Result<Self> {
+        let directory = Self::at(path);
+        folder::check(directory.path())?;
+        match directory.config_bytes().and_then(|_| is_valid(&directory)) {
+            Err(error) if !directory.events_path().is_file() => Err(error),
+            _ => Ok(directory),
+        }
+    }
+
+    /// Moves the run, with everything in its folder, to the trash. Returns where it is now.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`]; [`RunError::Io`]. Then nothing has changed.
+    pub fn discard(&self) -> Result<PathBuf> {
+        folder::check(self.path())?;
+        let _lock = self.lock()?;
+        discard(self.path())
+    }
+}
+
 /// Moves a folder to the trash beside it and returns its place there. The caller holds the lock of its run.
-pub(super) fn discard(path: &Path) -> Result<PathBuf> {
-    folder::check(path)?;
+fn discard(path: &Path) -> Result<PathBuf> {
     let (trash, from) = trash_of(path)?;
     folder::create(&trash)?;
     let mut number = numbers(&trash)?.max().unwrap_or(0);
@@ -41,12 +66,13 @@ pub(super) fn discard(path: &Path) -> Result<PathBuf> {
 /// Moves the run that was last deleted from `path` back to it.
 ///
 /// # Errors
-/// [`RunError::NotInTrash`]; [`RunError::PlaceTaken`] if something has taken its place; [`RunError::Io`].
+/// [`RunError::Refused`] if it is not in the trash, or something has taken its place; [`RunError::Io`].
 pub fn restore(path: &Path) -> Result<()> {
-    let missing = || RunError::NotInTrash(path.to_owned());
+    let missing = || RunError::Refused(format!("{} is not in the trash", path.display()));
     let (trash, to) = trash_of(path)?;
     if to.exists() {
-        return Err(RunError::PlaceTaken(path.to_owned()));
+        let what = format!("{} exists: move it elsewhere, then restore the run", path.display());
+        return Err(RunError::Refused(what));
     }
     let name = to.file_name().ok_or_else(missing)?;
     let places = numbers(&trash)?.map(|number| (number, trash.join(number.to_string()).join(name)));
@@ -111,7 +137,6 @@ fn numbers(trash: &Path) -> Result<impl Iterator<Item = u64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::RunDirectory;
 
     #[test]
     fn a_deleted_run_is_whole_in_the_trash_and_can_be_restored() {
@@ -127,9 +152,9 @@ mod tests {
         assert_eq!(fs::read_to_string(places[0].join("thesis.tex")).unwrap(), "first");
         restore(&path).unwrap();
         assert_eq!(RunDirectory::open(&path).unwrap().config::<String>().unwrap(), "second");
-        assert!(matches!(restore(&path), Err(RunError::PlaceTaken(_))));
-        assert!(matches!(restore(&path.with_file_name("other")), Err(RunError::NotInTrash(_))));
-        assert!(matches!(restore(&folder.path().join("no/run")), Err(RunError::NotInTrash(_))));
+        assert!(matches!(restore(&path), Err(RunError::Refused(_))));
+        assert!(matches!(restore(&path.with_file_name("other")), Err(RunError::Refused(_))));
+        assert!(matches!(restore(&folder.path().join("no/run")), Err(RunError::Refused(_))));
         RunDirectory::open(&path).unwrap().discard().unwrap();
         assert!(path.with_file_name(".trash/2/run").exists(), "the last deletion has the largest number");
         let mine = folder.path().join(".trash/mine");

@@ -7,11 +7,9 @@ use super::checkpoint::Checkpoint;
 use super::episodes::{self, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
 use super::lock::RunLock;
-use super::log::EventLog;
-use super::metrics;
+use super::log;
 use super::projection::Projections;
-use super::retention::{CheckpointAction, CheckpointName, Retention};
-use super::sums::{LogSums, SUMS_SECTION};
+use super::retention::CheckpointName;
 use super::{Result, RunDirectory, RunError};
 use mge_base::atomic;
 use mge_base::identity::Origin;
@@ -21,15 +19,11 @@ use mge_base::identity::Origin;
 pub struct RunWriter {
     directory: RunDirectory,
     lock: RunLock,
-    events: EventLog,
+    events: AppendFile,
     episodes: AppendFile,
     projections: Projections,
     /// The origin of the episodes that were kept.
     origin: Option<Origin>,
-    /// Whether the log had the event of the checkpoint when it was opened.
-    has_checkpoint: bool,
-    /// What was wrong with files that are not needed to continue.
-    problems: Vec<String>,
 }
 
 impl RunWriter {
@@ -40,32 +34,17 @@ impl RunWriter {
     /// [`RunError::InUse`] if another process writes the run; [`RunError::LogTooShort`] or
     /// [`RunError::Malformed`] if its logs do not reach `episode`; [`RunError::Io`].
     pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
-        Self::locked(directory, directory.lock()?, &Checkpoint::new(episode))
+        Self::locked(directory, directory.lock()?, episode)
     }
 
-    /// Like [`RunWriter::open`], for a run that is already locked and continues from a checkpoint.
+    /// Like [`RunWriter::open`], for a run that is already locked.
     ///
     /// # Errors
     /// As [`RunWriter::open`].
-    pub fn locked(directory: &RunDirectory, lock: RunLock, checkpoint: &Checkpoint) -> Result<Self> {
-        let episode = checkpoint.episode;
+    pub fn locked(directory: &RunDirectory, lock: RunLock, episode: u64) -> Result<Self> {
         directory.checkpoints().tidy()?;
         atomic::remove_leftovers(directory.path());
-        let (events, kept) = EventLog::open(&directory.events_path(), episode)?;
-        let sums = checkpoint.sums()?;
-        let mut problems = Vec::new();
-        for checked in [
-            metrics::check(&directory.metrics_path(), &kept.records()),
-            episodes::check(&directory.episodes_path(), episode, sums.as_ref().map(|sums| &sums.episodes)),
-        ] {
-            match checked {
-                Ok(()) => {}
-                Err(damage @ (RunError::Malformed { .. } | RunError::NoEpisode { .. })) => {
-                    problems.push(format!("found on resuming: {damage}"));
-                }
-                Err(error) => return Err(error),
-            }
-        }
+        let (events, kept) = log::open(&directory.events_path(), episode)?;
         Ok(Self {
             directory: directory.clone(),
             lock,
@@ -73,24 +52,7 @@ impl RunWriter {
             episodes: episodes::open(&directory.episodes_path(), episode)?,
             projections: Projections::open(directory, &kept.events)?,
             origin: kept.origin().cloned(),
-            has_checkpoint: kept.has_checkpoint,
-            problems,
         })
-    }
-
-    /// What was wrong with files that are not needed to continue.
-    pub fn take_problems(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.problems)
-    }
-
-    /// Whether the logs are those of when a checkpoint was saved, or it is of an earlier version.
-    pub fn has_logs_of(&self, checkpoint: &Checkpoint) -> bool {
-        checkpoint.sums().is_ok_and(|sums| sums.is_none_or(|sums| sums == self.sums()))
-    }
-
-    /// The checksums of the logs so far.
-    fn sums(&self) -> LogSums {
-        LogSums { events: self.events.sum(), episodes: self.episodes.sum() }
     }
 
     /// The origin of the episodes before those that are to be written, if there are any.
@@ -106,7 +68,7 @@ impl RunWriter {
     /// the last checkpoint is intact.
     pub fn record(&mut self, event: &Event) -> Result<()> {
         let logged = LoggedEvent { time: now(), event: event.clone() };
-        self.events.append(&logged)?;
+        self.events.append_json(&logged)?;
         self.projections.add(&logged)?;
         self.check_in_place()
     }
@@ -128,19 +90,15 @@ impl RunWriter {
         self.episodes.append_json(episode)
     }
 
-    /// Carries out actions, of which one saves, then records [`Event::Checkpointed`].
+    /// Records [`Event::Checkpointed`], then saves a checkpoint: see [`CheckpointStore::save`](super::CheckpointStore::save).
+    /// In this order, a process that is killed in between continues from the checkpoint before, and the event is removed.
     ///
     /// # Errors
     /// [`RunError::Io`]; existing checkpoints are still intact.
-    pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: Checkpoint) -> Result<()> {
-        let episode = checkpoint.episode;
-        self.apply(actions, checkpoint)?;
-        let saved = |action: &CheckpointAction| match action {
-            CheckpointAction::Save(name) => Some(name.to_string()),
-            CheckpointAction::Delete(_) => None,
-        };
-        let names: Vec<_> = actions.iter().filter_map(saved).collect();
-        self.record(&Event::Checkpointed { episode, names })
+    pub fn checkpoint(&mut self, names: &[CheckpointName], kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
+        let texts = names.iter().map(ToString::to_string).collect();
+        self.record(&Event::Checkpointed { episode: checkpoint.episode, names: texts })?;
+        self.save(names, kept, checkpoint)
     }
 
     /// Saves `last` for a run that ends or pauses when no checkpoint is due. Records no event, so that a
@@ -148,42 +106,17 @@ impl RunWriter {
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
-    pub fn save_last(&mut self, checkpoint: Checkpoint) -> Result<()> {
-        self.apply(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)
+    pub fn save_last(&mut self, kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
+        self.save(&[CheckpointName::Last], kept, checkpoint)
     }
 
-    fn apply(&mut self, actions: &[CheckpointAction], mut checkpoint: Checkpoint) -> Result<()> {
+    fn save(&mut self, names: &[CheckpointName], kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
         self.check_in_place()?;
-        checkpoint.insert_json(SUMS_SECTION, &self.sums())?;
         // The logs first: a resume requires them to reach at least as far as the checkpoint.
         self.events.sync()?;
         self.episodes.sync()?;
         self.projections.sync()?;
-        self.directory.checkpoints().apply(actions, &checkpoint)
-    }
-
-    /// Completes the work of a process that was killed while saving `checkpoint`: the copies that
-    /// `policy` demands, the removals, and the event. A checkpoint that was not due, but was saved
-    /// because the run ended early, is already complete. `is_finished` tells whether it is the run's last.
-    ///
-    /// # Errors
-    /// As [`RunWriter::checkpoint`].
-    pub fn finish_checkpoint(&mut self, policy: &Retention, checkpoint: &Checkpoint, is_finished: bool) -> Result<()> {
-        if self.has_checkpoint {
-            return Ok(());
-        }
-        let (store, episode) = (self.directory.checkpoints(), checkpoint.episode);
-        let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
-        // If there is a `best` of this episode, it was due.
-        let closing = is_finished || is_here(CheckpointName::Best);
-        let mut actions = store.due(policy, episode, checkpoint.score, closing)?;
-        if actions.is_empty() {
-            return Ok(());
-        }
-        actions.retain(|action| !matches!(action, CheckpointAction::Save(name) if is_here(*name)));
-        store.apply(&actions, checkpoint)?;
-        let names = store.names()?.into_iter().filter(|name| is_here(*name)).map(|name| name.to_string()).collect();
-        self.record(&Event::Checkpointed { episode, names })
+        self.directory.checkpoints().save(names, kept, checkpoint)
     }
 
     /// The run's directory.
@@ -202,7 +135,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{EpisodeRecord, RunHistory, RunState, read_events};
+    use crate::{EpisodeRecord, Retention, RunHistory, RunState, read_events};
 
     fn new_run() -> (tempfile::TempDir, RunDirectory) {
         let folder = tempfile::tempdir().unwrap();
@@ -231,9 +164,9 @@ mod tests {
             let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let actions = writer.directory().checkpoints().due(&policy, episode, None, false).unwrap();
-            if !actions.is_empty() {
-                writer.checkpoint(&actions, Checkpoint::new(episode)).unwrap();
+            let due = writer.directory().checkpoints().due(&policy, episode, None, false);
+            if !due.is_empty() {
+                writer.checkpoint(&due, None, &Checkpoint::new(episode)).unwrap();
             }
         }
     }
@@ -297,63 +230,45 @@ mod tests {
         let record = EpisodeRecord { episode: 6, ..Default::default() };
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err();
         assert!(matches!(error, RunError::Moved(_)), "{error}");
-        let save = [CheckpointAction::Save(CheckpointName::Last)];
-        assert!(writer.checkpoint(&save, Checkpoint::new(6)).is_err());
+        assert!(writer.checkpoint(&[CheckpointName::Last], None, &Checkpoint::new(6)).is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
-    /// A checkpoint without its event may be incomplete.
     #[test]
-    fn a_checkpoint_that_was_being_saved_is_completed_on_resume() {
+    fn a_run_killed_while_a_checkpoint_is_saved_repeats_what_follows_the_one_before() {
         let policy = Retention { last_every: 5, periodic_every: 5, periodic_kept: Some(1) };
-        let state = |run: &RunDirectory| {
-            let names = run.checkpoints().names().unwrap();
-            let log = read_events(&run.events_path()).unwrap();
-            let events: Vec<Event> = log.into_iter().map(|logged| logged.event).collect();
-            (names, events)
-        };
-        let played = |writer: &mut RunWriter, episode: u64| {
-            for episode in episode - 4..=episode {
+        let play = |writer: &mut RunWriter, until: u64, kept: usize| {
+            for episode in until - 4..=until {
                 let record = EpisodeRecord { episode, ..Default::default() };
                 writer.record(&Event::EpisodeFinished(record)).unwrap();
             }
+            let mut checkpoint = Checkpoint::new(until);
+            checkpoint.score = Some(until as f64);
+            let due = writer.directory().checkpoints().due(&policy, until, checkpoint.score, false);
+            writer.checkpoint(&due[..kept.min(due.len())], policy.periodic_kept, &checkpoint).unwrap();
         };
-        let scored = |episode: u64| {
-            let mut checkpoint = Checkpoint::new(episode);
-            checkpoint.score = Some(episode as f64);
-            checkpoint
-        };
-        let saved = |writer: &mut RunWriter, episode: u64| {
-            let actions = writer.directory().checkpoints().due(&policy, episode, Some(episode as f64), false).unwrap();
-            writer.checkpoint(&actions, scored(episode)).unwrap();
+        let state = |run: &RunDirectory| {
+            let log = read_events(&run.events_path()).unwrap();
+            let events: Vec<Event> = log.into_iter().map(|logged| logged.event).collect();
+            (run.checkpoints().names().unwrap(), events, run.newest_checkpoint().unwrap().0)
         };
         let (_folder, whole) = new_run();
         let mut writer = RunWriter::open(&whole, 0).unwrap();
-        for episode in [5, 10] {
-            played(&mut writer, episode);
-            saved(&mut writer, episode);
-        }
-        let all = [CheckpointName::Last, CheckpointName::Best, CheckpointName::Episode(10)];
+        play(&mut writer, 5, 3);
+        play(&mut writer, 10, 3);
+        assert_eq!(whole.checkpoints().names().unwrap().len(), 3);
         // Killed after this many copies.
-        for copies in 1..=3 {
+        for copies in 0..3 {
             let (_folder, broken) = new_run();
             let mut writer = RunWriter::open(&broken, 0).unwrap();
-            played(&mut writer, 5);
-            saved(&mut writer, 5);
-            played(&mut writer, 10);
-            let actions: Vec<CheckpointAction> = all[..copies].iter().copied().map(CheckpointAction::Save).collect();
-            broken.checkpoints().apply(&actions, &scored(10)).unwrap();
+            play(&mut writer, 5, 3);
+            play(&mut writer, 10, copies);
             drop(writer);
-            let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
-            let mut writer = RunWriter::open(&broken, 10).unwrap();
-            writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
+            let (checkpoint, problems) = broken.newest_checkpoint().unwrap();
+            assert_eq!((checkpoint.unwrap().episode, problems.len()), (5, 0));
+            let mut writer = RunWriter::open(&broken, 5).unwrap();
+            play(&mut writer, 10, 3);
             assert_eq!(state(&broken), state(&whole), "after {copies} copies");
-            assert_eq!(broken.checkpoints().load(CheckpointName::Best).unwrap(), scored(10));
-            // A second call is a no-op.
-            drop(writer);
-            let mut writer = RunWriter::open(&broken, 10).unwrap();
-            writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
-            assert_eq!(state(&broken), state(&whole));
         }
     }
 
@@ -364,11 +279,7 @@ mod tests {
         train(&mut writer, 1..=3);
         writer.record(&Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 }).unwrap();
         drop(writer);
-        assert_eq!(
-            steps(&run),
-            [0, 0, 1, 2, 3, 3],
-            "the configuration as text and as settings, episodes, an evaluation"
-        );
+        assert_eq!(steps(&run), [1, 2, 3, 3], "episodes, an evaluation");
     }
 
     #[test]

@@ -106,7 +106,7 @@ pub fn fork(
     let config = config.identified();
     let model = config.model_bytes()?;
     let checkpoint = training.forked(config.clone(), prior)?.checkpoint()?;
-    Ok(branch.finish(&config, model.as_deref(), checkpoint)?)
+    Ok(branch.finish(&config, model.as_deref(), &checkpoint)?)
 }
 
 /// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own

@@ -74,7 +74,7 @@ pub use model_file::ModelFile;
 pub use parts::{Evaluation, Fork, Granularity, NoiseDecay, PastTask, Practice, Refinement, StopRule};
 pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
 pub use removed::RemovedSetting;
-pub use run_loop::{Control, Ending, TrainerError, check_continuation, checked_history, train};
+pub use run_loop::{Control, Ending, TrainerError, check_continuation, train};
 pub use setting::{SettingError, config_keys, non_default_settings, set_the_same};
 pub use settings_file::{CONFIGS, SettingsFileError, settings_of};
 pub use thread::Trainer;

@@ -14,15 +14,15 @@ use super::config::RunConfig;
 use super::panic_message;
 use super::prior::PriorError;
 use super::trace::Trace;
-use super::training::{CONFIG_SECTION, Training, TrainingError, check_settings, is_finished_at};
+use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use mge_base::identity::{Origin, version};
 use mge_base::stop::Pieces;
 use mge_guidance::ActionPrior;
 use mge_nn::processor;
 use mge_run::{
-    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RunDirectory,
-    RunError, RunHistory, RunWriter,
+    Checkpoint, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RunDirectory, RunError, RunHistory,
+    RunWriter,
 };
 
 pub use controls::Control;
@@ -73,21 +73,11 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         return Err(TrainingError::MissingForkCheckpoint.into());
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
-    let nothing = Checkpoint::default();
-    let mut writer = RunWriter::locked(directory, lock, checkpoint.as_ref().unwrap_or(&nothing))?;
-    // Otherwise `last` is saved again, with what is left of the logs.
-    let last = directory.last_with(&[]).ok().flatten().map(|last| last.episode);
-    let is_saved = problems.is_empty()
-        && last == Some(episode)
-        && checkpoint.as_ref().is_some_and(|checkpoint| writer.has_logs_of(checkpoint));
-    if let Some(checkpoint) = &checkpoint {
-        let is_finished = is_finished_at(&config, checkpoint)?;
-        writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
-    }
+    let writer = RunWriter::locked(directory, lock, episode)?;
     // An unreadable `best` is replaced by the next one.
     problems.extend(directory.checkpoints().best_score().err());
     let of_checkpoint = |problem: &RunError| format!("a checkpoint cannot be used: {problem}");
-    let problems = writer.take_problems().into_iter().chain(problems.iter().map(of_checkpoint)).collect();
+    let problems = problems.iter().map(of_checkpoint).collect();
     watch.set_episode(episode);
     let mut run_loop = RunLoop {
         writer,
@@ -100,7 +90,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         warned: None,
         pieces: Pieces::default(),
         score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
-        is_saved,
+        is_saved: false,
         is_changed: false,
     };
     let outcome = record_panic(&mut run_loop, |run_loop| run_loop.start(config, checkpoint.as_ref()));
@@ -120,32 +110,13 @@ pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Resul
     check_settings_and_model(config)?;
     let (Some(checkpoint), _) = directory.newest_checkpoint()? else { return Ok(()) };
     Training::resume(config.clone(), &checkpoint)?;
-    Ok(checked_history(directory, config).map(drop)?)
+    Ok(RunHistory::read(directory).map(drop)?)
 }
 
 /// Checks that this version has all settings of a run, and that its own model is there, even if its clusters are saved.
 fn check_settings_and_model(config: &RunConfig) -> Result<(), TrainerError> {
     config.check_supported().map_err(TrainingError::from)?;
     Ok(config.model_bytes().map(drop)?)
-}
-
-/// The history of a run, after checking that its files agree with each other and with its checkpoint `last`.
-///
-/// # Errors
-/// As [`RunHistory::read`], and when the configuration was changed.
-pub fn checked_history(directory: &RunDirectory, config: &RunConfig) -> Result<RunHistory, RunError> {
-    let history = RunHistory::read(directory)?;
-    if !directory.is_locked()?
-        && let Some(last) = directory.last_with(&[CONFIG_SECTION])?
-    {
-        let changed = |error: TrainingError| RunError::Malformed {
-            path: directory.config_path(),
-            line: None,
-            reason: error.to_string(),
-        };
-        check_settings(config, &last).map_err(changed)?;
-    }
-    Ok(history)
 }
 
 /// Runs `work`; records a panic as the run's end before resuming it.
@@ -317,9 +288,9 @@ impl RunLoop<'_> {
     fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
         let policy = &training.config().checkpoints;
         let store = self.writer.directory().checkpoints();
-        let actions = store.due(policy, training.episode(), self.score, training.is_finished())?;
-        if !actions.is_empty() {
-            self.writer.checkpoint(&actions, self.checkpoint(training)?)?;
+        let due = store.due(policy, training.episode(), self.score, training.is_finished());
+        if !due.is_empty() {
+            self.writer.checkpoint(&due, policy.periodic_kept, &self.checkpoint(training)?)?;
             (self.is_saved, self.is_changed) = (true, false);
         }
         Ok(())
@@ -338,9 +309,10 @@ impl RunLoop<'_> {
             return Ok(());
         }
         let checkpoint = self.checkpoint(training)?;
+        let kept = training.config().checkpoints.periodic_kept;
         match self.is_changed {
-            true => self.writer.checkpoint(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)?,
-            false => self.writer.save_last(checkpoint)?,
+            true => self.writer.checkpoint(&[CheckpointName::Last], kept, &checkpoint)?,
+            false => self.writer.save_last(kept, &checkpoint)?,
         }
         (self.is_saved, self.is_changed) = (true, false);
         Ok(())

@@ -34,7 +34,7 @@ use mge_stats::rolling::{RollingRate, WINDOW};
 pub use error::TrainingError;
 pub use evaluation::greedy_episode;
 use means::UpdateMeans;
-pub use saved::{CONFIG_SECTION, NETWORKS_SECTION, PROGRESS_SECTION, check_settings, is_finished_at, prior_at};
+pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, prior_at};
 
 /// Length of an action: a position.
 const ACTION_LEN: usize = 2;

@@ -69,7 +69,7 @@ impl Session {
     /// # Errors
     /// When there is nothing of that kind to show yet.
     pub fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<FigureJob, SessionError> {
-        let (seeds, config_hash) = (vec![self.config().seed], config_hash(self.config())?);
+        let (seeds, config_hash) = (vec![self.config().seed], config_hash(self.config()));
         let figure: Box<dyn Figure + Send> = match kind {
             FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
             FigureKind::Clusters => {

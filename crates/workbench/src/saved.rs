@@ -10,9 +10,9 @@ use super::SessionError;
 use mge_agent::Ddpg;
 use mge_env::observation_len;
 use mge_guidance::ActionPrior;
-use mge_run::{Checkpoint, CheckpointName, RunDirectory, RunError, RunState, read_episode};
+use mge_run::{Checkpoint, CheckpointName, RunDirectory, RunError, read_episode};
 use mge_task::Task;
-use mge_trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, checked_history, greedy_episode, prior_at};
+use mge_trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, greedy_episode, prior_at};
 
 /// The agent of a checkpoint.
 #[derive(Debug, Clone)]
@@ -110,7 +110,7 @@ impl SavedRun {
     /// The agent of the checkpoint, with the number of episodes that it has finished.
     ///
     /// # Errors
-    /// When the method does not learn, there is no such checkpoint yet, or the run's files do not agree.
+    /// When the method does not learn, or there is no such checkpoint yet.
     pub fn agent(&self) -> Result<(u64, Ddpg), SessionError> {
         self.config.check_supported()?;
         if !self.config.method.learns() {
@@ -121,13 +121,6 @@ impl SavedRun {
         }
         let store = self.directory.checkpoints();
         let name = store.chosen(self.checkpoint)?;
-        checked_history(&self.directory, &self.config)?;
-        if let RunState::Incomplete(reason) = self.directory.status()?.state
-            && self.checkpoint == CheckpointName::Last
-        {
-            let run = self.directory.path().display();
-            return Err(SessionError::Failed(format!("{run}: {reason}: `mge resume` continues it")));
-        }
         let checkpoint = store.load_sections(name, &[NETWORKS_SECTION])?;
         Ok((checkpoint.episode, networks(&checkpoint)?))
     }

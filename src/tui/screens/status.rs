@@ -147,7 +147,7 @@ pub fn bar(done: u64, all: u64, width: usize, theme: &Theme) -> String {
 pub fn state_colour(state: &RunState, theme: &Theme) -> Color {
     match state {
         RunState::Running => theme.accent,
-        RunState::Paused | RunState::Stopped(_) | RunState::Interrupted | RunState::Incomplete(_) => theme.warn,
+        RunState::Paused | RunState::Stopped(_) | RunState::Interrupted => theme.warn,
         RunState::Finished => theme.good,
         RunState::Failed(_) => theme.bad,
         RunState::NotStarted => theme.dim,

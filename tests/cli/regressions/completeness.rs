@@ -1,7 +1,7 @@
 //! Whether a run is finished, damaged or the best is judged by all of its files.
 //!
-//! Decided in `crates/run/src/check.rs` (logs and checkpoints), `trainer::checked_history` (also the configuration)
-//! and, for `best`, in `run::checkpoint_actions` and `Training::score`.
+//! Decided in `run::RunDirectory::newest_checkpoint`, `run::RunHistory::read` and, for `best`, in
+//! `run::CheckpointStore::due` and `Training::score`.
 
 use std::path::{Path, PathBuf};
 
@@ -56,41 +56,22 @@ fn without(text: &str, lines: std::ops::Range<usize>) -> String {
 }
 
 #[test]
-fn a_run_whose_table_was_cut_is_not_finished_and_is_completed() {
+fn a_table_that_was_changed_is_written_anew() {
     let (folder, run) = finished();
     let table = run.join("metrics.csv");
     let whole = read(&table);
     edit(&table, |text| without(&text, 10..99));
-    assert!(matches!(state(&run), RunState::Incomplete(reason) if reason.contains("ends at episode 9 of 16")));
-    fail(
-        mge(&folder, ["evaluate", "run"]),
-        "metrics.csv: it ends at episode 9 of 16: `mge resume` without --episodes writes it anew",
-    );
-    fail(mge(&folder, ["report", "run", "--out", "report"]), "metrics.csv: it ends at episode 9 of 16");
-    succeed(mge(&folder, ["resume", "run", "--quiet"]));
-    assert_eq!(read(&table), whole);
-    assert_eq!(state(&run), RunState::Finished);
-    assert!(read(&run.join("log.txt")).contains("metrics.csv: it ends at episode 9 of 16"));
+    succeed(mge(&folder, ["report", "run", "--out", "report"]));
+    succeed(mge(&folder, ["resume", "run", "--episodes", "20", "--quiet"]));
+    assert!(read(&table).starts_with(&whole));
 }
 
 #[test]
-fn a_copy_made_during_training_continues_where_its_files_allow() {
+fn a_log_that_ends_before_the_checkpoint_is_found_and_an_earlier_checkpoint_continues() {
     let (folder, run) = finished();
     let whole = read(&run.join("metrics.csv"));
-    // As if `last` had been copied before the run ended, and its log afterwards.
-    let last = run.join("checkpoint/last");
-    std::fs::rename(&last, run.join("checkpoint/later")).unwrap();
-    std::fs::rename(run.join("checkpoint/episode-8"), &last).unwrap();
-    std::fs::remove_dir_all(run.join("checkpoint/later")).unwrap();
-    assert!(matches!(state(&run), RunState::Incomplete(reason) if reason.contains("of episode 8 of 16")));
-    fail(mge(&folder, ["evaluate", "run"]), "`mge resume` continues it");
-    succeed(mge(&folder, ["evaluate", "run", "--checkpoint", "8"]));
-    succeed(mge(&folder, ["resume", "run", "--quiet"]));
-    assert_eq!(read(&run.join("metrics.csv")), whole);
-    assert_eq!(state(&run), RunState::Finished);
-    // As if the log had been copied before `last` was saved: an earlier checkpoint has to do.
-    let (folder, run) = finished();
     edit(&run.join("events.jsonl"), |text| text[..text.find("\"episode\":12,").unwrap()].to_owned());
+    fail(mge(&folder, ["report", "run", "--out", "report"]), "events.jsonl ends at episode 11, before the checkpoint");
     let output = mge(&folder, ["resume", "run"]);
     assert!(text(&output.stderr).contains("ends at episode 11, before the checkpoint of episode 16"));
     succeed(output);
@@ -99,70 +80,32 @@ fn a_copy_made_during_training_continues_where_its_files_allow() {
 }
 
 #[test]
-fn damage_before_the_checkpoint_is_found_by_every_reader() {
+fn damage_is_found_by_its_readers() {
+    let (folder, run) = finished();
+    let [events, config] = ["events.jsonl", "config.json"].map(|name| run.join(name));
     type Edit = fn(String) -> String;
-    let edits: [(&str, &str, Edit); 9] = [
-        ("events.jsonl", "an event was removed", |text| {
-            let line = text.lines().position(|line| line.contains("\"type\":\"evaluated\"")).unwrap();
-            without(&text, line..line + 1)
+    let edits: [(&str, Edit); 2] = [
+        ("events.jsonl, line 7: episode", |text| without(&text, 6..12)),
+        ("events.jsonl, line 6: not an event", |text| {
+            let mut lines: Vec<&str> = text.lines().collect();
+            lines.insert(5, "garbage");
+            lines.join("\n") + "\n"
         }),
-        ("events.jsonl", "a number was changed", |text| text.replacen("\"mean_return\":", "\"mean_return\":1", 1)),
-        ("events.jsonl", "the middle was removed", |text| without(&text, 6..12)),
-        ("events.jsonl", "garbage was inserted", |text| text.replacen('\n', "\ngarbage\n", 5)),
-        ("metrics.csv", "a row was removed", |text| without(&text, 5..6)),
-        ("metrics.csv", "a number was changed", |text| text.replacen(",false,", ",true,", 1)),
-        ("episodes.jsonl", "a line was removed", |text| without(&text, 5..6)),
-        ("episodes.jsonl", "a number was changed", |text| text.replacen("\"action\":[", "\"action\":[0", 1)),
-        ("config.json", "a setting was changed", |text| text.replacen("\"least_hits\": ", "\"least_hits\": 1", 1)),
     ];
-    let (folder, run) = finished();
-    for (name, what, change) in edits {
-        let file = run.join(name);
-        let before = read(&file);
-        edit(&file, change);
-        assert_ne!(read(&file), before, "{what}");
-        for command in [
-            &["evaluate", "run"][..],
-            &["export", "run", "--out", "actor.safetensors"],
-            &["report", "run", "--out", "report"],
-            &["resume", "run", "--episodes", "20", "--quiet"],
-        ] {
-            let message = fail(mge(&folder, command), name);
-            assert!(message.contains('`') || message.contains("line "), "{what}: {message}");
+    let whole = read(&events);
+    for (message, change) in edits {
+        edit(&events, change);
+        for command in [&["report", "run", "--out", "report"][..], &["resume", "run", "--episodes", "20", "--quiet"]] {
+            fail(mge(&folder, command), message);
         }
-        std::fs::write(&file, before).unwrap();
+        std::fs::write(&events, &whole).unwrap();
     }
-    assert_eq!(state(&run), RunState::Finished);
-    succeed(mge(&folder, ["report", "run", "--out", "report"]));
-}
-
-#[test]
-fn resuming_mends_what_follows_from_the_log_and_refuses_the_rest() {
-    let (folder, run) = finished();
-    let [events, table, episodes] = ["events.jsonl", "metrics.csv", "episodes.jsonl"].map(|name| run.join(name));
-    let whole = read(&table);
-    edit(&table, |text| without(&text, 5..6));
-    edit(&episodes, |text| text.replacen("\"action\":[", "\"action\":[0", 1));
-    succeed(mge(&folder, ["resume", "run", "--quiet"]));
-    assert_eq!(read(&table), whole);
-    let log = read(&run.join("log.txt"));
-    assert!(log.contains("no episode left of 16; found on resuming: ") && log.contains("metrics.csv, line 6"), "{log}");
-    assert!(log.contains("episodes.jsonl, line 1: not an episode"), "{log}");
-    succeed(mge(&folder, ["report", "run", "--out", "report"]));
     // Replays may be removed.
-    std::fs::remove_file(&episodes).unwrap();
+    std::fs::remove_file(run.join("episodes.jsonl")).unwrap();
     assert_eq!(state(&run), RunState::Finished);
     succeed(mge(&folder, ["evaluate", "run"]));
-    let before = read(&events);
-    edit(&events, |text| text.replacen("\"mean_return\":", "\"mean_return\":1", 1));
-    let changed = read(&events);
-    let message = fail(mge(&folder, ["report", "run", "--out", "report"]), "events.jsonl: it was changed after");
-    assert!(!message.contains("writes it anew"), "resuming refuses it: {message}");
-    fail(mge(&folder, ["resume", "run", "--quiet"]), "events.jsonl: it was changed after it was written");
-    assert_eq!(read(&events), changed, "nothing else was changed");
-    std::fs::write(&events, before).unwrap();
-    edit(&run.join("config.json"), |text| text.replacen("\"method\": \"ddpg\"", "\"method\": \"ddpg-uniform\"", 1));
-    fail(mge(&folder, ["resume", "run", "--quiet"]), "began with another `method`");
+    edit(&config, |text| text.replacen("\"method\": \"ddpg\"", "\"method\": \"ddpg-uniform\"", 1));
+    fail(mge(&folder, ["resume", "run", "--episodes", "20", "--quiet"]), "began with another `method`");
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Nothing is removed or replaced except what the program wrote.
 //!
 //! The kind: a deletion that a crash or another process divides, or that takes a user's files along; a result written
-//! over a user's file. Decided in `crates/run/src/trash.rs` (deletion is one rename into a trash), in `place.rs` beside it
-//! (what a folder holds), in `checkpoint.rs` (files in the folder of a checkpoint), and in `atomic::Target`, through
+//! over a user's file. Decided in `crates/run/src/trash.rs` (deletion is one rename into a trash), in `directory.rs` beside
+//! it (where a run can be created), in `checkpoint.rs` (files in the folder of a checkpoint), and in `atomic::Target`, through
 //! which everything goes that is written to a path named by the user.
 
 use std::fs;
@@ -41,70 +41,14 @@ fn files(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn what_is_left_of_an_interrupted_deletion_blocks_nothing() {
+fn no_run_is_created_over_files_of_a_user() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    fs::write(here.join("s.json"), r#"{"task": "task1", "method": "ddpg", "episodes": 1, "ddpg.hidden": 8}"#).unwrap();
-    let ends: [&[&str]; 4] = [
-        &["events.jsonl"],
-        &["events.jsonl", "checkpoint/last/manifest.json", "lock", "metrics.csv"],
-        &["tensorboard/events.out.tfevents.1", "figures/mine.png"],
-        &["episodes.jsonl", "notes.json", ".mge-abcdefghij.tmp"],
-    ];
-    for (number, end) in ends.iter().enumerate() {
-        let left = |run: &str| {
-            for file in *end {
-                fs::create_dir_all(here.join(run).join(file).parent().unwrap()).unwrap();
-                fs::write(here.join(run).join(file), "left").unwrap();
-            }
-        };
-        let kept = |run: &str| {
-            let (parent, name) = run.rsplit_once('/').unwrap();
-            let place = here.join(parent).join(".trash").join((number + 1).to_string()).join(name);
-            assert!(end.iter().all(|file| place.join(file).exists()), "{run}: {end:?}");
-        };
-        for run in ["a/x", "b/x", "sweep/runs/task1-ddpg-seed0"] {
-            let _ = fs::remove_dir_all(here.join(run));
-            left(run);
-        }
-        train(here, "a/x");
-        kept("a/x");
-        succeed(mge(here, script(here, "delete b/x")));
-        kept("b/x");
-        succeed(mge(here, ["sweep", "s.json", "--out", "sweep", "--quiet"]));
-        kept("sweep/runs/task1-ddpg-seed0");
-        assert!(fs::read_to_string(here.join("sweep/results.csv")).unwrap().contains(",finished,"));
-    }
-    succeed(mge(here, ["report", "a"]));
-    train(here, "fork-source");
-    fs::create_dir_all(here.join("fork")).unwrap();
-    fs::write(here.join("fork/events.jsonl"), "").unwrap();
-    succeed(mge(here, "fork fork-source --at 0 --out fork --quiet".split(' ')));
-}
-
-#[test]
-fn single_files_of_a_run_block_nothing_and_files_of_a_user_with_their_names_stay() {
-    let folder = tempfile::tempdir().unwrap();
-    let here = folder.path();
-    train(here, "whole");
-    fs::write(here.join("whole/notes.json"), "{\"format\":1,\"note\":\"mine\"}").unwrap();
-    for name in ["metrics.csv", "log.txt", "notes.json", "checkpoint"] {
-        fs::create_dir(here.join("x")).unwrap();
-        fs::rename(here.join("whole").join(name), here.join("x").join(name)).unwrap();
-        train(here, "x");
-        assert!(here.join(".trash/1/x").join(name).exists(), "{name}");
-        fs::remove_dir_all(here.join("x")).unwrap();
-        fs::remove_dir_all(here.join(".trash")).unwrap();
-    }
     for (name, content) in [
         ("metrics.csv", "epoch,loss\n1,0.5\n"),
-        ("metrics.csv", ""),
-        ("log.txt", "[today] bought milk\n"),
-        ("notes.json", "{\"mine\":1}"),
-        ("checkpoint", "of a hike"),
         ("checkpoint/last/weights.pt", "mine"),
-        ("control.jsonl", "{\"mine\":1}\n"),
         ("lock", "of my door"),
+        ("model.safetensors", "mine"),
         ("config.json", "{\"mine\":1}"),
     ] {
         let file = here.join("mine").join(name);
@@ -176,7 +120,7 @@ fn only_a_whole_run_is_deleted_and_all_of_it_can_be_restored() {
     for lines in ["delete nowhere", "delete .", "delete p/thesis.tex", "delete /", "restore p", "restore"] {
         fail(mge(here, script(here, lines)), "script.mge:1: ");
     }
-    // The configuration is damaged, but every file is one of a run.
+    // The configuration is damaged, but it has the log of a run.
     train(here, "damaged");
     fs::write(here.join("damaged/config.json"), "{").unwrap();
     succeed(mge(here, script(here, "delete damaged")));

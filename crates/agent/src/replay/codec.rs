@@ -9,7 +9,7 @@
 //! number of transitions, next slot (u64 each), the transitions in slot order (delta of `s`,
 //! delta of `s'`, words of `a` and `r`, one byte `d`), CRC-32C of everything before it (u32).
 
-use super::{MAX_CAPACITY, ReplayBuffer, ReplayError, Transition, bits};
+use super::{MAX_CAPACITY, ReplayBuffer, ReplayError, Transition};
 
 const MAGIC: [u8; 8] = *b"MGEREPL1";
 const CHECKSUM_LEN: usize = size_of::<u32>();
@@ -93,23 +93,7 @@ impl ReplayBuffer {
             return Err(ReplayError::Damaged("it has trailing bytes"));
         }
         buffer.next = next;
-        buffer.close_ring();
         Ok(buffer)
-    }
-
-    /// Brings a full buffer that was filled in slot order to its original form: the last slot may
-    /// share its next observation with the first, and the latest transition stores its own.
-    fn close_ring(&mut self) {
-        if self.len() < self.capacity || self.next == 0 {
-            return;
-        }
-        let (last, latest) = (self.capacity - 1, self.next - 1);
-        let follows = self.get(last).is_some_and(|held| bits(held.next_observation).eq(bits(self.observation(0))));
-        if follows && last != latest {
-            *self.next_observation_mut(last) = None;
-        }
-        let own = self.get(latest).map(|transition| transition.next_observation.into());
-        *self.next_observation_mut(latest) = own;
     }
 }
 

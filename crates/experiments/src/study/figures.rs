@@ -39,7 +39,7 @@ pub(super) fn write_figures(
     dpi: u32,
     stop: &Stop,
 ) -> Result<(), ExperimentError> {
-    let (hash, seed) = (config_hash(&report)?, results.models.first().map_or(0, |(model, _)| model.training.seed));
+    let (hash, seed) = (config_hash(&report), results.models.first().map_or(0, |(model, _)| model.training.seed));
     let draw = |name: &str, seeds: usize, figure: &dyn Figure| -> Result<(), ExperimentError> {
         stop.check()?;
         let seeds: Vec<u64> = (seed..seed + seeds as u64).collect();

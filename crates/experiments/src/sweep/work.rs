@@ -26,7 +26,11 @@ impl Job {
     fn check_folder(&self, sweep: &Path) -> Result<(), ExperimentError> {
         let folder = self.folder(sweep);
         let directory = match RunDirectory::open(&folder) {
-            Err(RunError::NotARun(_)) => return Ok(RunDirectory::at(&folder).check_room()?),
+            // Another process may just have created it.
+            Err(RunError::NotARun(_)) => match RunDirectory::at(&folder).check_room() {
+                Err(RunError::AlreadyARun(_)) => return Ok(()),
+                checked => return Ok(checked?),
+            },
             opened => opened?,
         };
         let same = match &self.work {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::runner::JobHandle;
-use crate::{Ending, RunConfig, TrainerError, checked_history, train};
+use crate::{Ending, RunConfig, TrainerError, train};
 use mge_run::RunState;
 
 /// Trains the run in `path` to its end: creates it if it does not exist, resumes it if it was interrupted, and does
@@ -13,9 +13,7 @@ use mge_run::RunState;
 /// As [`train`], when the folder cannot be used, and [`TrainerError::StoppedAlone`].
 pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<()>, TrainerError> {
     let directory = config.open_or_create_run(path)?;
-    // A damaged run is not finished: training mends what can be mended.
-    let is_whole = || checked_history(&directory, config).is_ok();
-    if (directory.status()?.state == RunState::Finished && is_whole())
+    if directory.status()?.state == RunState::Finished
         || train(&directory, handle.controls(), handle.watch())? == Ending::Finished
     {
         return Ok(Some(()));

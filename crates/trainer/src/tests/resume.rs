@@ -159,8 +159,7 @@ fn a_killed_run_continues_from_its_checkpoint() {
     (0..6).for_each(|_| drop(training.run_episode().unwrap()));
     training.evaluate(1).unwrap();
     std::fs::remove_dir_all(killed.path().join("checkpoint")).unwrap();
-    let save = mge_run::CheckpointAction::Save(CheckpointName::Last);
-    killed.checkpoints().apply(&[save], &training.checkpoint().unwrap()).unwrap();
+    killed.checkpoints().save(&[CheckpointName::Last], None, &training.checkpoint().unwrap()).unwrap();
     let log = std::fs::read_to_string(killed.events_path()).unwrap();
     let cut = log.find("\"episode\":8").unwrap();
     std::fs::write(killed.events_path(), &log[..cut]).unwrap();

@@ -16,7 +16,6 @@ use mge_base::stop::Stop;
 use mge_env::observation_len;
 use mge_guidance::ActionPrior;
 use mge_run::{Checkpoint, RunError};
-use mge_stats::rolling::RollingRate;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
@@ -36,26 +35,14 @@ pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, Run
     checkpoint.json(PROGRESS_SECTION).map(|WithPrior { prior }| prior)
 }
 
-/// Whether a run is finished at a checkpoint.
-///
-/// # Errors
-/// When the checkpoint is damaged.
-pub fn is_finished_at(config: &RunConfig, checkpoint: &Checkpoint) -> Result<bool, RunError> {
-    #[derive(Deserialize)]
-    struct Recent {
-        recent: RollingRate,
-    }
-    checkpoint.json(PROGRESS_SECTION).map(|Recent { recent }| config.is_finished(checkpoint.episode, &recent))
-}
-
 /// The checkpoint section that holds the configuration of the run, as JSON.
-pub const CONFIG_SECTION: &str = "config.json";
+const CONFIG_SECTION: &str = "config.json";
 
 /// Checks that a run has the settings with which a checkpoint was saved; it may have been extended since.
 ///
 /// # Errors
 /// The first setting that differs.
-pub fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(), TrainingError> {
+fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(), TrainingError> {
     // Checkpoints of earlier versions do not have the section.
     if !checkpoint.names().any(|name| name == CONFIG_SECTION) {
         return Ok(());

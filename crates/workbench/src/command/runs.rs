@@ -193,10 +193,7 @@ impl Command {
             Self::Fork(Fork { folder: Some(folder), .. }) => (setup.place(folder), None),
             _ => return Ok(()),
         };
-        let check = |folder: PathBuf| match RunDirectory::open(&folder) {
-            Ok(_) => Err(RunError::AlreadyARun(folder)),
-            Err(_) => RunDirectory::at(&folder).check_room(),
-        };
+        let check = |folder: PathBuf| RunDirectory::at(&folder).check_room();
         let Some(count) = seeds else { return check(folder) };
         let first = setup.config.seed;
         (first..first.saturating_add(count.into())).try_for_each(|seed| check(folder_of_seed(&folder, seed)))

@@ -26,7 +26,7 @@ use mge_base::paths::entries;
 use mge_base::text::counted;
 use mge_results::is_listed_run;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, last_deleted, restore};
-use mge_trainer::{Control, RunConfig, check_continuation, checked_history};
+use mge_trainer::{Control, RunConfig, check_continuation};
 
 /// The name of the folder for a run with these settings, unless it is taken.
 pub fn usual_name(config: &RunConfig) -> String {
@@ -82,9 +82,9 @@ impl Session {
             return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
         }
         let Some(episodes) = self.extends_to().filter(|episodes| config.extends_to(*episodes)) else {
-            // A run that was extended before, but not started, has episodes left, and a damaged one may be mended.
+            // A run that was extended before, but not started, has episodes left.
             let done = status.last_episode.map_or(0, |record| record.episode);
-            if !is_finished || config.has_more(done) || checked_history(directory, &config).is_err() {
+            if !is_finished || config.has_more(done) {
                 return Ok(None);
             }
             return Err(SessionError::Finished { run, episodes: done });

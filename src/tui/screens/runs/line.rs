@@ -128,7 +128,7 @@ pub fn urgency(run: &RunSummary) -> usize {
         RunState::Running => 1,
         _ if run.queued => 2,
         RunState::Paused => 3,
-        RunState::Interrupted | RunState::Incomplete(_) | RunState::Stopped(_) => 4,
+        RunState::Interrupted | RunState::Stopped(_) => 4,
         RunState::NotStarted => 5,
         RunState::Finished => 6,
     }

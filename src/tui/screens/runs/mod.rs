@@ -251,7 +251,7 @@ fn about(line: &Line) -> String {
 
 fn about_run(run: &RunSummary) -> String {
     let reason = match &run.state {
-        RunState::Failed(reason) | RunState::Stopped(reason) | RunState::Incomplete(reason) => format!(": {reason}"),
+        RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
         _ => String::new(),
     };
     let done = format!("{} of {} episodes", run.done, run.episodes());
