@@ -205,7 +205,7 @@ impl ReplayBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{Rng, SeedableRng};
+    use rand::SeedableRng;
 
     fn numbered(buffer: &mut ReplayBuffer, range: std::ops::Range<usize>) {
         for i in range {

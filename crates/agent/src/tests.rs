@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{
     Batch, Ddpg, DdpgConfig, ImitationConfig, Learner, LearnerStreams, ReplayBuffer, ReplayError, SavedLearner,
-    StateError, Transition, UpdateError,
+    StateError, Transition,
 };
 use mge_nn::{Mlp, OptimiserKind, TensorFile, join_rows};
 

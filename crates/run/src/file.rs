@@ -48,18 +48,17 @@ pub fn read_optional(path: &Path) -> Result<Option<Vec<u8>>> {
     }
 }
 
-/// The last `most` bytes of a file, and whether they are the whole file; none if there is no such file.
-pub(super) fn read_end(path: &Path, most: u64) -> Result<(Vec<u8>, bool)> {
-    let read = || -> io::Result<(Vec<u8>, bool)> {
+/// The last `most` bytes of a file; none if there is no such file.
+pub(super) fn read_end(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let read = || -> io::Result<Vec<u8>> {
         let mut file = open(path)?;
-        let start = file.metadata()?.len().saturating_sub(most);
-        file.seek(SeekFrom::Start(start))?;
+        file.seek(SeekFrom::Start(file.metadata()?.len().saturating_sub(most)))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes)?;
-        Ok((bytes, start == 0))
+        Ok(bytes)
     };
     match read() {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok((Vec::new(), true)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
         found => found.map_err(RunError::io("read", path)),
     }
 }

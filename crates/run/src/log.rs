@@ -102,6 +102,7 @@ pub(super) mod tests {
     use std::path::PathBuf;
 
     use super::*;
+    use crate::EpisodeRecord;
     use crate::reader::{read_events, read_tail};
 
     pub fn episode(episode: u64) -> Event {

@@ -150,7 +150,7 @@ pub(super) fn for_each_event(path: &Path, mut visit: impl FnMut(LoggedEvent)) ->
 
 /// The events in the last `bytes` bytes of a log, oldest first, without invalid lines.
 pub(super) fn read_tail(path: &Path, bytes: u64) -> Result<Vec<LoggedEvent>> {
-    let (tail, _) = file::read_end(path, bytes)?;
+    let tail = file::read_end(path, bytes)?;
     Ok(complete_lines(&tail).filter_map(|(_, line)| serde_json::from_slice(line).ok()).collect())
 }
 

@@ -137,7 +137,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(folder.path(), &1).unwrap();
         let error = run.request(&Request::Pause).unwrap_err();
-        assert!(matches!(error, RunError::NotTrained(_)), "{error}");
+        assert!(matches!(error, RunError::Refused(_)), "{error}");
         let mut first = run.requests();
         let _lock = run.lock().unwrap();
         assert_eq!(first.poll().unwrap().0, []);

@@ -23,7 +23,7 @@ pub fn warnings<'a>(runs: impl IntoIterator<Item = Chosen<'a>>) -> Vec<String> {
             let known = idle.entry(path).or_insert_with(|| reason.clone());
             *known = known.take().filter(|_| reason.is_some());
         }
-        found.extend(doubts(config, set));
+        found.extend(doubts(config));
     }
     let told = |path| if path == "prior" { "model" } else { path };
     let idle =
@@ -31,18 +31,6 @@ pub fn warnings<'a>(runs: impl IntoIterator<Item = Chosen<'a>>) -> Vec<String> {
     let mut known = BTreeSet::new();
     idle.chain(found).filter(|warning| known.insert(warning.clone())).collect()
 }
-
-/// Settings of the clusters themselves.
-const OF_CLUSTERS: [&str; 3] = ["guidance.clusters", "guidance.std_floor", "guidance.rewarding"];
-/// Settings of the rollouts behind the clusters.
-const OF_ROLLOUTS: [&str; 6] = [
-    "guidance.model_rollouts",
-    "guidance.least_hits",
-    "guidance.most_model_rollouts",
-    "guidance.longest_horizon",
-    "guidance.environment_rollouts",
-    "guidance.start_states",
-];
 
 impl Method {
     /// Whether the method reads a setting of a run, given by its JSON path.
@@ -68,7 +56,7 @@ impl RunConfig {
 
 /// Why a setting has no effect with the others; none if it may have one.
 fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
-    let RunConfig { method, epsilon, episodes, guidance, refinement, evaluation, .. } = config;
+    let RunConfig { method, epsilon, episodes, refinement, evaluation, .. } = config;
     if !method.uses(path) {
         return Some(match method.fixed_source() {
             Some(source) if path == "prior" || path.starts_with("model") => {
@@ -82,9 +70,7 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
     let is_unguided = method.has_clusters() && !config.is_guided();
     let is_uniform = config.rollout_source() == PriorSource::Uniform;
     let is_trained = matches!(config.rollout_source(), PriorSource::Trained(_));
-    let has_subgoals = !config.task.subgoals.is_empty();
-    let periodic = u64::from(*episodes) < config.checkpoints.periodic_every;
-    let idle: [(&[&str], bool, &str); 20] = [
+    let idle: [(&[&str], bool, &str); 13] = [
         (
             &["guidance", "prior", "model", "practice", "refinement"],
             is_unguided,
@@ -97,25 +83,14 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
         (&["practice.enough"], config.practice.rollouts == 0, "`practice.rollouts` is 0"),
         (&["refinement.least", "refinement.most"], refinement.every == 0, "`refinement.every` is 0"),
         (
-            &OF_CLUSTERS,
+            &["guidance"],
             is_uniform && refinement.every == 0,
             "actions are uniform, and nothing refines them to clusters",
         ),
         (&["model"], !is_trained, "no model is trained for the run, as it is given"),
-        (&["guidance.environment_rollouts"], config.practises(), "practice makes the real rollouts"),
-        (&OF_ROLLOUTS, is_uniform, "there are no rollouts, as actions are uniform"),
-        (&["guidance.environment_rollouts", "guidance.start_states"], !has_subgoals, "the task has no subgoals"),
-        (
-            &["guidance.least_hits"],
-            guidance.model_rollouts >= guidance.most_model_rollouts,
-            "no batch may follow the first",
-        ),
-        (&["guidance.longest_horizon"], guidance.longest_horizon <= guidance.horizon, "`guidance.horizon` is as long"),
         (&["stop.success"], (*episodes as usize) < WINDOW.get(), "the run is shorter than 100 episodes"),
-        (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
-        (&["refinement.every"], refinement.every > *episodes, "it is longer than the run"),
-        (&["checkpoints.periodic_every"], periodic, "it is longer than the run"),
+        (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["checkpoints.periodic_kept"], config.checkpoints.periodic_every == 0, "`checkpoints.periodic_every` is 0"),
     ];
     let is_part = |whole: &&str| path.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
@@ -124,8 +99,8 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
 }
 
 /// What is doubtful about the settings together.
-fn doubts(config: &RunConfig, set: &BTreeSet<String>) -> Vec<String> {
-    let RunConfig { method, epsilon, episodes, guidance, ddpg, .. } = config;
+fn doubts(config: &RunConfig) -> Vec<String> {
+    let RunConfig { method, epsilon, episodes, .. } = config;
     let mut doubts = Vec::new();
     if method.is_adaptive() && !matches!(epsilon, EpsilonSchedule::Need { .. }) {
         let usual = RunConfig::default_for(config.task.clone(), *method).epsilon;
@@ -142,15 +117,6 @@ fn doubts(config: &RunConfig, set: &BTreeSet<String>) -> Vec<String> {
             "epsilon {epsilon} is longer than the run: after {episodes} episodes it is {end}, {wanted}; shorten it, or \
              raise `episodes`"
         ));
-    }
-    let (rollouts, batch) = (guidance.model_rollouts, ddpg.batch_size);
-    for (less, small, more, large) in [
-        ("guidance.model_rollouts", rollouts, "guidance.most_model_rollouts", guidance.most_model_rollouts),
-        ("ddpg.batch_size", batch, "ddpg.replay_capacity", ddpg.replay_capacity),
-    ] {
-        if small > large && method.uses(less) && (set.contains(less) || set.contains(more)) {
-            doubts.push(format!("`{less}` {small} is above `{more}` {large}"));
-        }
     }
     doubts
 }
@@ -205,7 +171,7 @@ mod tests {
         use Method::*;
         /// A method, settings, and what the line has.
         type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
-        let cases: [Case; 24] = [
+        let cases: [Case; 20] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
             (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
@@ -228,12 +194,8 @@ mod tests {
             (DdpgMge, &[("practice.enough", "4")], "`practice.rollouts` is 0"),
             (DdpgMge, &[("refinement.least", "4")], "`refinement.every` is 0"),
             (DdpgUniform, &[("guidance.std_floor", "0.1")], "nothing refines them"),
-            (DdpgUniformAdaptive, &[("guidance.model_rollouts", "50")], "there are no rollouts"),
-            (DdpgMge, &[("guidance.longest_horizon", "4")], "`guidance.horizon` is as long"),
             (Ddpg, &[("episodes", "99"), ("stop.success", "0.8")], "shorter than 100 episodes"),
-            (DdpgMge, &[("evaluation.every", "5000")], "`evaluation.every` has no effect: it is longer than the run"),
             (DdpgMge, &[("checkpoints.periodic_kept", "5")], "`checkpoints.periodic_every` is 0"),
-            (Ddpg, &[("ddpg.batch_size", "64"), ("ddpg.replay_capacity", "50")], "64 is above"),
         ];
         for (method, settings, expected) in cases {
             let told = told(method, settings);

@@ -48,24 +48,9 @@ pub enum ForkError {
     /// There is no action prior.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// The run has fewer episodes.
-    #[error("the run has {done} episodes, not {wanted}")]
-    NotReached { done: u64, wanted: u64 },
-    /// There is no checkpoint from which the episode could be reached.
-    #[error("no checkpoint of this fork is as early as episode {0}: fork the run that it comes from")]
-    TooEarly(u64),
-    /// Clusters were set by a user and are not recorded.
-    #[error(
-        "the run was given other clusters after episode {at}, which are not kept: fork it before that, or at the \
-         episode of a later checkpoint"
-    )]
-    Clusters { at: u64 },
-    /// A repeated episode differs from the recorded one.
-    #[error(
-        "episode {0} differs when it is repeated: the run was trained by another version of the program or on \
-         another kind of machine; fork it at the episode of a checkpoint"
-    )]
-    Different(u64),
+    /// It cannot be forked there, for the reason that the text gives.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Creates a run in `place` that continues from `source` with `config`; `config.fork` names the episode.
@@ -86,7 +71,7 @@ pub fn fork(
     old.check_supported().map_err(TrainingError::from)?;
     let done = RunHistory::read(source)?.records.len() as u64;
     if done < episode {
-        return Err(ForkError::NotReached { done, wanted: episode });
+        return Err(ForkError::Refused(format!("the run has {done} episodes, not {episode}")));
     }
     let branch = Branch::new(source, place, episode)?;
     let mut training = begin(source, &old, episode, stop)?;
@@ -116,7 +101,10 @@ fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -
     let first = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let nearest = store.episodes()?.into_iter().rfind(|(at, _)| (first..=episode).contains(at));
     if nearest.is_none() && config.fork.is_some() {
-        return Err(ForkError::TooEarly(episode));
+        let remedy = "fork the run that it comes from";
+        return Err(ForkError::Refused(format!(
+            "no checkpoint of this fork is as early as episode {episode}: {remedy}"
+        )));
     }
     let checkpoint = nearest.map(|(_, name)| store.load(name)).transpose()?;
     Ok(Training::begin(config.clone(), checkpoint.as_ref(), |_| (), stop)?)
@@ -139,7 +127,10 @@ fn repeat(
             && episode > first
             && (given || !training.config().is_refined_after(episode))
         {
-            return Err(ForkError::Clusters { at: episode });
+            return Err(ForkError::Refused(format!(
+                "the run was given other clusters after episode {episode}, which are not kept: fork it before that, or \
+                 at the episode of a later checkpoint"
+            )));
         }
     }
     loop {
@@ -157,7 +148,11 @@ fn repeat(
         progress(now - first, episode - first);
         let record = play(training)?.record;
         if history.records.get(now as usize) != Some(&record) {
-            return Err(ForkError::Different(now + 1));
+            return Err(ForkError::Refused(format!(
+                "episode {} differs when it is repeated: the run was trained by another version of the program or on \
+                 another kind of machine; fork it at the episode of a checkpoint",
+                now + 1
+            )));
         }
     }
 }

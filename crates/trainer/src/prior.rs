@@ -18,15 +18,9 @@ pub enum PriorError {
     /// The dynamics model cannot be used.
     #[error(transparent)]
     Model(#[from] DynamicsError),
-    /// No shipped model supports the task's tools.
-    #[error("no shipped dynamics model knows the tools {tools}: use the model `trained`, which is trained for them")]
-    NoModel { tools: String },
-    /// The method needs predictions, but the source of rollouts is `uniform`.
-    #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
-    NoPrediction { method: &'static str },
-    /// A prediction is asked for, but the source of rollouts is `uniform`.
-    #[error("`uniform` predicts nothing: use trained, learned, rapier, true, or a model file")]
-    PredictsNothing,
+    /// There is no model that could predict, for the reason that the text gives.
+    #[error("{0}")]
+    NoModel(String),
     /// The saved prior of a run is invalid or belongs to another task.
     #[error(transparent)]
     Saved(#[from] GuidanceError),
@@ -76,7 +70,10 @@ pub(super) fn model_of(
         PriorSource::Learned => {
             let tools = task.tool_set();
             let names = || tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-            dynamics::shipped_for(&tools).ok_or_else(|| PriorError::NoModel { tools: names() })?
+            dynamics::shipped_for(&tools).ok_or_else(|| {
+                let remedy = "use the model `trained`, which is trained for them";
+                PriorError::NoModel(format!("no shipped dynamics model knows the tools {}: {remedy}", names()))
+            })?
         }
         PriorSource::ModelFile(file) => file.load()?,
         PriorSource::Trained(own) => {
@@ -101,7 +98,11 @@ pub fn required_model(
     on_phase: impl FnMut(Phase),
     stop: &Stop,
 ) -> Result<Arc<dyn RolloutModel>, PriorError> {
-    rollout_model(config, on_phase, stop)?.ok_or(PriorError::PredictsNothing)
+    rollout_model(config, on_phase, stop)?.ok_or_else(|| {
+        PriorError::NoModel(
+            "`uniform` predicts nothing: use trained, learned, rapier, true, or a model file".to_owned(),
+        )
+    })
 }
 
 /// Builds the prior of a configuration. `on_phase` is called before each stage, and while a model is trained.
@@ -152,5 +153,10 @@ pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
 /// When the model cannot be loaded or does not support the task, or the source of rollouts is `uniform`.
 pub(super) fn planning_model(config: &RunConfig) -> Result<Arc<dyn RolloutModel>, PriorError> {
     let model = model_of(&config.rollout_source(), config, |_| (), &Stop::default())?;
-    model.ok_or(PriorError::NoPrediction { method: config.method.name() })
+    model.ok_or_else(|| {
+        let method = config.method;
+        let what =
+            format!("the method {method} needs a model to predict with, but the source of rollouts is `uniform`");
+        PriorError::NoModel(what)
+    })
 }

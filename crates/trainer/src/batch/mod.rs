@@ -14,9 +14,13 @@
 mod runner;
 #[cfg(test)]
 mod tests;
-mod threads;
 mod training;
 
 pub use runner::{Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle, default_threads};
-pub use threads::start_global_pool;
 pub use training::train_to_end;
+
+/// Starts the global pool of threads, on as many as there are cores or `RAYON_NUM_THREADS` says.
+pub fn start_global_pool() {
+    // A pool that already exists will do.
+    let _ = rayon::ThreadPoolBuilder::new().build_global();
+}
