@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_transitions_are_refused_with_the_reason() {
+    fn transitions_that_are_not_finite_are_refused() {
         let mut buffer = ReplayBuffer::new(2, 1, 4);
         let good = Transition {
             observation: &[0.0, 0.0],
@@ -317,21 +317,10 @@ mod tests {
             next_observation: &[0.0, 0.0],
             terminated: false,
         };
-        for (wrong, message) in [
-            (
-                Transition { action: &[0.0, 1.0], ..good },
-                "the transition's action has 2 numbers, but this buffer holds 1",
-            ),
-            (
-                Transition { next_observation: &[0.0, f32::NAN], ..good },
-                "the transition's next observation contains NaN, but only finite numbers can be learned from",
-            ),
-            (
-                Transition { reward: f32::INFINITY, ..good },
-                "the transition's reward contains inf, but only finite numbers can be learned from",
-            ),
-        ] {
-            assert_eq!(buffer.push(wrong).unwrap_err().to_string(), message);
+        for wrong in
+            [Transition { next_observation: &[0.0, f32::NAN], ..good }, Transition { reward: f32::INFINITY, ..good }]
+        {
+            assert_eq!(buffer.push(wrong), Err(ReplayError::NotFinite));
         }
         assert!(buffer.is_empty());
         buffer.push(good).unwrap();

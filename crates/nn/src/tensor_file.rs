@@ -204,7 +204,7 @@ mod tests {
         let mut longer = bytes;
         longer.push(0);
         let error = TensorFile::from_bytes(&longer).unwrap_err();
-        assert_eq!(error, damaged("its checksum differs"));
+        assert!(error.to_string().contains("truncated or damaged"), "{error}");
     }
 
     #[test]
