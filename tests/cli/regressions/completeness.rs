@@ -85,7 +85,7 @@ fn damage_is_found_by_its_readers() {
     let [events, config] = ["events.jsonl", "config.json"].map(|name| run.join(name));
     type Edit = fn(String) -> String;
     let edits: [(&str, Edit); 2] = [
-        ("events.jsonl, line 7: episode", |text| without(&text, 6..12)),
+        ("events.jsonl, line 8: episode 9 follows episode 4", |text| without(&text, 6..12)),
         ("events.jsonl, line 6: not an event", |text| {
             let mut lines: Vec<&str> = text.lines().collect();
             lines.insert(5, "garbage");
