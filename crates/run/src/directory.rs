@@ -12,7 +12,6 @@ use super::checkpoint::Checkpoint;
 use super::file::{check_format, parse_json};
 use super::lock::LOCK;
 use super::reader::{EventReader, read_tail};
-use super::retention::CheckpointName;
 use super::status::RunStatus;
 use super::store::CheckpointStore;
 use super::{Result, RunError, file, folder};
@@ -109,8 +108,8 @@ impl RunDirectory {
         if names.is_empty() || is_left { Ok(()) } else { Err(RunError::NotEmpty(self.path.clone())) }
     }
 
-    /// The newest checkpoint from which the run can be continued, none if it has no checkpoint at all, and why others,
-    /// such as `last`, cannot be used.
+    /// The newest checkpoint from which the run can be continued, none if it has no checkpoint at all, and why newer ones
+    /// cannot be used.
     ///
     /// # Errors
     /// Why none can be used.
@@ -118,7 +117,7 @@ impl RunDirectory {
         let store = self.checkpoints();
         let last = self.status()?.last_episode.map_or(0, |record| record.episode);
         let mut names = store.names()?;
-        names.sort_by_key(|name| (*name != CheckpointName::Last, Reverse(store.episode_of(*name))));
+        names.sort_by_key(|name| Reverse(store.episode_of(*name)));
         let mut problems = Vec::new();
         for name in names {
             match store.load(name) {

@@ -143,6 +143,18 @@ impl CheckpointStore {
         periodic[..surplus].iter().try_for_each(|name| checkpoint::remove_whole(&self.path(*name)))
     }
 
+    /// Completes the work of a process that was killed while it saved a checkpoint, before it saved `last`.
+    ///
+    /// # Errors
+    /// As [`CheckpointStore::save`].
+    pub fn complete(&self, policy: &Retention, checkpoint: &Checkpoint) -> Result<()> {
+        if self.episode_of(CheckpointName::Last) == Some(checkpoint.episode) {
+            return Ok(());
+        }
+        let due = self.due(policy, checkpoint.episode, checkpoint.score, true);
+        self.save(&due, policy.periodic_kept, checkpoint)
+    }
+
     /// Cleans up after a process that was killed while writing. Only for the holder of the run's lock.
     pub fn tidy(&self) -> Result<()> {
         atomic::remove_leftovers(&self.folder);

@@ -74,6 +74,9 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
     let writer = RunWriter::locked(directory, lock, episode)?;
+    if let Some(checkpoint) = &checkpoint {
+        directory.checkpoints().complete(&config.checkpoints, checkpoint)?;
+    }
     // An unreadable `best` is replaced by the next one.
     problems.extend(directory.checkpoints().best_score().err());
     let of_checkpoint = |problem: &RunError| format!("a checkpoint cannot be used: {problem}");
