@@ -246,7 +246,9 @@ mod tests {
             let mut checkpoint = Checkpoint::new(until);
             checkpoint.score = Some(until as f64);
             let due = writer.directory().checkpoints().due(&policy, until, checkpoint.score, false);
-            writer.checkpoint(&due[..kept.min(due.len())], policy.periodic_kept, &checkpoint).unwrap();
+            let names = due.iter().map(ToString::to_string).collect();
+            writer.record(&Event::Checkpointed { episode: until, names }).unwrap();
+            writer.directory().checkpoints().save(&due[..kept], policy.periodic_kept, &checkpoint).unwrap();
         };
         let state = |run: &RunDirectory| {
             let log = read_events(&run.events_path()).unwrap();
