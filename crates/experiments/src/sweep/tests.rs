@@ -399,7 +399,9 @@ fn models_are_trained_evaluated_and_tabulated() {
     }
     let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
     let handle = JobHandle::default();
-    job.run(&folder.path().join("alone"), "test", &handle).unwrap();
+    let alone = folder.path().join("alone");
+    RunDirectory::open_or_create(&alone, job).unwrap();
+    job.run(&alone, "test", &handle).unwrap();
     assert_eq!(handle.done(), 3, "epochs are the unit of its progress");
     // The model in the folder is the evaluated one.
     let model = mge_dynamics::Model::load(&sweep.jobs[0].folder(folder.path()).join("model.safetensors")).unwrap();
