@@ -1,14 +1,12 @@
-//! The fuzz target `interface`: the whole workbench as a function of the bytes that a terminal sends.
+//! The fuzz target `interface`: the whole workbench as a function of bytes that stand for keys, the mouse and pastes.
 
 use std::time::Duration;
 
-use crossterm::event::Event;
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::app::App;
-use super::input::Keymap;
-use super::terminal::{Parser, Received};
 use super::view::SessionWorkspace;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_workbench::{Command, Session};
@@ -19,6 +17,10 @@ const FRAMES: usize = 12;
 const RESIZE: u8 = 0xff;
 /// Lets time pass. Not a valid byte of UTF-8.
 const WAIT: u8 = 0xfe;
+/// An event of the mouse: the next three bytes are its kind, column and row.
+const MOUSE: u8 = 0xfd;
+/// Pastes the bytes up to the next one like it.
+const PASTE: u8 = 0xfc;
 
 /// Feeds terminal input to a workbench in an empty folder. Commands that could touch files outside the folder
 /// are refused.
@@ -34,20 +36,13 @@ pub fn interface(input: &[u8]) {
     }
     let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
     let workspace = SessionWorkspace::new(session).allowing(is_harmless);
-    let mut app = App::new(Box::new(workspace), theme, Keymap::default());
+    let mut app = App::new(Box::new(workspace), theme);
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("it never fails");
-    let mut parser = Parser::default();
     let mut rest = input;
     for _ in 0..FRAMES {
         let end = rest.iter().position(|byte| matches!(*byte, RESIZE | WAIT)).unwrap_or(rest.len());
-        let mut received = Vec::new();
-        parser.advance(&rest[..end], &mut received);
-        parser.flush(&mut received);
-        for received in received {
-            // Graphics would depend on the terminal.
-            if matches!(received, Received::Event(_) | Received::Background { .. }) {
-                app.receive(received);
-            }
+        for event in events(&rest[..end]) {
+            app.event(event);
             // Discard the request to the terminal.
             app.request = None;
             if app.is_leaving() {
@@ -72,6 +67,61 @@ pub fn interface(input: &[u8]) {
             return;
         }
     }
+}
+
+/// Keys by bytes from 0x80.
+const KEYS: [KeyCode; 12] = [
+    KeyCode::Up,
+    KeyCode::Down,
+    KeyCode::Left,
+    KeyCode::Right,
+    KeyCode::Home,
+    KeyCode::End,
+    KeyCode::PageUp,
+    KeyCode::PageDown,
+    KeyCode::Delete,
+    KeyCode::BackTab,
+    KeyCode::F(1),
+    KeyCode::F(4),
+];
+/// What the mouse does by the byte after [`MOUSE`].
+const ACTS: [MouseEventKind; 6] = [
+    MouseEventKind::Down(MouseButton::Left),
+    MouseEventKind::Drag(MouseButton::Left),
+    MouseEventKind::Up(MouseButton::Left),
+    MouseEventKind::Moved,
+    MouseEventKind::ScrollUp,
+    MouseEventKind::ScrollDown,
+];
+
+/// The events that bytes stand for.
+fn events(mut bytes: &[u8]) -> Vec<Event> {
+    let key = |code, modifiers| Event::Key(KeyEvent::new(code, modifiers));
+    let mut events = Vec::new();
+    while let [first, rest @ ..] = bytes {
+        bytes = rest;
+        events.push(match (*first, rest) {
+            (MOUSE, [kind, column, row, after @ ..]) => {
+                bytes = after;
+                let kind = ACTS[usize::from(*kind) % ACTS.len()];
+                let (column, row) = (u16::from(*column), u16::from(*row));
+                Event::Mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE })
+            }
+            (PASTE, _) => {
+                let end = rest.iter().position(|byte| *byte == PASTE).unwrap_or(rest.len());
+                bytes = rest.get(end + 1..).unwrap_or_default();
+                Event::Paste(String::from_utf8_lossy(&rest[..end]).into_owned())
+            }
+            (b'\r', _) => key(KeyCode::Enter, KeyModifiers::NONE),
+            (b'\t', _) => key(KeyCode::Tab, KeyModifiers::NONE),
+            (0x1b, _) => key(KeyCode::Esc, KeyModifiers::NONE),
+            (0x7f, _) => key(KeyCode::Backspace, KeyModifiers::NONE),
+            (control @ ..0x20, _) => key(KeyCode::Char(char::from(control | 0x60)), KeyModifiers::CONTROL),
+            (letter @ 0x20..0x80, _) => key(KeyCode::Char(char::from(letter)), KeyModifiers::NONE),
+            (other, _) => key(KEYS[usize::from(other - 0x80) % KEYS.len()], KeyModifiers::NONE),
+        });
+    }
+    events
 }
 
 /// Beginnings of commands that name no file, whatever their arguments.

@@ -5,7 +5,7 @@ use std::io::sink;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use crate::tui::{Keymap, interface};
+use crate::tui::interface;
 use mge_agent::{self as agent, Ddpg, Learner, ReplayBuffer};
 use mge_dynamics::Model;
 use mge_env::Environment;
@@ -23,13 +23,12 @@ use mge_workbench::{Command, Script};
 type Target = fn(&[u8]);
 
 /// The targets. Each has the name of its corpus.
-pub const TARGETS: [(&str, Target); 15] = [
+pub const TARGETS: [(&str, Target); 14] = [
     ("task", task),
     ("script", script),
     ("command", command),
     ("sweep", sweep),
     ("epsilon", epsilon),
-    ("keymap", keymap),
     ("model", model),
     ("checkpoint", checkpoint),
     ("events", events),
@@ -91,10 +90,6 @@ fn epsilon(input: &[u8]) {
         assert!((0.0..=1.0).contains(&schedule.threshold(episode)));
     }
     schedule.to_points(u32::MAX, 9);
-}
-
-fn keymap(input: &[u8]) {
-    let _ = Keymap::parse(text(input), "fuzz");
 }
 
 fn model(input: &[u8]) {

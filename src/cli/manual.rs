@@ -21,14 +21,10 @@ use mge_trainer::{RunConfig, config_keys};
 use mge_workbench::{Verb, verbs};
 
 /// Environment variables and what they do.
-const ENVIRONMENT: [(&str, &str); 7] = [
+const ENVIRONMENT: [(&str, &str); 6] = [
     ("MGE_RUNS", "Folder for runs."),
-    ("MGE_KEYS", "File of key bindings, with lines such as `train = t`."),
-    (
-        "MGE_THEME",
-        "Words such as `light,16,ascii`: dark, light, colour-blind; none, 16, 256, true; braille, half-block, ascii.",
-    ),
-    ("MGE_GRAPHICS", "How figures are shown: kitty, sixel or half-block."),
+    ("MGE_THEME", "Words such as `light,256,ascii`: dark, light, colour-blind; none, 256, true; braille, ascii."),
+    ("MGE_GRAPHICS", "How figures are shown: kitty, sixel, iterm2 or half-block."),
     ("NO_COLOR", "No colours, if it is not empty."),
     ("COLORTERM, TERM", "They determine the colours that the terminal can show."),
     (
@@ -47,9 +43,6 @@ const EXIT_STATUS: [(&str, &str); 4] = [
         "Signal N ended the command, such as 130 for SIGINT, 138 for SIGUSR1 and 143 for SIGTERM: its work is saved, and one line says how to continue. SIGUSR2 and SIGXCPU have the same effect. A second signal, at least half a second later, ends it at once.",
     ),
 ];
-
-/// How a file given with `--keys` or `MGE_KEYS` changes the keys.
-const KEY_FILE: &str = "A line `NAME = KEY ...` of a key file replaces all default keys of that action.";
 
 /// What is said about the settings of a run.
 const SETTINGS: &str =
@@ -88,7 +81,7 @@ fn sections() -> [(&'static str, String); 8] {
     let owned = |(term, text): (&str, &str)| (term.to_owned(), text.to_owned());
     let of_models = MODEL_SETTINGS.into_iter().chain(TRAIN_SETTINGS);
     [
-        ("Keys of the workbench", format!("\n{KEY_FILE}\n{contexts}")),
+        ("Keys of the workbench", contexts),
         ("Commands of scripts and of the palette", table(["command", "effect"], verbs().map(verb))),
         ("Settings of a run", format!("\n{SETTINGS}\n{}", table(["setting", "default"], default_settings()))),
         ("Numbers of a run", ranges(trainer::settings())),

@@ -39,8 +39,7 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
     };
     let first_start = !arguments.runs.exists();
     let options = tui::Options {
-        keys: arguments.keys.clone(),
-        tour: first_start,
+        greet: first_start,
         fresh: arguments.fresh,
         no_mouse: arguments.no_mouse,
         notify: arguments.notify,
@@ -51,7 +50,6 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
             continue_in_background(&runs)?;
             ExitCode::SUCCESS
         }
-        tui::ExitReason::HungUp => ExitCode::from(129),
         tui::ExitReason::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
     })
 }

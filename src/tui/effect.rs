@@ -6,7 +6,6 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 
 use super::app::App;
-use super::input::Keymap;
 use super::scene::Object;
 use super::view::{Choice, Level};
 use super::widgets::theme::Theme;
@@ -121,7 +120,7 @@ pub trait Layer {
     }
 
     /// Draws it over the screen. Returns the position of the cursor, if it has one.
-    fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position>;
+    fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position>;
 }
 
 /// What to do after a layer has handled an event.
@@ -130,8 +129,6 @@ pub enum Response {
     Stay,
     /// Close the layer.
     Leave,
-    /// Close the layer and pass the key on to what is under it.
-    Pass,
     /// Close the layer and carry out an effect.
     Do(Effect),
     /// Carry out an effect; close the layer if it succeeds.

@@ -24,11 +24,11 @@ mod view;
 mod widgets;
 
 pub use actions::{Entry, entries};
+#[cfg(any(test, fuzzing))]
+pub use fuzz::interface;
 pub use offscreen::OffscreenWorkbench;
 pub use run::{ExitReason, Options, run};
 pub use terminal::Notify;
-#[cfg(any(test, fuzzing))]
-pub use {fuzz::interface, input::Keymap};
 
 #[cfg(test)]
 use app::testing;

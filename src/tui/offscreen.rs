@@ -6,7 +6,7 @@ use ratatui::Terminal;
 use ratatui::backend::Backend;
 
 use super::app::App;
-use super::input::{Key, KeyError, Keymap};
+use super::input::{Key, KeyError};
 use super::view::SessionWorkspace;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_workbench::Session;
@@ -20,10 +20,10 @@ impl OffscreenWorkbench {
     /// The workbench of a session, in true colour and braille.
     pub fn new(session: Session) -> Self {
         let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-        Self { app: App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default()) }
+        Self { app: App::new(Box::new(SessionWorkspace::new(session)), theme) }
     }
 
-    /// Presses keys, written as in key files and separated by spaces.
+    /// Presses keys, written as in the help and separated by spaces.
     ///
     /// # Errors
     /// When a word is not a key.

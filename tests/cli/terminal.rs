@@ -42,7 +42,7 @@ struct Watched {
     news: Condvar,
 }
 
-/// Answers the program's queries: the position of the cursor and the attributes of the terminal.
+/// Answers the program's queries: the position of the cursor, the status and the attributes of the terminal.
 struct Answers {
     attributes: &'static str,
     due: Vec<u8>,
@@ -62,6 +62,7 @@ impl vt100::Callbacks for Answers {
                 let (row, column) = screen.cursor_position();
                 self.due.extend(format!("\x1b[{};{}R", row + 1, column + 1).bytes());
             }
+            (None, [[5]], 'n') => self.due.extend(b"\x1b[0n"),
             (None, _, 'c') => self.due.extend(self.attributes.bytes()),
             _ => {}
         }
@@ -78,7 +79,7 @@ impl Terminal {
         if let Some(folder) = FOLDER {
             command.env("XDG_CACHE_HOME", format!("{folder}/cache"));
         }
-        for name in ["TERM_PROGRAM", "KITTY_WINDOW_ID", "TMUX", "NO_COLOR", "MGE_THEME", "MGE_KEYS", "MGE_RUNS"] {
+        for name in ["TERM_PROGRAM", "KITTY_WINDOW_ID", "VTE_VERSION", "TMUX", "NO_COLOR", "MGE_THEME", "MGE_RUNS"] {
             command.env_remove(name);
         }
         let child = pair.slave.spawn_command(command).unwrap();

@@ -100,17 +100,14 @@ pub struct Workbench {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// File of key bindings, with lines such as `train = t`
-    #[arg(long, env = "MGE_KEYS")]
-    pub keys: Option<PathBuf>,
     /// Forget what earlier sessions with the folder of runs have chosen: settings of runs, screen, order and columns
     #[arg(long)]
     pub fresh: bool,
     /// Do not capture the mouse
     #[arg(long)]
     pub no_mouse: bool,
-    /// How to announce that a training is solved, is finished or has failed: the terminal's bell, a notification (OSC 9, or OSC 777 for
-    /// terminals that support only that), or not at all
+    /// How to announce that a training is solved, is finished or has failed: the terminal's bell, a notification (OSC 9),
+    /// or not at all
     #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
     pub notify: Notify,
 }

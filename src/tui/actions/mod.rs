@@ -34,9 +34,9 @@ pub enum Run {
 pub struct Entry {
     /// Where it applies.
     pub context: Context,
-    /// Name in key files and in the palette.
+    /// Name in the palette.
     pub name: &'static str,
-    /// Default keys, separated by spaces.
+    /// Keys, separated by spaces.
     pub keys: &'static str,
     /// Word in the footer; empty if it is not shown there.
     pub hint: &'static str,
@@ -89,11 +89,6 @@ fn typed(verb: &'static Verb) -> Entry {
     // Leaked once, for the lifetime of the program.
     let name = verb.name.replace(' ', "-").leak();
     Entry { context: Context::Typed, name, keys: "", hint: "", verb: verb.name, about: "", run: Run::Verb }
-}
-
-/// The entry with a name.
-pub fn named(name: &str) -> Option<&'static Entry> {
-    entries().iter().find(|entry| entry.name == name)
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@
 mod mouse;
 mod perform;
 mod quit;
-mod recovery;
 mod remembered;
 #[cfg(test)]
 pub(super) mod testing;
@@ -24,10 +23,8 @@ use ratatui::Frame;
 
 use super::actions::{Context, Entry, Tab};
 use super::effect::{Effect, Layer, Response};
-use super::input::{Key, Keymap};
-use super::layers::Tour;
+use super::input::{self, Key};
 use super::screens::{Chrome, HitRegions, Message, Screens, Ui, draw_frame};
-use super::terminal::{Graphics, Protocol, Received};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
@@ -36,7 +33,6 @@ use super::widgets::theme::Theme;
 pub struct App {
     workspace: Box<dyn Workspace>,
     theme: Theme,
-    keymap: Keymap,
     /// The screen being shown.
     tab: Tab,
     /// Layers over the screen, the topmost last.
@@ -57,8 +53,6 @@ pub struct App {
     pub(super) request: Option<TerminalRequest>,
     /// Whether the mouse is captured.
     pub(super) mouse: bool,
-    /// Whether the palette follows the terminal's background, as long as the user has chosen none.
-    pub(super) follows_background: bool,
     /// Whether unsaved edits are saved to a new file if the app is dropped without having been left.
     pub(super) keeps_edits: bool,
     leaving: QuitState,
@@ -122,20 +116,17 @@ pub enum TerminalRequest {
     Suspend,
     /// Switch mouse capture.
     Mouse(bool),
-    /// Copy a text to the clipboard.
-    Copy(String),
     /// Notify the user that long work has ended.
     Notify(String),
 }
 
 impl App {
     /// The user interface of a workspace.
-    pub fn new(workspace: Box<dyn Workspace>, theme: Theme, keymap: Keymap) -> Self {
+    pub fn new(workspace: Box<dyn Workspace>, theme: Theme) -> Self {
         let subject = Subject::choose(workspace.view(), &Choice::default(), None, false);
         Self {
             workspace,
             theme,
-            keymap,
             tab: Tab::Scene,
             layers: Vec::new(),
             screens: Screens::default(),
@@ -146,7 +137,6 @@ impl App {
             drag: None,
             request: None,
             mouse: true,
-            follows_background: false,
             keeps_edits: false,
             leaving: QuitState::No,
             training: BTreeMap::new(),
@@ -161,11 +151,6 @@ impl App {
             since_news: Duration::ZERO,
             changed: true,
         }
-    }
-
-    /// Opens the tour over the screen.
-    pub fn show_tour(&mut self) {
-        self.open(Tour::default());
     }
 
     /// Whether the workbench is to be left.
@@ -184,34 +169,6 @@ impl App {
         self.changed = true;
     }
 
-    /// Sets which images the terminal can show.
-    pub fn set_graphics(&mut self, graphics: Graphics) {
-        self.screens.preview.set_graphics(graphics);
-        self.changed = true;
-    }
-
-    /// Handles what the terminal sent.
-    pub fn receive(&mut self, received: Received) {
-        let graphics = self.screens.preview.graphics();
-        match received {
-            Received::Event(event) => {
-                self.event(event);
-                self.screens.scene.player.wake();
-            }
-            Received::CellSize(cell) => self.set_graphics(Graphics { cell, ..graphics }),
-            Received::Attributes { sixel: true } => {
-                self.set_graphics(Graphics { protocol: Protocol::Sixel, ..graphics });
-            }
-            Received::Attributes { sixel: false } => {}
-            Received::Background { light } => {
-                if self.follows_background {
-                    self.theme = self.theme.on(light);
-                    self.changed = true;
-                }
-            }
-        }
-    }
-
     /// Whether runs are being read from their folder.
     pub fn is_reading_runs(&self) -> bool {
         self.workspace.view().runs_unread > 0
@@ -219,13 +176,13 @@ impl App {
 
     /// What the screens draw from.
     fn ui(&self) -> Ui<'_> {
-        Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme }
+        Ui { view: self.workspace.view(), subject: &self.subject, theme: &self.theme }
     }
 
     /// The mutable state of the screens, and what they draw from.
     fn screens_and_ui(&mut self) -> (&mut Screens, Ui<'_>) {
-        let Self { workspace, subject, keymap, theme, screens, .. } = self;
-        (screens, Ui { view: workspace.view(), subject, keymap, theme })
+        let Self { workspace, subject, theme, screens, .. } = self;
+        (screens, Ui { view: workspace.view(), subject, theme })
     }
 
     /// The contexts in which keys are looked up now, the innermost first.
@@ -247,6 +204,7 @@ impl App {
 
     /// Handles an event of the terminal.
     pub fn event(&mut self, event: Event) {
+        self.screens.scene.player.wake();
         match event {
             Event::Key(key) if key.kind != KeyEventKind::Release => self.key(key),
             Event::Mouse(mouse) => self.mouse_event(mouse),
@@ -263,7 +221,7 @@ impl App {
 
     fn key(&mut self, key: KeyEvent) {
         self.changed = true;
-        let entry = self.keymap.entry(Key::from(key), &self.contexts());
+        let entry = input::entry(Key::from(key), &self.contexts());
         // With Ctrl, quit and suspend work over any layer.
         let is_over_layers = |entry: &&Entry| ["quit", "suspend"].contains(&entry.name);
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
@@ -274,13 +232,8 @@ impl App {
             // Nothing that cannot be seen is done, except leaving.
             entry.filter(|entry| entry.name == "quit").into_iter().for_each(|entry| self.perform(entry));
         } else if let Some(layer) = self.layers.last_mut() {
-            match layer.key(key) {
-                Response::Pass => {
-                    self.layers.pop();
-                    self.key(key);
-                }
-                response => self.respond(response),
-            }
+            let response = layer.key(key);
+            self.respond(response);
         } else if let Some(entry) = entry {
             self.message = None;
             self.perform(entry);
@@ -303,7 +256,7 @@ impl App {
     fn respond(&mut self, response: Response) {
         match response {
             Response::Stay => {}
-            Response::Leave | Response::Pass => _ = self.layers.pop(),
+            Response::Leave => _ = self.layers.pop(),
             Response::Do(effect) => {
                 self.layers.pop();
                 self.carry_out(vec![effect]);
@@ -361,7 +314,7 @@ impl App {
         // A terminal too small for a screen is too small for layers.
         if !self.is_too_small {
             for layer in &mut self.layers {
-                cursor = layer.draw(area, &self.keymap, &self.theme, frame.buffer_mut());
+                cursor = layer.draw(area, &self.theme, frame.buffer_mut());
             }
         }
         if let Some(cursor) = cursor {

@@ -1,17 +1,16 @@
 //! What actions do with the app.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::{App, Awaited, TerminalRequest};
 use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::{Effect, Layer};
+use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
 use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary};
 use mge_base::text::counted;
-use mge_task as task;
-use mge_trainer::non_default_settings;
 use mge_workbench::{Command, command};
 
 /// Number of typed commands that are kept.
@@ -86,7 +85,7 @@ impl App {
         };
         let mut report = self.workspace.apply(command)?;
         if is_schedule && self.screens.schedule.give_way() {
-            report += &self.keymap.fill("; the drawn schedule gives way: {undo} on the Schedule screen brings it back");
+            report += &fill("; the drawn schedule gives way: {undo} on the Schedule screen brings it back");
         }
         // The command succeeds even if the tool could not be placed.
         let level = if report.starts_with("not placed") { Level::Warning } else { Level::Good };
@@ -125,7 +124,7 @@ impl App {
     pub fn ask_to_train(&mut self) {
         self.open(run_form::form(&self.ui(), self.seeds));
         if self.screens.schedule.is_edited() {
-            let text = self.keymap.fill("the drawn schedule is not in use: {apply} on the Schedule screen uses it");
+            let text = fill("the drawn schedule is not in use: {apply} on the Schedule screen uses it");
             self.show_message(Level::Warning, text);
         }
     }
@@ -217,12 +216,11 @@ impl App {
             true => "the workbench handles the mouse; {mouse} switches",
             false => "the terminal handles the mouse, for example to select text; {mouse} switches",
         };
-        self.show_message(Level::Info, self.keymap.fill(text));
+        self.show_message(Level::Info, fill(text));
     }
 
     /// Changes to the next palette.
     pub fn change_theme(&mut self) {
-        self.follows_background = false;
         self.theme = self.theme.with_next_palette();
         self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
     }
@@ -250,7 +248,7 @@ impl App {
     /// Changes the playback of the episode that is shown, given its number of steps.
     pub fn play(&mut self, change: fn(&mut Player, usize)) {
         if self.tab == Tab::Training && !matches!(self.subject.choice, Choice::Past(_)) {
-            let text = self.keymap.fill("no episode is beside the curves: {left} moves the crosshair to one");
+            let text = fill("no episode is beside the curves: {left} moves the crosshair to one");
             return self.show_message(Level::Info, text);
         }
         change(&mut self.screens.scene.player, self.subject.episode.steps());
@@ -292,7 +290,7 @@ impl App {
             let last = self.subject.run().map_or(0, |run| run.done);
             let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
             let place = if self.tab == Tab::Scene { "" } else { " on the Scene screen" };
-            let leave = self.keymap.fill(&format!("{{source}}{place} returns to the latest episode"));
+            let leave = fill(&format!("{{source}}{place} returns to the latest episode"));
             self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
         }
         self.choose_subject(Some(Choice::Past(episode)), false);
@@ -300,32 +298,6 @@ impl App {
             self.screens.scene.player.seek(step.min(self.subject.episode.steps()));
         }
         Ok(())
-    }
-
-    /// Copies the command that trains the next run to the clipboard.
-    pub fn copy_command(&mut self) {
-        let view = self.workspace.view();
-        // The file of an edited task holds an older version.
-        let saved = || view.file.as_ref().map(|file| file.display().to_string()).filter(|_| !view.dirty);
-        let Some(task) = task::name_of(&view.task).or_else(saved) else {
-            return self
-                .show_message(Level::Error, self.keymap.fill("no command for an unsaved task: {save} saves it"));
-        };
-        let mut words = ["mge", "train", &task, "--method", view.settings.method.name()].map(str::to_owned).to_vec();
-        for (key, value) in non_default_settings(&view.settings) {
-            match key.as_str() {
-                "method" => {}
-                "tools" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
-                "prior" => words.extend(["--model".to_owned(), value]),
-                _ => words.extend(["--set".to_owned(), format!("{key}={value}")]),
-            }
-        }
-        if view.folder != Path::new("runs") {
-            words.splice(..0, ["env".to_owned(), format!("MGE_RUNS={}", view.folder.display())]);
-        }
-        let text = shell_words::join(words);
-        self.show_message(Level::Good, format!("copied: {text}"));
-        self.request = Some(TerminalRequest::Copy(text));
     }
 
     /// Leaves what is open or selected on the screen; never the screen itself.
@@ -343,7 +315,7 @@ impl App {
             Tab::Runs if self.screens.runs.leave() => None,
             Tab::Log if self.screens.lists.log.leave() => None,
             _ => {
-                let text = self.keymap.fill("nothing is open: {screen-scene} shows the scene, {quit} leaves");
+                let text = fill("nothing is open: {screen-scene} shows the scene, {quit} leaves");
                 return self.show_message(Level::Info, text);
             }
         };

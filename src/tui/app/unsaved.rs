@@ -91,7 +91,7 @@ mod tests {
             app.keeps_edits = true;
             press(&mut app, keys);
             drop(app);
-            terminal::take_panics().concat().contains("`epsilon points:0=0.81,1500=0.05` sets it")
+            terminal::take_held().concat().contains("`epsilon points:0=0.81,1500=0.05` sets it")
         };
         assert!(told("3 up") && !told("3 up q y"));
     }

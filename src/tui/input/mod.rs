@@ -1,7 +1,7 @@
-//! Keys: their text form and the key map.
+//! Keys: their text form, and what they do.
 
 mod key;
 mod keymap;
 
 pub use key::{Key, KeyError};
-pub use keymap::{Keymap, KeymapError};
+pub use keymap::{entry, fill, hints};

@@ -10,7 +10,6 @@ use ratatui::widgets::{Row, Widget};
 
 use super::palette::{Value, matching};
 use crate::tui::effect::{Effect, Layer, Response};
-use crate::tui::input::Keymap;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
@@ -254,7 +253,7 @@ impl Layer for Form {
         self.error = Some(reason);
     }
 
-    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+    fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let (texts, count) = (self.texts(), self.fields.len());
         let problem = self.problem(&texts).filter(|_| self.error.is_none());
         let explained: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts)).collect();

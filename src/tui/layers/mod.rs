@@ -4,10 +4,8 @@ mod form;
 mod palette;
 mod question;
 mod tools;
-mod tour;
 
 pub use form::{Field, Form};
 pub use palette::{Arguments, CommandPalette, Value};
 pub use question::{Question, some_of};
 pub use tools::{ToolItem, ToolPalette, tool_text};
-pub use tour::Tour;

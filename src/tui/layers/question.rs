@@ -8,7 +8,6 @@ use ratatui::text::{Span, Text};
 use ratatui::widgets::{Row, Widget};
 
 use crate::tui::effect::{Effect, Layer, Response};
-use crate::tui::input::Keymap;
 use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;
@@ -91,7 +90,7 @@ impl Layer for Question {
         true
     }
 
-    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+    fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let width = area.width.saturating_sub(8).min(WIDTH);
         let text = wrap(&(self.text.clone() + "\n "), usize::from(width));
         let above = text.len() as u16;

@@ -11,7 +11,6 @@ use ratatui::widgets::Widget;
 
 use super::form::line;
 use crate::tui::effect::{Effect, Layer, Response};
-use crate::tui::input::Keymap;
 use crate::tui::scene::picture;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
@@ -162,7 +161,7 @@ impl Layer for ToolPalette {
         self.search();
     }
 
-    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+    fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         /// Columns of a picture with its name.
         const WIDTH: u16 = 18;
         let tall = if area.height >= 30 { 4 } else { 3 };

@@ -9,6 +9,7 @@ use ratatui::widgets::Widget;
 use super::pane::{level_style, lines};
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
+use crate::tui::input;
 use crate::tui::layers::tool_text;
 use crate::tui::scene::Object;
 use crate::tui::view::Level;
@@ -135,7 +136,7 @@ fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &m
     };
     // The key for help is always shown, at the right.
     let (always, others): (Vec<_>, Vec<_>) =
-        ui.keymap.hints(chrome.contexts).into_iter().partition(|(_, entry)| entry.name == "help");
+        input::hints(chrome.contexts).into_iter().partition(|(_, entry)| entry.name == "help");
     let mut end = area.right();
     for (key, entry) in always {
         end = end.saturating_sub(hint_width(&key, entry.hint) - 2).max(area.x);

@@ -1,6 +1,6 @@
 //! What screens draw from.
 
-use crate::tui::input::Keymap;
+use crate::tui::input;
 use crate::tui::view::{RunSummary, Subject, ViewModel};
 use crate::tui::widgets::theme::Theme;
 
@@ -11,8 +11,6 @@ pub struct Ui<'a> {
     pub view: &'a ViewModel,
     /// What the scene shows.
     pub subject: &'a Subject,
-    /// The key map, to name keys in texts.
-    pub keymap: &'a Keymap,
     /// Colours and markers.
     pub theme: &'a Theme,
 }
@@ -20,7 +18,7 @@ pub struct Ui<'a> {
 impl Ui<'_> {
     /// Replaces each `{name}` of an action in a text by its key.
     pub fn text(&self, text: &str) -> String {
-        self.keymap.fill(text)
+        input::fill(text)
     }
 
     /// Whether it is the watched run.

@@ -123,7 +123,6 @@ mod tests {
     fn filled_shapes_cover_their_inside_in_each_marker_set() {
         let all = |context: &mut Context| fill(context, &[[0.0, 0.0], [7.0, 0.0], [7.0, 7.0], [0.0, 7.0]], Color::Blue);
         assert_eq!(drawn(Marker::Braille, all), ["⣿⣿⣿⣿", "⣿⣿⣿⣿"]);
-        assert_eq!(drawn(Marker::HalfBlock, all), ["████", "████"]);
         assert_eq!(drawn(Marker::Ascii, all), ["****", "****"]);
         let beyond =
             |context: &mut Context| fill(context, &[[-9.0, 4.0], [3.0, 4.0], [3.0, 99.0], [-9.0, 99.0]], Color::Red);

@@ -18,8 +18,3 @@ pub fn split(area: Rect) -> [Rect; 2] {
     let width = (2 * (area.height - 2) + 2).min(area.width.saturating_sub(rest));
     Layout::horizontal([Constraint::Length(width), Constraint::Fill(1)]).areas(area)
 }
-
-/// The area beside the scene, on the screens that have one.
-pub fn beside_scene(area: Rect) -> Rect {
-    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 { area } else { split(body(area))[1] }
-}

@@ -8,13 +8,11 @@ use image::{DynamicImage, RgbImage};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Rect, Size};
 use ratatui::widgets::Widget;
-use ratatui_image::Image;
-use ratatui_image::protocol::Protocol as Encoded;
+use ratatui_image::picker::Picker;
+use ratatui_image::protocol::Protocol;
 use ratatui_image::protocol::halfblocks::Halfblocks;
-use ratatui_image::protocol::kitty::Kitty;
-use ratatui_image::protocol::sixel::Sixel;
+use ratatui_image::{Image, Resize};
 
-use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 use mge_figures::Figure;
 use mge_guidance::ActionPrior;
@@ -51,9 +49,9 @@ impl PreviewRequest {
 /// The picture of a figure, drawn in the background.
 #[derive(Default)]
 pub struct Preview {
-    /// How the terminal shows pictures.
-    graphics: Graphics,
-    picture: Loader<PreviewRequest, Encoded>,
+    /// How the terminal shows pictures, if not in half blocks.
+    pub graphics: Option<Picker>,
+    picture: Loader<PreviewRequest, Protocol>,
 }
 
 /// Minimum time between two pictures of a figure whose contents change.
@@ -64,16 +62,6 @@ const PAUSE_FACTOR: u32 = 40;
 const FINE: [u16; 2] = [6, 12];
 
 impl Preview {
-    /// Sets how the terminal shows pictures and drops the current one.
-    pub fn set_graphics(&mut self, graphics: Graphics) {
-        *self = Self { graphics, ..Self::default() };
-    }
-
-    /// How the terminal shows pictures, as far as known.
-    pub fn graphics(&self) -> Graphics {
-        self.graphics
-    }
-
     /// Takes over a finished picture, and starts drawing the wanted one if it is a different one. True if
     /// there is something new to show.
     pub fn update(&mut self, wanted: &PreviewRequest, figure: impl FnOnce() -> Result<PreviewJob, String>) -> bool {
@@ -85,8 +73,8 @@ impl Preview {
         }
         match figure() {
             Ok(figure) => {
-                let (graphics, room) = (self.graphics, wanted.room);
-                let draw = move |_: &_| picture(&*figure()?, graphics, room);
+                let (graphics, room) = (self.graphics.clone(), wanted.room);
+                let draw = move |_: &_| picture(&*figure()?, graphics.as_ref(), room);
                 self.picture.request(wanted.clone(), Duration::ZERO, draw);
                 is_new
             }
@@ -105,10 +93,10 @@ impl Preview {
 
     /// Drops the picture, because a terminal that was left no longer has it.
     pub fn forget(&mut self) {
-        self.set_graphics(self.graphics);
+        self.picture = Loader::default();
     }
 
-    /// Draws the picture of a kind of figure in the middle of `area`. Sixel pictures, which would show
+    /// Draws the picture of a kind of figure in the middle of `area`. Pictures of pixels, which may show
     /// through layers, are not drawn while `covered` by one.
     ///
     /// # Errors
@@ -127,20 +115,20 @@ impl Preview {
             None => return Err("drawing ...".to_owned()),
         };
         let is_plain = theme.depth == Depth::None || theme.marker == Marker::Ascii;
-        if is_plain && matches!(picture, Encoded::Halfblocks(_)) {
+        if is_plain && matches!(picture, Protocol::Halfblocks(_)) {
             return Err("a terminal without colours or blocks shows no pictures; they can be exported".to_owned());
         }
         let Size { width, height } = picture.size();
         if width > area.width || height > area.height {
             return Err("drawing ...".to_owned());
         }
-        if covered && matches!(picture, Encoded::Sixel(_)) {
+        if covered && matches!(picture, Protocol::Sixel(_) | Protocol::ITerm2(_)) {
             return Ok(());
         }
         let place =
             Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 2, width, height };
         Image::new(picture).render(place, buffer);
-        if matches!(picture, Encoded::Halfblocks(_)) {
+        if matches!(picture, Protocol::Halfblocks(_)) {
             fit_colours(place, theme, buffer);
         }
         Ok(())
@@ -148,8 +136,8 @@ impl Preview {
 }
 
 /// Draws the figure as large as fits, keeping its proportions.
-fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2]) -> Result<Encoded, String> {
-    let cell = if graphics.protocol == Protocol::HalfBlock { FINE } else { graphics.cell };
+fn picture(figure: &dyn Figure, graphics: Option<&Picker>, room: [u16; 2]) -> Result<Protocol, String> {
+    let cell = graphics.map_or(FINE, |picker| [picker.font_size().width, picker.font_size().height]);
     let pixels: [f64; 2] = std::array::from_fn(|axis| f64::from(room[axis]) * f64::from(cell[axis]));
     let size = figure.size();
     let scale = (pixels[0] / size[0]).min(pixels[1] / size[1]);
@@ -160,16 +148,11 @@ fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2]) -> Result<En
     let bytes = figure.to_rgb(width, height).map_err(|error| error.to_string())?;
     let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has the wrong size")?;
     let (image, size) = (DynamicImage::from(image), Size::new(cells[0], cells[1]));
-    let failed = |error: ratatui_image::errors::Errors| error.to_string();
-    Ok(match graphics.protocol {
-        Protocol::HalfBlock => Encoded::Halfblocks(Halfblocks::new(image, size).map_err(failed)?),
-        Protocol::Sixel => Encoded::Sixel(Sixel::new(image, size, false).map_err(failed)?),
-        Protocol::Kitty => {
-            // Any number that differs from earlier ones.
-            let id = std::time::UNIX_EPOCH.elapsed().map_or(1, |now| now.subsec_nanos() | 1);
-            Encoded::Kitty(Kitty::new(image, size, id, false, false).map_err(failed)?)
-        }
-    })
+    let drawn = match graphics {
+        None => Halfblocks::new(image, size).map(Protocol::Halfblocks),
+        Some(picker) => picker.new_protocol(image, size, Resize::Fit(None)),
+    };
+    drawn.map_err(|error| error.to_string())
 }
 
 /// Converts half blocks to colours that the terminal can show.
@@ -188,6 +171,7 @@ mod tests {
     use super::*;
     use crate::tui::widgets::theme::Palette;
     use mge_figures::TaskGrid;
+    use ratatui_image::picker::ProtocolType;
 
     fn figure() -> Result<PreviewJob, String> {
         Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![mge_task::load("task1").unwrap()] }))))
@@ -198,8 +182,14 @@ mod tests {
         PreviewRequest { kind, options: Vec::new(), task, prior: None, progress: 0, room: [40, 20] }
     }
 
-    fn shown(protocol: Protocol) -> Preview {
-        let mut preview = Preview { graphics: Graphics { protocol, cell: [8, 16] }, ..Preview::default() };
+    /// A picture by a protocol, or in half blocks.
+    fn shown(protocol: Option<ProtocolType>) -> Preview {
+        let graphics = protocol.map(|protocol| {
+            let mut picker = Picker::halfblocks();
+            picker.set_protocol_type(protocol);
+            picker
+        });
+        let mut preview = Preview { graphics, ..Preview::default() };
         let wanted = wanted("scene");
         assert!(!preview.update(&wanted, figure));
         while !preview.update(&wanted, || panic!("it is being drawn already")) {
@@ -224,15 +214,16 @@ mod tests {
             let buffer = drawn(&shown(protocol), covered, &theme(Depth::True));
             buffer.content.iter().map(|cell| cell.symbol()).collect::<String>()
         };
-        assert!(text(Protocol::Sixel, false).contains("\x1bP"));
-        assert!(!text(Protocol::Sixel, true).contains("\x1bP"), "a layer cannot cover it");
-        assert!(text(Protocol::Kitty, false).contains("\x1b_G"));
-        assert!(text(Protocol::HalfBlock, false).contains('▀'));
+        assert!(text(Some(ProtocolType::Sixel), false).contains("\x1bP"));
+        assert!(!text(Some(ProtocolType::Sixel), true).contains("\x1bP"), "a layer cannot cover it");
+        assert!(text(Some(ProtocolType::Kitty), false).contains("\x1b_G"));
+        assert!(text(Some(ProtocolType::Iterm2), false).contains("\x1b]1337"));
+        assert!(text(None, false).contains('▀'));
     }
 
     #[test]
     fn half_blocks_use_colours_of_the_terminal() {
-        let preview = shown(Protocol::HalfBlock);
+        let preview = shown(None);
         let buffer = drawn(&preview, false, &theme(Depth::Ansi256));
         assert!(buffer.content.iter().all(|cell| !matches!(cell.bg, Color::Rgb(..))));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
@@ -242,7 +233,7 @@ mod tests {
 
     #[test]
     fn changed_contents_are_drawn_after_a_pause_and_another_figure_at_once() {
-        let mut preview = shown(Protocol::HalfBlock);
+        let mut preview = shown(None);
         let same = wanted("scene");
         let changed = PreviewRequest { progress: 1, ..same.clone() };
         let is_drawn = |preview: &mut Preview, wanted: &PreviewRequest| {
@@ -260,7 +251,7 @@ mod tests {
 
     #[test]
     fn a_picture_is_centred_and_neither_cut_off_nor_kept_for_another_terminal() {
-        let mut preview = shown(Protocol::HalfBlock);
+        let mut preview = shown(None);
         let theme = theme(Depth::True);
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 40));
         let drawing = Err("drawing ...".to_owned());
@@ -273,7 +264,6 @@ mod tests {
         assert_eq!([0, 5, 20, 34, 39].map(is_drawn), [false, false, true, false, false]);
         preview.forget();
         assert_eq!(preview.draw("scene", false, area, &theme, &mut buffer), drawing);
-        assert_eq!(preview.graphics().protocol, Protocol::HalfBlock);
     }
 
     #[test]

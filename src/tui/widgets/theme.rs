@@ -12,9 +12,7 @@ use mge_figures as figures;
 pub enum Marker {
     /// Two by four dots and one colour per cell.
     Braille,
-    /// One by two blocks per cell, each with its own colour; for fonts without braille.
-    HalfBlock,
-    /// One character per cell; for terminals without Unicode.
+    /// One character per cell; for terminals without Unicode or braille.
     Ascii,
 }
 
@@ -23,7 +21,6 @@ impl Marker {
     pub fn symbols(self) -> symbols::Marker {
         match self {
             Self::Braille => symbols::Marker::Braille,
-            Self::HalfBlock => symbols::Marker::HalfBlock,
             Self::Ascii => symbols::Marker::Custom('*'),
         }
     }
@@ -34,8 +31,6 @@ impl Marker {
 pub enum Depth {
     /// None: shapes, labels and text attributes only (`NO_COLOR`).
     None,
-    /// The sixteen named colours.
-    Ansi16,
     /// 256 indexed colours.
     Ansi256,
     /// 24-bit colours.
@@ -53,22 +48,7 @@ pub enum Palette {
     ColourBlind,
 }
 
-// Their names in `MGE_THEME`.
 mge_base::names!(Palette { Dark = "dark", Light = "light", ColourBlind = "colour-blind" });
-
-impl Palette {
-    /// The palette that `MGE_THEME` names.
-    pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Self> {
-        let named =
-            |word: &str| Self::ALL.into_iter().find(|palette| palette.name() == word.replace("color", "colour"));
-        variable("MGE_THEME")?.split([',', ' ']).rev().find_map(named)
-    }
-
-    /// The palette for a light or dark background.
-    fn on(light: bool) -> Self {
-        if light { Self::Light } else { Self::Dark }
-    }
-}
 
 /// Whether the character set of a locale, such as `de_DE.UTF-8@euro`, is UTF-8. That of one which names none is not.
 fn is_unicode(locale: &str) -> bool {
@@ -167,37 +147,28 @@ impl Theme {
         Self { palette, depth, marker, dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad, stages }
     }
 
-    /// The theme for the terminal, from the environment: `NO_COLOR`, `COLORTERM`, `TERM`,
-    /// `COLORFGBG`, the character set of the locale, and `MGE_THEME`, a list of words such as
-    /// `light,16,ascii` (`dark`, `light`, `colour-blind`; `none`, `16`, `256`, `true`; `braille`, `half-block`,
-    /// `ascii`).
-    pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Self {
+    /// The theme for the terminal, from whether its background is light, if it tells, and from the environment:
+    /// `NO_COLOR`, `COLORTERM`, `TERM`, `COLORFGBG`, the character set of the locale, and `MGE_THEME`, a list of words
+    /// such as `light,256,ascii` (`dark`, `light`, `colour-blind`; `none`, `256`, `true`; `braille`, `ascii`).
+    pub fn from_env(variable: impl Fn(&str) -> Option<String>, is_light: Option<bool>) -> Self {
         let value = |name: &str| variable(name).unwrap_or_default();
-        let term = value("TERM");
-        let mut depth = if matches!(value("COLORTERM").as_str(), "truecolor" | "24bit") {
-            Depth::True
-        } else if term.contains("256color") {
-            Depth::Ansi256
-        } else {
-            Depth::Ansi16
-        };
+        let is_true = matches!(value("COLORTERM").as_str(), "truecolor" | "24bit");
+        let mut depth = if is_true { Depth::True } else { Depth::Ansi256 };
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(&variable).find(|text| !text.is_empty());
-        let mut marker = match locale {
-            Some(locale) if !is_unicode(&locale) => Marker::Ascii,
-            _ if term == "linux" => Marker::HalfBlock,
-            _ => Marker::Braille,
-        };
-        let background = value("COLORFGBG");
-        let light = background.rsplit(';').next().is_some_and(|colour| matches!(colour, "7" | "15"));
-        let palette = Palette::from_env(&variable).unwrap_or(Palette::on(light));
+        let is_plain = value("TERM") == "linux" || locale.is_some_and(|locale| !is_unicode(&locale));
+        let mut marker = if is_plain { Marker::Ascii } else { Marker::Braille };
+        let is_light =
+            is_light.unwrap_or_else(|| value("COLORFGBG").ends_with(";15") || value("COLORFGBG").ends_with(";7"));
+        let mut palette = if is_light { Palette::Light } else { Palette::Dark };
         for word in value("MGE_THEME").split([',', ' ']) {
             match word {
+                "dark" => palette = Palette::Dark,
+                "light" => palette = Palette::Light,
+                "colour-blind" | "color-blind" => palette = Palette::ColourBlind,
                 "none" => depth = Depth::None,
-                "16" => depth = Depth::Ansi16,
                 "256" => depth = Depth::Ansi256,
                 "true" => depth = Depth::True,
                 "braille" => marker = Marker::Braille,
-                "half-block" => marker = Marker::HalfBlock,
                 "ascii" => marker = Marker::Ascii,
                 _ => {}
             }
@@ -206,11 +177,6 @@ impl Theme {
             depth = Depth::None;
         }
         Self::new(palette, depth, marker)
-    }
-
-    /// This theme on a light or dark background.
-    pub fn on(&self, light: bool) -> Self {
-        Self::new(Palette::on(light), self.depth, self.marker)
     }
 
     /// This theme with the next palette.
@@ -271,21 +237,6 @@ impl Theme {
         let mix = |channel: usize| (low[channel] + (high[channel] - low[channel]) * share) as u32;
         fit(mix(0) << 16 | mix(1) << 8 | mix(2), self.depth)
     }
-
-    /// The colour of the heat map for a value from 0 to 1 in a cell. With few colours neighbouring cells alternate between
-    /// the nearest two, in proportion, so that there are no bands.
-    pub fn dithered_heat(&self, share: f32, [column, row]: [u16; 2]) -> Color {
-        /// The order in which the cells of a square take the higher colour.
-        const ORDER: [[f32; 4]; 4] =
-            [[0.0, 8.0, 2.0, 10.0], [12.0, 4.0, 14.0, 6.0], [3.0, 11.0, 1.0, 9.0], [15.0, 7.0, 13.0, 5.0]];
-        let threshold = (ORDER[usize::from(row % 4)][usize::from(column % 4)] + 0.5) / 16.0 - 0.5;
-        let steps = match self.depth {
-            Depth::Ansi256 => 6.0,
-            Depth::Ansi16 => 2.0,
-            Depth::True | Depth::None => return self.heat(share),
-        };
-        self.heat(share + threshold / steps)
-    }
 }
 
 /// The nearest colour at a depth.
@@ -295,7 +246,6 @@ fn fit(rgb: u32, depth: Depth) -> Color {
         Depth::None => Color::Reset,
         Depth::True => Color::Rgb(r, g, b),
         Depth::Ansi256 => Color::Indexed(nearest_256([r, g, b])),
-        Depth::Ansi16 => nearest_16([r, g, b]),
     }
 }
 
@@ -317,75 +267,44 @@ fn nearest_256(rgb: [u8; 3]) -> u8 {
     }
 }
 
-/// The nearest named colour, never black, which would be invisible on a black background.
-fn nearest_16(rgb: [u8; 3]) -> Color {
-    const NAMED: [(Color, [u8; 3]); 14] = [
-        (Color::Red, [170, 30, 40]),
-        (Color::Green, [40, 140, 60]),
-        (Color::Yellow, [190, 130, 40]),
-        (Color::Blue, [40, 70, 200]),
-        (Color::Magenta, [150, 50, 170]),
-        (Color::Cyan, [30, 140, 150]),
-        (Color::Gray, [190, 190, 190]),
-        (Color::DarkGray, [100, 105, 115]),
-        (Color::LightRed, [245, 115, 135]),
-        (Color::LightGreen, [150, 210, 110]),
-        (Color::LightYellow, [240, 220, 110]),
-        (Color::LightBlue, [115, 160, 245]),
-        (Color::LightMagenta, [200, 150, 245]),
-        (Color::LightCyan, [125, 215, 235]),
-    ];
-    let grey = rgb.iter().max().zip(rgb.iter().min()).is_some_and(|(most, least)| most - least < 30);
-    match rgb[0] {
-        235.. if grey => Color::White,
-        150..=234 if grey => Color::Gray,
-        50..=149 if grey => Color::DarkGray,
-        _ => NAMED.iter().min_by_key(|(_, value)| distance(rgb, *value)).map_or(Color::Reset, |(name, _)| *name),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn from(variables: &[(&str, &str)]) -> Theme {
-        Theme::from_env(|name| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned()))
-    }
-
     #[test]
     fn the_environment_determines_depth_palette_and_marker() {
+        let from = |variables: &[(&str, &str)], is_light| {
+            let of = |name: &str| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned());
+            Theme::from_env(of, is_light)
+        };
         type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
-        let cases: [Case; 21] = [
+        let cases: [Case; 18] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
-            (&[("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::HalfBlock),
+            (&[("TERM", "linux")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
             (&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")], Depth::None, Palette::Dark, Marker::Braille),
-            (&[("COLORFGBG", "0;15")], Depth::Ansi16, Palette::Light, Marker::Braille),
-            (&[("LC_ALL", "C")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
-            (&[("LANG", "en_GB.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
-            (&[("LANG", "de_DE.utf8@euro")], Depth::Ansi16, Palette::Dark, Marker::Braille),
-            (&[("LANG", "C.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
-            (&[("LC_CTYPE", "UTF-8"), ("LANG", "C")], Depth::Ansi16, Palette::Dark, Marker::Braille),
-            (&[("LC_ALL", ""), ("LANG", "ja_JP.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Braille),
-            (&[("LANG", "en_US.ISO-8859-1")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
-            (&[("LANG", "ja_JP.eucJP")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
-            (&[("LANG", "de_DE@euro")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
-            (&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
-            (&[("LC_CTYPE", "ru_RU.KOI8-R"), ("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
-            (&[("MGE_THEME", "light,256,half-block")], Depth::Ansi256, Palette::Light, Marker::HalfBlock),
+            (&[("COLORFGBG", "0;15")], Depth::Ansi256, Palette::Light, Marker::Braille),
+            (&[("LC_ALL", "C")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "en_GB.UTF-8")], Depth::Ansi256, Palette::Dark, Marker::Braille),
+            (&[("LANG", "de_DE.utf8@euro")], Depth::Ansi256, Palette::Dark, Marker::Braille),
+            (&[("LC_CTYPE", "UTF-8"), ("LANG", "C")], Depth::Ansi256, Palette::Dark, Marker::Braille),
+            (&[("LC_ALL", ""), ("LANG", "ja_JP.UTF-8")], Depth::Ansi256, Palette::Dark, Marker::Braille),
+            (&[("LANG", "en_US.ISO-8859-1")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "ja_JP.eucJP")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "de_DE@euro")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("MGE_THEME", "light,256")], Depth::Ansi256, Palette::Light, Marker::Braille),
             (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, Marker::Ascii),
             (&[("MGE_THEME", "true")], Depth::True, Palette::Dark, Marker::Braille),
-            (&[("MGE_THEME", "16"), ("COLORTERM", "24bit")], Depth::Ansi16, Palette::Dark, Marker::Braille),
             (&[("MGE_THEME", "none"), ("COLORTERM", "24bit")], Depth::None, Palette::Dark, Marker::Braille),
         ];
         for (variables, depth, palette, marker) in cases {
-            let theme = from(variables);
+            let theme = from(variables, None);
             assert_eq!((theme.depth, theme.palette, theme.marker), (depth, palette, marker), "{variables:?}");
         }
-        for (words, named) in [("16,light", Some(Palette::Light)), ("light dark", Some(Palette::Dark)), ("ascii", None)]
-        {
-            assert_eq!(Palette::from_env(|_| Some(words.to_owned())), named);
-        }
+        let light = |variables| from(variables, Some(true)).palette;
+        assert_eq!(light(&[("COLORFGBG", "15;0")]), Palette::Light, "the terminal itself knows better");
+        assert_eq!(light(&[("MGE_THEME", "dark")]), Palette::Dark);
     }
 
     #[test]
@@ -445,17 +364,6 @@ mod tests {
         ] {
             assert_eq!(indexed(rgb), Color::Indexed(index), "{rgb:?}");
         }
-        let named = fitted(Depth::Ansi16);
-        for (rgb, colour) in [
-            ([255, 255, 255], Color::White),
-            ([240, 240, 210], Color::Gray),
-            ([160, 160, 140], Color::Gray),
-            ([66, 80, 60], Color::DarkGray),
-            ([245, 115, 135], Color::LightRed),
-            ([125, 215, 235], Color::LightCyan),
-        ] {
-            assert_eq!(named(rgb), colour, "{rgb:?}");
-        }
         assert_eq!(fitted(Depth::True)([1, 2, 3]), Color::Rgb(1, 2, 3));
     }
 
@@ -469,13 +377,12 @@ mod tests {
     #[test]
     fn each_depth_uses_only_its_colours_and_keeps_meanings_distinct() {
         for palette in [Palette::Dark, Palette::Light, Palette::ColourBlind] {
-            for depth in [Depth::Ansi16, Depth::Ansi256, Depth::True] {
+            for depth in [Depth::Ansi256, Depth::True] {
                 let theme = Theme::new(palette, depth, Marker::Braille);
                 for colour in theme.stages.into_iter().chain([theme.ball, theme.goal, theme.bad]) {
                     let fits = match depth {
                         Depth::True => matches!(colour, Color::Rgb(..)),
-                        Depth::Ansi256 => matches!(colour, Color::Indexed(16..)),
-                        _ => !matches!(colour, Color::Rgb(..) | Color::Indexed(_)),
+                        _ => matches!(colour, Color::Indexed(16..)),
                     };
                     assert!(fits, "{palette:?} {depth:?} {colour:?}");
                 }

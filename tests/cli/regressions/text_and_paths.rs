@@ -39,7 +39,6 @@ fn texts() -> Vec<(Vec<&'static str>, &'static str, String)> {
         (vec!["tasks", "check", "c.json"], "c.json", fs::read_to_string("tasks/task1.json").unwrap()),
         (vec!["script", "d.mge"], "d.mge", "episodes 3\n".to_owned()),
         (vec!["play", "--levels", "e.json"], "e.json", level.to_owned()),
-        (vec!["--keys", "f.keys"], "f.keys", "quit =\npalette =\n".to_owned()),
     ]
 }
 
@@ -133,16 +132,4 @@ fn names_of_tasks_have_letters_of_any_language() {
     for name in ["a\u{202e}b", "a\u{a0}b", "\u{feff}", "a\u{2028}b"] {
         fail(script(folder.path(), &format!("subgoal add 0.5 0.5\nsave '{name}.json'\n")), "name: must be letters");
     }
-}
-
-#[test]
-fn a_long_key_file_is_read_in_linear_time() {
-    let folder = tempfile::tempdir().unwrap();
-    let keys = |from: u32| (0..60_000).filter_map(move |n| char::from_u32(from + n)).filter(|c| c.is_alphabetic());
-    let line =
-        |name: &str, from| format!("{name} = {}\n", keys(from).map(|c| format!("{c} alt-{c} ")).collect::<String>());
-    let same = "train = f12 ".to_owned() + &"f11 ".repeat(400_000);
-    let text = line("play", 0x3400) + &line("pause", 0x2_0000) + &same + "\n" + &"quit =\npalette =\n".repeat(50_000);
-    fs::write(folder.path().join("keys"), text).unwrap();
-    fail(mge(folder.path(), ["--keys", "keys"]), "neither `quit` nor `palette` has a key");
 }

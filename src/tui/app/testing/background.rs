@@ -99,7 +99,7 @@ fn an_untouched_scene_repeats_until_there_is_no_input_for_long() {
     }
     app.tick(Duration::from_secs(20));
     assert!(!is_moving(&app));
-    app.receive(crate::tui::terminal::Received::Event(crossterm::event::Event::FocusGained));
+    app.event(crossterm::event::Event::FocusGained);
     assert!(is_moving(&app), "input resumes playback");
 }
 

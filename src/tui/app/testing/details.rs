@@ -8,16 +8,14 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, Mou
 use ratatui::layout::Rect;
 
 use super::sequences::{mouse, region, scene};
-use super::{app, empty, failed, press, run_summary, shot, text, typical};
+use super::{app, empty, press, run_summary, shot, text, typical};
 use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Axes;
 use crate::tui::effect::Effect;
 use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
-use crate::tui::terminal::Received;
 use crate::tui::view::{Curves, Level, RunSummary, ViewModel};
-use crate::tui::widgets::theme::Palette;
 use mge_run::{Metric, RunState};
 use mge_task::Part;
 use mge_workbench::Command;
@@ -95,33 +93,12 @@ fn only_visible_changes_request_a_redraw() {
     assert!(app.is_changed() && take_changed(&mut app));
     app.redraw();
     assert!(take_changed(&mut app));
-    app.receive(Received::CellSize([7, 15]));
-    assert!(take_changed(&mut app));
-    assert_eq!(app.screens.preview.graphics().cell, [7, 15]);
     shot(&mut app, 120, 40);
     // Moving the mouse over an empty place changes nothing.
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
     assert!(!take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (0, 39));
     assert!(take_changed(&mut app));
-}
-
-#[test]
-fn the_tour_does_not_cover_the_ball() {
-    for (width, height) in [(60, 20), (80, 24), (120, 40), (200, 60)] {
-        let (mut app, _) = app(empty());
-        let before = shot(&mut app, width, height);
-        app.show_tour();
-        for page in 1..=4 {
-            let with = shot(&mut app, width, height);
-            let is_ball = |cell: &&ratatui::buffer::Cell| cell.fg == app.theme.ball;
-            let ball: Vec<_> = before.content.iter().zip(&with.content).filter(|(cell, _)| is_ball(cell)).collect();
-            assert!(!ball.is_empty() && ball.iter().all(|(cell, now)| cell == now), "{width}x{height}, page {page}");
-            let text = text(&with);
-            assert!(text.contains(&format!("welcome, {page}/4")) && text.contains("enter: "), "{text}");
-            press(&mut app, "right");
-        }
-    }
 }
 
 #[test]
@@ -136,7 +113,9 @@ fn background_work_is_reported() {
 #[test]
 fn a_picture_is_drawn_once_it_is_finished_unless_it_would_show_through_a_layer() {
     let (mut app, _) = app(empty());
-    app.receive(Received::Attributes { sixel: true });
+    let mut picker = ratatui_image::picker::Picker::halfblocks();
+    picker.set_protocol_type(ratatui_image::picker::ProtocolType::Sixel);
+    app.screens.preview.graphics = Some(picker);
     press(&mut app, "7");
     // The picture needs the regions of a first drawing.
     screen(&mut app);
@@ -275,15 +254,6 @@ fn a_click_selects_an_object_within_reach() {
 }
 
 #[test]
-fn guarded_work_without_a_panic_runs_normally() {
-    let (mut app, _) = app(failed());
-    assert!(screen(&mut app).contains("failed"));
-    take_changed(&mut app);
-    assert!(app.guarded(|app| app.warn(crate::tui::view::Level::Good, "done")));
-    assert!(take_changed(&mut app));
-}
-
-#[test]
 fn a_run_knows_its_time_left() {
     let mut run = RunSummary { state: RunState::Running, done: 400, ..run_summary("a") };
     Arc::make_mut(&mut run.config).episodes = 1000;
@@ -346,28 +316,10 @@ fn a_click_reaches_at_least_half_a_cell() {
 }
 
 #[test]
-fn a_screen_that_cannot_be_drawn_gives_way_to_the_log() {
-    let (mut app, _) = app(typical());
-    press(&mut app, "4 ?");
-    app.show_log_alone();
-    assert!(app.layers.is_empty() && app.tab == Tab::Log);
-}
-
-#[test]
 fn a_command_typed_again_is_kept_once_as_the_latest() {
     let (mut app, asked) = app(empty());
     press(&mut app, ": s e e d space 7 enter : s e e d space 8 enter : s e e d space 7 enter : up up up enter");
     assert_eq!(asked.borrow().last().unwrap(), "seed 8");
-}
-
-#[test]
-fn the_palette_follows_the_background_unless_the_user_has_chosen_one() {
-    let (mut app, _) = app(empty());
-    app.receive(Received::Background { light: true });
-    assert_eq!(app.theme.palette, Palette::Dark);
-    app.follows_background = true;
-    app.receive(Received::Background { light: true });
-    assert_eq!(app.theme.palette, Palette::Light);
 }
 
 #[test]

@@ -56,7 +56,6 @@ const SCREENS: &[Shown] = &[
     ("run-dialog", typical, "t"),
     ("task-picker", typical, "o"),
     ("question", typical, "x"),
-    ("tour", empty, ": t o u r enter"),
     ("compose", grouped, "7 tab"),
     ("level-cannon", || level("create/Cannon"), "2 backtab }"),
     ("level-obstacle", || level("create/Obstacle"), "2"),

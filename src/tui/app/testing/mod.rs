@@ -26,7 +26,7 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
 use super::App;
-use crate::tui::input::{Key, Keymap};
+use crate::tui::input::Key;
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
     Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
@@ -360,18 +360,25 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
     }
 }
 
+impl App {
+    /// The latest message.
+    pub(super) fn message(&self) -> String {
+        self.message.as_ref().map_or_else(String::new, |(message, _)| message.text.clone())
+    }
+}
+
 /// The workbench with a view and playback stopped, and the commands that it gives its workspace.
 pub fn app(view: ViewModel) -> (App, Rc<RefCell<Vec<String>>>) {
     let asked = Rc::default();
     let workspace = RecordingWorkspace { view, asked: Rc::clone(&asked) };
     let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-    let mut app = App::new(Box::new(workspace), theme, Keymap::default());
+    let mut app = App::new(Box::new(workspace), theme);
     app.screens.scene.player.playing = false;
     app.tick(std::time::Duration::ZERO);
     (app, asked)
 }
 
-/// Presses keys, written as in a key file and separated by spaces.
+/// Presses keys, written as in the help and separated by spaces.
 pub fn press(app: &mut App, keys: &str) {
     for key in keys.split_whitespace() {
         let key: Key = key.parse().unwrap();

@@ -14,7 +14,6 @@ use ratatui::style::{Color, Modifier};
 
 use super::super::App;
 use super::press;
-use crate::tui::input::Keymap;
 use crate::tui::view::SessionWorkspace;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_base::atomic::Target;
@@ -48,7 +47,7 @@ fn the_pictures_of_the_documentation() {
     Script::parse(SESSION, "pictures", &variables).unwrap().run(&mut session, |_| {}).unwrap();
     let provenance = Provenance::new("cargo test -p mge --lib pictures -- --ignored", &[0, 1], "");
     let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-    let mut app = App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default());
+    let mut app = App::new(Box::new(SessionWorkspace::new(session)), theme);
     let images = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     for (name, keys) in PICTURES {
         keys.split(' ').for_each(|key| press(&mut app, key));

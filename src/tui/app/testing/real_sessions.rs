@@ -7,7 +7,6 @@ use std::time::Duration;
 use super::super::App;
 use super::{press, shot, text};
 use crate::tui::effect::Effect;
-use crate::tui::input::Keymap;
 use crate::tui::view::{Level, SessionWorkspace, Workspace};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_run::RunDirectory;
@@ -22,7 +21,7 @@ fn workbench(task: &str, folder: &Path, lines: &[&str]) -> App {
     }
     session.wait(|_| {}).unwrap();
     let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-    App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default())
+    App::new(Box::new(SessionWorkspace::new(session)), theme)
 }
 
 /// Commands that train a very short run.

@@ -16,7 +16,6 @@ use ratatui::widgets::{Row, Widget};
 use super::form::line;
 use crate::tui::actions::{Context, Entry, entries};
 use crate::tui::effect::{Effect, Layer, Response};
-use crate::tui::input::Keymap;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
@@ -314,7 +313,7 @@ impl Layer for CommandPalette {
         self.error = Some(reason);
     }
 
-    fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+    fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let count = self.found.len() + self.values.len();
         let commands = Some(self.found.len()).filter(|found| *found > 0).map(|found| counted(found, "command") + " · ");
         let title = format!("{}enter: run   tab: complete   esc: close", commands.unwrap_or_default());
@@ -338,7 +337,7 @@ impl Layer for CommandPalette {
                 return Row::new([Line::raw(shortened(&format!("  {text:<30} {about}"), width, false))]);
             };
             let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
-                _ if item.applies => keymap.keys(item.entry).join(" "),
+                _ if item.applies => item.entry.keys.to_owned(),
                 Some(tab) => format!("on {}", tab.name()),
                 None => String::new(),
             };

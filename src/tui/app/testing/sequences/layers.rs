@@ -30,29 +30,16 @@ fn the_palette_finds_actions_and_layers_close_one_by_one() {
     check(empty(), ": ? esc", &[], "status");
     check(empty(), "?", &[], "select the next object");
     check(empty(), "? esc", &[], "status");
-    check(empty(), "f5", &[], "welcome, 1/4");
-    check(empty(), "f5 enter enter enter enter", &[], "status");
     check(empty(), ": q u a r r e l space 7 enter", &[], "unknown command `quarrel 7`");
 }
 
 #[test]
-fn copying_mouse_capture_and_suspending_are_requests_to_the_terminal() {
+fn mouse_capture_and_suspending_are_requests_to_the_terminal() {
     let (mut app, _) = app(empty());
-    press(&mut app, "y");
-    let Some(TerminalRequest::Copy(text)) = app.request.take() else { panic!("there is no request") };
-    assert_eq!(text, "mge train task1 --method ddpg-mge --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
     press(&mut app, "f4");
     assert_eq!(app.request.take(), Some(TerminalRequest::Mouse(false)));
     press(&mut app, "ctrl-z");
     assert_eq!(app.request.take(), Some(TerminalRequest::Suspend));
-    // The command would train the task without its edits.
-    let mut view = typical();
-    Arc::make_mut(&mut view.task).goal.position[0] += 0.1;
-    view.file = Some("mine.json".into());
-    check(view.clone(), "y", &[], "w saves it");
-    let (mut app, _) = super::super::app(view);
-    press(&mut app, "y");
-    assert_eq!(app.request.take(), None);
 }
 
 #[test]
@@ -144,7 +131,7 @@ fn the_help_lists_the_actions_of_the_screen_first_and_is_searched() {
 
 #[test]
 fn escape_closes_every_layer() {
-    for keys in ["f5", "?", "? z", ":", ": e", "e", "t", "x", "2 T", "2 T b"] {
+    for keys in ["?", "? z", ":", ": e", "e", "t", "x", "2 T", "2 T b"] {
         let (mut app, asked) = app(typical());
         press(&mut app, keys);
         assert_eq!(app.layers.len(), 1, "{keys}");
@@ -167,16 +154,6 @@ fn the_palette_is_navigated_and_leaves_the_screen_below_it_as_it_is() {
     assert!(text(&after).lines().nth(19).unwrap().starts_with('╰'), "the lower border");
     assert_eq!(before.content[20 * 80..], after.content[20 * 80..]);
     check(typical(), ": pagedown pageup down enter", &["pause"], "");
-}
-
-#[test]
-fn the_tour_goes_back_and_another_key_closes_it() {
-    check(empty(), "f5 right right left", &[], "welcome, 2/4");
-    check(empty(), "f5 right right", &[], "enter: next");
-    check(empty(), "f5 right right right", &[], "enter: begin");
-    check(empty(), "f5 t", &[], "train on task1");
-    check(empty(), "f5 x", &[], "status");
-    check(empty(), "f5 q", &[], "status");
 }
 
 #[test]

@@ -251,34 +251,6 @@ fn a_queued_run_leaves_the_queue_after_a_question() {
 }
 
 #[test]
-fn the_copied_command_names_folder_and_model_and_no_outdated_file() {
-    let copied = |change: fn(&mut ViewModel)| {
-        let mut view = empty();
-        change(&mut view);
-        let (mut app, _) = app(view);
-        press(&mut app, "y");
-        match app.request.take() {
-            Some(TerminalRequest::Copy(text)) => text,
-            _ => app.message(),
-        }
-    };
-    assert!(copied(|view| view.folder = "else where".into()).starts_with("env 'MGE_RUNS=else where' mge train task1"));
-    assert!(copied(|view| view.settings.prior = mge_trainer::PriorSource::TruePhysics).contains("--model true"));
-    let method = copied(|view| view.settings.method = mge_trainer::Method::Ddpg);
-    assert!(method.contains("--method ddpg ") && !method.contains("method="), "{method}");
-    let edited = |view: &mut ViewModel| {
-        Arc::make_mut(&mut view.task).goal.position = [0.1, 0.1];
-        view.file = Some("mine.json".into());
-    };
-    assert!(copied(edited).starts_with("mge train mine.json "));
-    let unsaved = |view: &mut ViewModel| {
-        Arc::make_mut(&mut view.task).goal.position = [0.1, 0.1];
-        (view.file, view.dirty) = (Some("mine.json".into()), true);
-    };
-    assert!(copied(unsaved).starts_with("no command for an unsaved task: w saves it"));
-}
-
-#[test]
 fn the_clusters_of_each_stage_are_shown_in_turn() {
     check(typical(), "v v v", &[], "clusters of all stages");
     check(typical(), "v v v v", &[], "clusters of subgoal 1");
