@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use rustix::io::Errno;
 use signal_hook::consts::SIGHUP;
 
 use super::app::{App, Remembered, TerminalRequest, report_recovered_edits};
@@ -63,7 +62,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
     // The screen must outlive the app: it prints the app's final messages after restoring the terminal.
     let mut display = Display { screen, events, drawn: None, notify: options.notify };
     let mut app = App::new(Box::new(SessionWorkspace::new(session)), Theme::from_env(variable, is_light));
-    (app.mouse, app.keeps_edits) = (!options.no_mouse, true);
+    app.keeps_edits = true;
     app.screens.preview.graphics = graphics;
     if let Some(remembered) = Remembered::load(&folder).filter(|_| !options.fresh) {
         app.restore(remembered);
@@ -91,22 +90,14 @@ fn until_left(app: &mut App, display: &mut Display) -> Result<ExitReason, Termin
         app.tick(now - last);
         last = now;
         match display.turn(app) {
-            Ok(None) if events::is_hung_up() => return Ok(ExitReason::Signal(SIGHUP)),
-            Ok(None) => {}
             Ok(Some(signal)) => return Ok(ExitReason::Signal(signal)),
-            Err(error) if is_hang_up(&error) => return Ok(ExitReason::Signal(SIGHUP)),
+            _ if events::is_hung_up() => return Ok(ExitReason::Signal(SIGHUP)),
+            Ok(None) => {}
             Err(error) => return Err(error.into()),
         }
     }
     let runs = std::mem::take(&mut app.background);
     Ok(if runs.is_empty() { ExitReason::Quit } else { ExitReason::Background(runs) })
-}
-
-/// Whether an error means that the terminal hung up.
-fn is_hang_up(error: &io::Error) -> bool {
-    // Reading or writing a hung-up terminal fails with EIO.
-    matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof)
-        || error.raw_os_error() == Some(Errno::IO.raw_os_error())
 }
 
 /// The terminal: output and input.
@@ -157,25 +148,9 @@ impl Display {
     /// Carries out what the app requests of the terminal.
     fn fulfil(&mut self, app: &mut App) -> io::Result<()> {
         match app.request.take() {
-            Some(TerminalRequest::Mouse(on)) => self.screen.set_mouse(on),
             Some(TerminalRequest::Notify(text)) => self.screen.notify(self.notify, &text),
             Some(TerminalRequest::Suspend) => events::stop_job(),
             None => Ok(()),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_errors_of_a_closed_terminal_count_as_a_hang_up() {
-        use std::io::ErrorKind::{BrokenPipe, PermissionDenied, UnexpectedEof};
-        for (kind, is_closed) in [(BrokenPipe, true), (UnexpectedEof, true), (PermissionDenied, false)] {
-            assert_eq!(is_hang_up(&kind.into()), is_closed, "{kind:?}");
-        }
-        // EIO
-        assert!(is_hang_up(&io::Error::from_raw_os_error(5)));
     }
 }

@@ -106,7 +106,7 @@ pub struct Workbench {
     /// Do not capture the mouse
     #[arg(long)]
     pub no_mouse: bool,
-    /// How to announce that a training is solved, is finished or has failed: the terminal's bell, a notification (OSC 9),
+    /// How to announce that a training is finished or has failed: the terminal's bell, a notification (OSC 9),
     /// or not at all
     #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
     pub notify: Notify,

@@ -44,7 +44,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("screen-log", "8", "", "", "show what happened", Do(|app| app.show(Tab::Log))),
         ("next-screen", "]", "", "", "show the next screen", Do(|app| app.show_neighbour(1))),
         ("previous-screen", "[", "", "", "show the previous screen", Do(|app| app.show_neighbour(-1))),
-        ("mouse", "f4", "", "", "switch mouse capture, to select text with the mouse", Do(App::switch_mouse)),
         ("theme", "", "", "", "use other colours: for dark and light backgrounds, and for every colour vision", Do(App::change_theme)),
         ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(App::suspend)),
         ("back", "esc", "", "", "close the top layer, or leave what is open or selected on the screen", Do(App::back)),

@@ -13,7 +13,6 @@ mod unsaved;
 pub use remembered::Remembered;
 pub use unsaved::report_recovered_edits;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -51,13 +50,11 @@ pub struct App {
     drag: Option<Drag>,
     /// What only the owner of the terminal can fulfil.
     pub(super) request: Option<TerminalRequest>,
-    /// Whether the mouse is captured.
-    pub(super) mouse: bool,
     /// Whether unsaved edits are saved to a new file if the app is dropped without having been left.
     pub(super) keeps_edits: bool,
     leaving: QuitState,
-    /// The runs that were being trained at the last poll, and whether they had been solved by then.
-    training: BTreeMap<PathBuf, bool>,
+    /// The runs that were being trained at the last poll.
+    training: Vec<PathBuf>,
     /// Whether a model was being trained or evaluated at the last poll.
     had_model_work: bool,
     /// Runs to continue in the background after the workbench is left and its trainings have stopped.
@@ -114,8 +111,6 @@ struct Awaited {
 pub enum TerminalRequest {
     /// Suspend the program until the shell continues it.
     Suspend,
-    /// Switch mouse capture.
-    Mouse(bool),
     /// Notify the user that long work has ended.
     Notify(String),
 }
@@ -136,10 +131,9 @@ impl App {
             is_too_small: false,
             drag: None,
             request: None,
-            mouse: true,
             keeps_edits: false,
             leaving: QuitState::No,
-            training: BTreeMap::new(),
+            training: Vec::new(),
             had_model_work: false,
             background: Vec::new(),
             greedy: None,

@@ -208,17 +208,6 @@ impl App {
         self.request = Some(TerminalRequest::Suspend);
     }
 
-    /// Switches mouse capture.
-    pub fn switch_mouse(&mut self) {
-        self.mouse = !self.mouse;
-        self.request = Some(TerminalRequest::Mouse(self.mouse));
-        let text = match self.mouse {
-            true => "the workbench handles the mouse; {mouse} switches",
-            false => "the terminal handles the mouse, for example to select text; {mouse} switches",
-        };
-        self.show_message(Level::Info, fill(text));
-    }
-
     /// Changes to the next palette.
     pub fn change_theme(&mut self) {
         self.theme = self.theme.with_next_palette();

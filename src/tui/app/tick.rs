@@ -7,12 +7,9 @@ use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Range;
 use crate::tui::screens::{run_form, runs, training};
-use crate::tui::view::{Choice, Level, RunSummary, Subject};
+use crate::tui::view::{Choice, Level, Subject};
 use mge_run::RunState;
-use mge_stats::rolling::WINDOW;
 
-/// Success rate of a solved task.
-const SOLVED: f32 = 0.8;
 /// How long a message other than an error is shown.
 const MESSAGE: Duration = Duration::from_secs(6);
 /// Interval between requests for curves while nothing else happens; other processes may be training the runs.
@@ -21,11 +18,6 @@ const REQUEST_EVERY: Duration = Duration::from_secs(2);
 const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(240);
 /// Maximum that one tick adds to the time for which a message has been shown.
 const MAX_SHOWN_PER_TICK: Duration = Duration::from_millis(100);
-
-/// Whether a run has solved its task: most of its latest episodes, of which there are enough, reached the goal.
-fn is_solved(run: &RunSummary) -> bool {
-    run.done >= WINDOW.get() as u64 && run.success.is_some_and(|success| success >= SOLVED)
-}
 
 impl App {
     /// Advances time and polls the session.
@@ -74,34 +66,23 @@ impl App {
         }
     }
 
-    /// Announces runs of this session that were solved, finished or have failed, and the end of work on a model.
+    /// Announces runs of this session that have finished or failed, and the end of work on a model.
     fn announce_ends(&mut self) {
         let view = self.workspace.view();
         let has_model_work = view.model_work.is_some();
-        let (mut news, mut solved) = (Vec::new(), Vec::new());
+        let mut news = Vec::new();
         if std::mem::replace(&mut self.had_model_work, has_model_work) && !has_model_work {
             news.push("the work on the model has ended".to_owned());
         }
-        let before = std::mem::take(&mut self.training);
-        // The success may fall again and rise above the threshold several times.
-        let now = |run: &RunSummary| is_solved(run) || before.get(&run.path) == Some(&true);
-        self.training = view.active_runs().map(|run| (run.path.clone(), now(run))).collect();
-        for (path, was_solved) in &before {
-            let Some(run) = view.run(path) else { continue };
+        let active = view.active_runs().map(|run| run.path.clone()).collect();
+        let before = std::mem::replace(&mut self.training, active);
+        for run in before.iter().filter_map(|path| view.run(path)).filter(|run| !run.active) {
             match &run.state {
-                RunState::Finished if !run.active => news.push(format!("{} is finished", run.name)),
-                RunState::Failed(reason) if !run.active => news.push(format!("{} has failed: {reason}", run.name)),
-                _ if is_solved(run) && !was_solved => {
-                    let share = run.success_text();
-                    solved.push(format!("{} is solved: {share} of its latest episodes reached the goal", run.name));
-                }
+                RunState::Finished => news.push(format!("{} is finished", run.name)),
+                RunState::Failed(reason) => news.push(format!("{} has failed: {reason}", run.name)),
                 _ => {}
             }
         }
-        for text in &solved {
-            self.workspace.log(Level::Good, text.clone());
-        }
-        news.append(&mut solved);
         if !news.is_empty() {
             self.request = Some(TerminalRequest::Notify(news.join(", ")));
         }

@@ -1,7 +1,7 @@
 //! A form: fields of one line each, checked while one types and on enter. A prompt is a form with one field, whose words
 //! may be completed.
 
-use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Style;
@@ -33,8 +33,6 @@ pub struct Form {
     /// What the words of a prompt may be, and the place of the one that was chosen among those that fit.
     completions: Vec<Value>,
     picked: Option<usize>,
-    /// The letters typed at the choices of the selected field.
-    typed: String,
     /// What Enter does.
     enter: &'static str,
     /// Why the latest answer was refused.
@@ -73,7 +71,6 @@ impl Form {
             read,
             completions: Vec::new(),
             picked: None,
-            typed: String::new(),
             enter: "done",
             error: None,
             rows: Vec::new(),
@@ -159,21 +156,14 @@ impl Form {
     /// Selects a field. What was wrong with the latest answer gives way to its explanation.
     fn select(&mut self, place: usize) {
         (self.selected, self.error) = (place, None);
-        self.typed.clear();
     }
 
-    /// Chooses the text that is `by` after the present one.
+    /// Chooses the text that is `by` after the present one, by an arrow key.
     fn choose(&mut self, by: usize) {
         let now = self.chosen();
         let Field { input, choices, .. } = &mut self.fields[self.selected];
         *input = TextInput::new(choices[(now + by) % choices.len()].clone());
         self.error = None;
-    }
-
-    /// Chooses another text by an arrow key.
-    fn turn(&mut self, by: usize) {
-        self.typed.clear();
-        self.choose(by);
     }
 
     /// The place of the present text among the choices.
@@ -182,16 +172,6 @@ impl Form {
         let Field { input, choices, .. } = &self.fields[self.selected];
         let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
         choices.iter().position(is_now).unwrap_or(0)
-    }
-
-    /// Chooses the text that begins with what has been typed, or says that there is none.
-    fn choose_typed(&mut self) {
-        let (now, choices) = (self.chosen(), &self.fields[self.selected].choices);
-        let place = choices.iter().position(|choice| *choice == self.typed);
-        match place.or_else(|| choices.iter().position(|choice| choice.starts_with(&self.typed))) {
-            Some(place) => self.choose(place + choices.len() - now),
-            None => self.error = Some(format!("no choice begins with `{}`: {}", self.typed, choices.join(", "))),
-        }
     }
 }
 
@@ -203,8 +183,6 @@ impl Layer for Form {
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Enter if self.picked.is_some() => self.complete(),
-            // What was typed is not what is chosen.
-            KeyCode::Enter if self.error.is_some() && !self.typed.is_empty() => {}
             KeyCode::Enter => match self.emptied().map_or_else(|| (self.read)(&self.texts()), Err) {
                 Ok(effect) => return Response::Try(effect),
                 Err(error) => self.error = Some(error),
@@ -214,16 +192,8 @@ impl Layer for Form {
             KeyCode::Tab if !self.completions.is_empty() => self.complete(),
             KeyCode::Up | KeyCode::BackTab => self.go(self.fields.len() - 1),
             KeyCode::Down | KeyCode::Tab => self.go(1),
-            KeyCode::Left if choices > 0 => self.turn(choices - 1),
-            KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.turn(1),
-            KeyCode::Backspace if choices > 0 => {
-                self.typed.pop();
-                self.choose_typed();
-            }
-            KeyCode::Char(letter) if choices > 0 && !key.modifiers.contains(KeyModifiers::CONTROL) => {
-                self.typed.push(letter);
-                self.choose_typed();
-            }
+            KeyCode::Left if choices > 0 => self.choose(choices - 1),
+            KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
             _ if choices == 0 && self.fields[self.selected].input.key(key) => (self.error, self.picked) = (None, None),
             _ => {}
         }

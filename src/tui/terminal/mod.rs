@@ -99,15 +99,6 @@ impl Screen {
         execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)
     }
 
-    /// Switches mouse capture on or off; the terminal's own text selection works only without it.
-    ///
-    /// # Errors
-    /// When the terminal cannot be written to.
-    pub fn set_mouse(&mut self, mouse: bool) -> io::Result<()> {
-        self.mouse = mouse;
-        if mouse { execute!(io::stdout(), EnableMouseCapture) } else { execute!(io::stdout(), DisableMouseCapture) }
-    }
-
     /// Announces that long work has ended.
     ///
     /// # Errors

@@ -96,32 +96,22 @@ fn a_screen_needs_input_and_output_of_a_terminal_that_is_not_dumb() {
 
 #[test]
 #[ignore = "run as a program by the test below"]
-fn program_that_makes_requests_of_the_terminal() {
-    let mut screen = Screen::open(true).unwrap();
-    show(&mut screen, "page 1");
-    wait_for_a_key();
-    screen.set_mouse(false).unwrap();
+fn program_that_notifies() {
+    let mut screen = Screen::open(false).unwrap();
     screen.notify(Notify::Desktop, "it is done").unwrap();
-    show(&mut screen, "page 2");
-    wait_for_a_key();
-    screen.set_mouse(true).unwrap();
-    show(&mut screen, "page 3");
+    show(&mut screen, "notified");
     wait_for_a_key();
 }
 
 #[test]
-fn the_mouse_and_notifications_are_requested_of_the_terminal() {
-    let mut terminal = start("program_that_makes_requests_of_the_terminal");
-    for (page, is_captured) in [("page 1", true), ("page 2", false), ("page 3", true)] {
-        terminal.wait_for(page);
-        terminal.wait_until("the mouse", |screen| {
-            (screen.mouse_protocol_mode() != vt100::MouseProtocolMode::None) == is_captured
-        });
-        terminal.type_text(" ");
-    }
+fn notifications_are_requested_of_the_terminal_and_the_mouse_only_if_wanted() {
+    let mut terminal = start("program_that_notifies");
+    terminal.wait_for("notified");
+    terminal.wait_until_written("\x1b]9;mge: it is done\x07");
+    terminal.wait_until("no mouse", |screen| screen.mouse_protocol_mode() == vt100::MouseProtocolMode::None);
+    terminal.type_text(" ");
     assert_eq!(terminal.wait_for_exit(), 0);
     terminal.wait_until_restored();
-    terminal.wait_until_written("\x1b]9;mge: it is done\x07");
 }
 
 #[test]

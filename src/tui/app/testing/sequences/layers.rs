@@ -34,10 +34,8 @@ fn the_palette_finds_actions_and_layers_close_one_by_one() {
 }
 
 #[test]
-fn mouse_capture_and_suspending_are_requests_to_the_terminal() {
+fn suspending_is_a_request_to_the_terminal() {
     let (mut app, _) = app(empty());
-    press(&mut app, "f4");
-    assert_eq!(app.request.take(), Some(TerminalRequest::Mouse(false)));
     press(&mut app, "ctrl-z");
     assert_eq!(app.request.take(), Some(TerminalRequest::Suspend));
 }

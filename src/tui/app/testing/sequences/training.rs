@@ -218,17 +218,8 @@ fn ends_of_trainings_are_announced() {
     assert!(matches!(app.request.take(), Some(TerminalRequest::Notify(_))));
     bring(&mut app, view.clone());
     assert_eq!(app.request.take(), None, "only once");
-    change_run(&mut view, 1, |run| (run.state, run.active, run.success) = (RunState::Running, true, Some(0.5)));
+    change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Running, true));
     bring(&mut app, view.clone());
-    change_run(&mut view, 1, |run| run.success = Some(0.85));
-    bring(&mut app, view.clone());
-    let solved = "task1-ddpg-mge-seed0 is solved: 85 % of its latest episodes reached the goal".to_owned();
-    assert_eq!(app.request.take(), Some(TerminalRequest::Notify(solved)));
-    for success in [0.75, 0.82] {
-        change_run(&mut view, 1, |run| run.success = Some(success));
-        bring(&mut app, view.clone());
-        assert_eq!(app.request.take(), None, "only once");
-    }
     change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Failed("no space".into()), false));
     bring(&mut app, view);
     let failed = "task1-ddpg-mge-seed0 has failed: no space".to_owned();
