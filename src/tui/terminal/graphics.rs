@@ -33,7 +33,7 @@ pub fn ask(variable: impl Fn(&str) -> Option<String>) -> (Option<Picker>, Option
         "half-block" => Some(ProtocolType::Halfblocks),
         _ => None,
     };
-    if !is_known(&value) && wanted.is_none_or(|wanted| wanted == ProtocolType::Halfblocks) {
+    if !is_known(value) && wanted.is_none_or(|wanted| wanted == ProtocolType::Halfblocks) {
         return (None, None);
     }
     let options =
