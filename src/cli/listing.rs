@@ -12,7 +12,7 @@ use mge_base::text::counted;
 use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState};
 use mge_trainer::non_default_settings;
-use mge_workbench::listing::{RunSummary, marks, read_run, span};
+use mge_workbench::listing::{self, RunSummary, read_run, span};
 use mge_workbench::run_label;
 
 /// Lists runs. Damaged ones are named on stderr.
@@ -125,8 +125,8 @@ pub fn show(arguments: &Show) -> Outcome {
 
 /// What was done to a run from outside, such as another epsilon schedule.
 fn interventions(run: &FoundRun, history: &RunHistory) -> Vec<String> {
-    let marks = marks(&run.config, &history.interventions).into_iter();
-    marks.map(|mark| format!("episode {}: {}", mark.episode, mark.text)).collect()
+    let all = listing::interventions(&run.config, &history.interventions).into_iter();
+    all.map(|(episode, text)| format!("episode {episode}: {text}")).collect()
 }
 
 /// A result for a person: numbers with at most three decimals.

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::command::Expect;
 use mge_base::validation::ValidationError;
 use mge_env::EpisodeOver;
 use mge_run::RunError;
@@ -48,46 +47,13 @@ pub enum SessionError {
     /// No run to act on.
     #[error("there is no run: `train` starts one, `open FOLDER` opens one")]
     NoRun,
-    /// The run is not being trained here.
-    #[error("{0} is not being trained: `continue` resumes one that is not finished")]
-    NotActive(String),
-    /// The run is trained by another process, which can only be reached through files.
-    #[error("{0} is trained by another process, which cannot be given clusters")]
-    TrainedElsewhere(String),
-    /// The run is queued.
-    #[error("{0} waits for a free core: `stop` takes it out of the queue")]
-    Queued(String),
-    /// The run is being trained.
-    #[error("{0} is being trained: `stop` it, or wait for its end, first")]
-    Busy(String),
-    /// The run is paused.
-    #[error("{0} is paused: `stop` it first, or `resume` it")]
-    Paused(String),
     /// All episodes of the run are done.
     #[error("{run} is finished after {episodes} episodes: `episodes` sets more, and `continue` then trains them")]
     Finished { run: String, episodes: u64 },
-    /// No run of the session has the number.
-    #[error("the session has no run {0}")]
-    NoSuchRun(usize),
-    /// Nothing to undo or redo.
-    #[error("there is nothing to {0}")]
-    Nothing(&'static str),
-    /// The task was not loaded from a file.
-    #[error("{0} has no file: name one to save to, such as `save my-task.json`")]
-    NoFile(String),
-    /// Another program wrote the task's file.
-    #[error("{} was changed by another program: `task FILE` loads it, `save FILE` replaces it", .0.display())]
-    ChangedOutside(PathBuf),
     /// There are no clusters yet.
     #[error("there are no action clusters: `clusters` computes them")]
     NoClusters,
     /// A computation failed.
     #[error("{0}")]
     Failed(String),
-    /// No thread can be started.
-    #[error("cannot start a thread: {0}")]
-    Thread(std::io::Error),
-    /// An expectation does not hold.
-    #[error("expected {} {} {}, but it is {found}", expected.quantity, expected.comparison, expected.value)]
-    Expectation { expected: Expect, found: f64 },
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use mge_env::{Action, ActionSet, Choice, Environment, EpisodeOver, Snapshot, Step};
+use mge_env::{Action, Environment, EpisodeOver, Snapshot, Step};
 use mge_task::Task;
 use mge_trainer::{Source, Trace};
 
@@ -24,25 +24,12 @@ impl HandPlay {
         Self { trace: Trace::begin(&env, 0), env }
     }
 
-    /// Places the task's tool, or the tool with this number in CREATE's catalogue, and simulates one action interval.
+    /// Places the task's tool and simulates one action interval.
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn place(&mut self, place: Action, number: Option<usize>) -> Result<Step, EpisodeOver> {
-        // Without a number, the step uses the task's own tool, which is not in the catalogue.
-        let tool = number.map(|number| self.index(number));
-        let set = tool.map(|_| ActionSet::of_catalogue(&self.trace.start.tools));
-        self.env = self.env.clone().with_action_set(set);
-        self.trace.step(&mut self.env, Choice { tool: tool.unwrap_or(0), place }, Source::Hand)
-    }
-
-    /// The index of a catalogue tool among those of the episode; adds it if it is new.
-    fn index(&mut self, number: usize) -> usize {
-        let tools = &mut self.trace.start.tools;
-        tools.iter().position(|known| *known == number).unwrap_or_else(|| {
-            tools.push(number);
-            tools.len() - 1
-        })
+    pub fn place(&mut self, place: Action) -> Result<Step, EpisodeOver> {
+        self.trace.step(&mut self.env, place, Source::Hand)
     }
 
     /// The episode so far.

@@ -12,16 +12,12 @@ use mge_trainer::panic_message;
 /// The error of a computation that ended because it was cancelled.
 pub(super) const CANCELLED: &str = "the computation was cancelled: the same command starts it again";
 
-/// A computation that runs on its own thread once started.
+/// A computation on its own thread.
 pub struct Job<T> {
     shared: Arc<Shared>,
-    /// The work, until the job is started.
-    work: Option<Work<T>>,
-    /// None until the job is started; an error if the thread could not be spawned.
-    thread: Option<io::Result<JoinHandle<Result<T, String>>>>,
+    /// An error if the thread could not be spawned.
+    thread: io::Result<JoinHandle<Result<T, String>>>,
 }
-
-type Work<T> = Box<dyn FnOnce(&Reporter) -> Result<T, String> + Send>;
 
 /// State shared by the computation and the owner of the job.
 #[derive(Debug, Default)]
@@ -83,36 +79,12 @@ impl<T> fmt::Debug for Job<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// A job that does not run until [`Self::start`].
-    pub fn new(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
-        Self { shared: Arc::default(), work: Some(Box::new(work)), thread: None }
-    }
-
-    /// A job that is started at once.
-    ///
-    /// # Errors
-    /// When no thread can be spawned.
-    pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
-        let mut job = Self::new(work);
-        job.start();
-        match job.thread {
-            Some(Err(error)) => Err(error),
-            thread => Ok(Self { thread, ..job }),
-        }
-    }
-
-    /// Starts the job if it was not started. If no thread can be spawned, that error is its result.
-    pub fn start(&mut self) {
-        if let Some(work) = self.work.take() {
-            let reporter = Reporter(self.shared.clone());
-            let body = move || caught(|| work(&reporter));
-            self.thread = Some(std::thread::Builder::new().name("mge-job".to_owned()).spawn(body));
-        }
-    }
-
-    /// Whether the job was started.
-    pub fn is_started(&self) -> bool {
-        self.work.is_none()
+    /// Starts a job. If no thread can be spawned, that error is its result.
+    pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
+        let shared: Arc<Shared> = Arc::default();
+        let reporter = Reporter(shared.clone());
+        let body = move || caught(|| work(&reporter));
+        Self { shared, thread: std::thread::Builder::new().name("mge-job".to_owned()).spawn(body) }
     }
 
     /// How much is done.
@@ -123,23 +95,18 @@ impl<T: Send + 'static> Job<T> {
 
     /// Whether the result is available.
     pub fn is_finished(&self) -> bool {
-        match &self.thread {
-            Some(Ok(thread)) => thread.is_finished(),
-            Some(Err(_)) => true,
-            None => false,
-        }
+        self.thread.as_ref().map_or(true, JoinHandle::is_finished)
     }
 
     /// The result; blocks until it is available.
     ///
     /// # Errors
-    /// The error or panic that ended the computation, the failure to spawn its thread, or that it was not started.
+    /// The error or panic that ended the computation, or the failure to spawn its thread.
     pub fn result(self) -> Result<T, String> {
         match self.thread {
-            // The computation's own panics are caught in `start`.
-            Some(Ok(thread)) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
-            Some(Err(error)) => Err(format!("cannot start a thread: {error}")),
-            None => Err("the computation was not started".to_owned()),
+            // The computation's own panics are caught in `spawn`.
+            Ok(thread) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
+            Err(error) => Err(format!("cannot start a thread: {error}")),
         }
     }
 
@@ -155,9 +122,9 @@ mod tests {
 
     #[test]
     fn a_result_an_error_and_a_panic_are_all_outcomes() {
-        assert_eq!(Job::spawn(|_| Ok(7)).unwrap().result(), Ok(7));
-        assert_eq!(Job::<()>::spawn(|_| Err("no".to_owned())).unwrap().result(), Err("no".to_owned()));
-        let panicked = Job::<()>::spawn(|_| panic!("on purpose")).unwrap().result();
+        assert_eq!(Job::spawn(|_| Ok(7)).result(), Ok(7));
+        assert_eq!(Job::<()>::spawn(|_| Err("no".to_owned())).result(), Err("no".to_owned()));
+        let panicked = Job::<()>::spawn(|_| panic!("on purpose")).result();
         assert_eq!(panicked, Err("the computation panicked: on purpose".to_owned()));
     }
 
@@ -171,7 +138,6 @@ mod tests {
             }
             Err("cancelled".to_owned())
         });
-        let job = job.unwrap();
         while job.progress().done != 1 {
             std::thread::yield_now();
         }

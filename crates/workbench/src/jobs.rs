@@ -11,10 +11,6 @@ use super::{Session, SessionError};
 /// Polling interval while a script waits.
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Maximum number of jobs that run at the same time. The others wait without a thread, which bounds the
-/// memory in use. Dropped jobs, which end soon, are not counted.
-const MAX_RUNNING: usize = 4;
-
 /// Applies a result to the session, and returns the report or the reason of the failure.
 type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
 
@@ -29,7 +25,7 @@ pub(super) struct CommandJob {
 }
 
 impl Session {
-    /// Starts or queues a job for a command; `complete` applies its result to the session.
+    /// Starts a job for a command; `complete` applies its result to the session.
     pub(super) fn start_job<T: Send + 'static>(
         &mut self,
         command: impl Into<Command>,
@@ -51,16 +47,8 @@ impl Session {
             };
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
         };
-        let (command, job) = (command.into(), Job::new(work));
+        let (command, job) = (command.into(), Job::spawn(work));
         self.jobs.push(CommandJob { command, entries: Vec::new(), shown: Progress::default(), job });
-        self.start_waiting_jobs();
-    }
-
-    /// Starts waiting jobs, oldest first, up to [`MAX_RUNNING`] running jobs.
-    fn start_waiting_jobs(&mut self) {
-        let started = self.jobs.iter().filter(|pending| pending.job.is_started()).count();
-        let waiting = self.jobs.iter_mut().filter(|pending| !pending.job.is_started());
-        waiting.take(MAX_RUNNING.saturating_sub(started)).for_each(|pending| pending.job.start());
     }
 
     /// The latest unfinished job of a command that satisfies `which`.
@@ -72,8 +60,6 @@ impl Session {
     pub fn cancel(&mut self, command: &Command) {
         if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == *command) {
             pending.job.cancel();
-            // A waiting job is started so that it ends at once.
-            pending.job.start();
         }
     }
 
@@ -86,7 +72,7 @@ impl Session {
         }
     }
 
-    /// Applies the available results and starts waiting jobs.
+    /// Applies the available results.
     pub(super) fn advance_jobs(&mut self) {
         for pending in &mut self.jobs {
             let progress = pending.job.progress();
@@ -102,7 +88,6 @@ impl Session {
             }
             self.notices.push(Notice::Finished { command, outcome });
         }
-        self.start_waiting_jobs();
     }
 
     /// Waits for the job of a command and returns its report; None if it started no job.
@@ -179,23 +164,20 @@ mod tests {
     use mge_run::{Event, LoggedEvent};
 
     #[test]
-    fn a_limited_number_of_jobs_runs_and_waiting_ones_follow_or_are_cancelled() {
+    fn a_job_is_cancelled_without_effect_on_others() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
         let gate = session.gate.clone();
         let held = gate.lock().unwrap();
         let command = |seed| Command::from(Seed(seed));
-        for seed in 0..MAX_RUNNING as u64 + 3 {
-            session.start_job(command(seed), |_| Ok(()), |_, result| result.map(|()| "computed".to_owned()));
+        for seed in 0..2 {
+            let wait = |reporter: &Reporter| if reporter.is_cancelled() { Err("cancelled".to_owned()) } else { Ok(()) };
+            session.start_job(command(seed), wait, |_, result| result.map(|()| "computed".to_owned()));
         }
-        let started = |session: &Session| session.jobs.iter().filter(|pending| pending.job.is_started()).count();
-        assert_eq!((started(&session), session.jobs.len()), (MAX_RUNNING, MAX_RUNNING + 3));
-        let last = command(MAX_RUNNING as u64 + 2);
-        session.cancel(&last);
-        assert_eq!(started(&session), MAX_RUNNING + 1, "it ends before its turn");
+        session.cancel(&command(1));
         drop(held);
-        assert_eq!(session.wait_for(&last).unwrap_err().to_string(), CANCELLED);
-        assert_eq!(session.wait_for(&command(MAX_RUNNING as u64 + 1)).unwrap().as_deref(), Some("computed"));
+        assert_eq!(session.wait_for(&command(0)).unwrap().as_deref(), Some("computed"));
+        assert!(session.wait_for(&command(1)).is_err());
     }
 
     #[test]

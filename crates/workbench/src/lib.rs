@@ -50,7 +50,7 @@ pub use export::{DrawnFigure, FigureJob, run_label};
 pub use hand_play::HandPlay;
 pub use job::{Job, Progress};
 pub use loader::Loader;
-pub use models::{MODELS, saved_evaluation};
+pub use models::MODELS;
 pub use run::RunView;
 pub use runs::{free_name, usual_name};
 pub use saved::{Player, SavedAgent, SavedRun};

@@ -48,10 +48,7 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
         if self.loading.is_some() || self.loaded.iter().any(is_recent) {
             return;
         }
-        match Job::spawn(load) {
-            Ok(job) => self.loading = Some((key, Instant::now(), job)),
-            Err(error) => self.set(key, Err(format!("cannot start a thread: {error}"))),
-        }
+        self.loading = Some((key, Instant::now(), Job::spawn(load)));
     }
 
     /// The value of a key, or why it could not be loaded; None until it has been.

@@ -34,8 +34,8 @@ pub struct RunView {
     saved_prior: Loader<u64, Option<Arc<ActionPrior>>>,
     /// Number of events so far after which the prior in the folder is another one.
     prior_changes: u64,
-    /// Whether a pause, or its end, was sent, the effect of which has not been read yet.
-    asked_to_pause: Option<bool>,
+    /// The end of a pause was sent, the effect of which has not been read yet.
+    resuming: bool,
     /// This process trains it or has trained it.
     pub(super) trained_here: bool,
     /// The latest requested episode of its greedy policy.
@@ -46,6 +46,9 @@ pub struct RunView {
     pub(super) unread: bool,
     turn: Option<Turn>,
 }
+
+/// What is wrong with commands for a run in the queue.
+pub(super) const QUEUED: &str = "waits for a free core: `stop` takes it out of the queue";
 
 /// The place of a run in the queue for a free core.
 #[derive(Debug)]
@@ -89,7 +92,7 @@ impl RunView {
             failure: None,
             saved_prior: Loader::default(),
             prior_changes: 0,
-            asked_to_pause: None,
+            resuming: false,
             trained_here: false,
             greedy: None,
             checkpoint: CheckpointName::Last,
@@ -162,10 +165,11 @@ impl RunView {
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
         let first = turn.until.map(|until| Control::PauseAt(until.into()));
-        let trainer = Trainer::spawn(self.directory.clone(), first).map_err(SessionError::Thread);
-        if let Err(error) = &trainer {
-            self.failure = Some(error.to_string());
-        }
+        let trainer = Trainer::spawn(self.directory.clone(), first).map_err(|error| {
+            let reason = format!("cannot start a thread: {error}");
+            self.failure = Some(reason.clone());
+            SessionError::Failed(reason)
+        });
         self.trainer = Some(trainer?);
         // How an earlier training ended says nothing about this one, which may fail before its first event.
         self.log.history.last = None;
@@ -218,7 +222,7 @@ impl RunView {
                 let failed = outcome.err();
                 self.saved_prior.set(self.prior_changes, Ok(trainer.watch().prior()));
                 self.trainer = None;
-                self.asked_to_pause = None;
+                self.resuming = false;
                 changed = true;
                 // Its events lack a failure that could not be written, as on a full disk.
                 if let Some(reason) = failed.clone()
@@ -262,7 +266,7 @@ impl RunView {
         self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
         for LoggedEvent { time, event } in news.events {
             if matches!(event, Event::Paused { .. } | Event::Resumed { .. } | Event::Started { .. }) {
-                self.asked_to_pause = None;
+                self.resuming = false;
             }
             if let Event::Started { episode, .. } | Event::Checkpointed { episode, .. } | Event::Paused { episode } =
                 event
@@ -283,29 +287,21 @@ impl RunView {
     /// Sends a control to the trainer, in this or another process.
     pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
         let is_paused = matches!(self.log.history.last, Some(Event::Paused { .. }));
-        let asked_to_pause = match control {
-            Control::Pause => (!is_paused).then_some(true),
-            Control::Resume | Control::PauseAt(_) | Control::Stop { .. } => is_paused.then_some(false),
-            Control::SetSchedule(_) | Control::SetPrior(_) => self.asked_to_pause,
-        };
+        let ends_pause = matches!(control, Control::Resume | Control::PauseAt(_) | Control::Stop { .. });
         match &self.trainer {
             Some(trainer) if trainer.is_active() => trainer.send(control),
-            _ if self.is_queued() => return Err(SessionError::Queued(self.name())),
+            _ if self.is_queued() => return Err(SessionError::Failed(format!("{} {QUEUED}", self.name))),
             _ => self.ask_others(control)?,
         }
-        self.asked_to_pause = asked_to_pause;
+        self.resuming |= is_paused && ends_pause;
         Ok(())
-    }
-
-    /// Whether it was asked to pause, but has not done so yet, as before its first episode.
-    pub fn is_pausing(&self) -> bool {
-        self.asked_to_pause == Some(true)
     }
 
     /// Sends a control to the other process that trains the run, if there is one.
     fn ask_others(&self, control: Control) -> Result<(), SessionError> {
         if !self.directory.is_locked()? {
-            return Err(SessionError::NotActive(self.name()));
+            let reason = format!("{} is not being trained: `continue` resumes one that is not finished", self.name);
+            return Err(SessionError::Failed(reason));
         }
         let request = match control {
             Control::Pause => Request::Pause,
@@ -316,7 +312,10 @@ impl RunView {
             },
             Control::Stop { .. } => Request::Stop,
             Control::SetSchedule(schedule) => Request::Epsilon { schedule: schedule.to_string() },
-            Control::SetPrior(_) => return Err(SessionError::TrainedElsewhere(self.name())),
+            Control::SetPrior(_) => {
+                let reason = format!("{} is trained by another process, which cannot be given clusters", self.name);
+                return Err(SessionError::Failed(reason));
+            }
         };
         Ok(self.directory.request(&request)?)
     }
@@ -411,7 +410,7 @@ impl RunView {
             Some(Event::Finished { .. }) if working || self.trained_here => Some(RunState::Finished),
             Some(Event::Stopped { reason, .. }) if !working => Some(RunState::Stopped(reason.clone())),
             Some(Event::Failed { reason, .. }) if !working => Some(RunState::Failed(reason.clone())),
-            Some(Event::Paused { .. }) if working && self.asked_to_pause != Some(false) => Some(RunState::Paused),
+            Some(Event::Paused { .. }) if working && !self.resuming => Some(RunState::Paused),
             _ if working => Some(RunState::Running),
             _ => self.failure.clone().map(RunState::Failed),
         }

@@ -168,7 +168,7 @@ impl Session {
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
         command.with_run_folders(|name| match run_number(name) {
             Some(number) => {
-                let folder = self.runs.folder_of(number).ok_or(SessionError::NoSuchRun(number + 1))?;
+                let folder = self.runs.folder_of(number).ok_or_else(|| no_such_run(number))?;
                 Ok(Some(folder.to_owned()))
             }
             None if name.exists() => Ok(None),
@@ -303,7 +303,8 @@ impl Session {
         if comparison.holds(found, value) {
             Ok(format!("{} is {found}", expected.quantity.name()))
         } else {
-            Err(SessionError::Expectation { expected: *expected, found })
+            let Expect { quantity, .. } = expected;
+            Err(SessionError::Failed(format!("expected {quantity} {comparison} {value}, but it is {found}")))
         }
     }
 
@@ -382,6 +383,11 @@ impl Session {
     pub fn has_quit(&self) -> bool {
         self.quit
     }
+}
+
+/// That no run has a number, counted from 0.
+pub(super) fn no_such_run(number: usize) -> SessionError {
+    SessionError::Failed(format!("the session has no run {}", number + 1))
 }
 
 /// An episode number as the journal stores it; saturates beyond 32 bits, which no run reaches.

@@ -74,10 +74,15 @@ impl Setup {
                 to.clone()
             }
             (None, Some(file)) if self.was_changed_outside(file) => {
-                return Err(SessionError::ChangedOutside(file.clone()));
+                let file = file.display();
+                let problem = "was changed by another program: `task FILE` loads it, `save FILE` replaces it";
+                return Err(SessionError::Failed(format!("{file} {problem}")));
             }
             (None, Some(file)) => own(file),
-            (None, None) => return Err(SessionError::NoFile(task.name)),
+            (None, None) => {
+                let problem = "has no file: name one to save to, such as `save my-task.json`";
+                return Err(SessionError::Failed(format!("{} {problem}", task.name)));
+            }
         };
         save_as(&task, &to)?;
         self.editor.mark_saved(task.name);
@@ -99,7 +104,7 @@ impl Setup {
         report: &str,
     ) -> Result<String, SessionError> {
         if !step(&mut self.editor) {
-            return Err(SessionError::Nothing(name));
+            return Err(nothing_to(name));
         }
         self.task_changed();
         Ok(report.to_owned())
@@ -143,4 +148,9 @@ impl Setup {
             self.config.task = Arc::new(self.editor.task().clone());
         }
     }
+}
+
+/// That there is nothing to undo, redo or restore.
+pub(super) fn nothing_to(what: &str) -> SessionError {
+    SessionError::Failed(format!("there is nothing to {what}"))
 }

@@ -124,14 +124,12 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     );
     assert_eq!(edited.marker.as_ref().unwrap().ball.position, [-0.6, 0.7]);
     assert_eq!((edited.name.as_str(), edited.placeable.kind.name()), ("push", "ramp"));
-    // Tools of the catalogue and the task's own take turns.
-    run(&mut session, "place -0.9 0.9 371\nplace 0.9 0.9\nplace 0.9 -0.9 371\nplace 0.9 0.1 1500");
+    run(&mut session, "place 0.9 0.9");
     let trace = session.hand_play().trace();
     let kinds: Vec<_> = trace.steps.iter().map(|step| trace.tool(&edited, step).kind.name()).collect();
-    let kind = |number: usize| mge_physics::catalogue_tool(number).unwrap().kind.name();
-    assert_eq!(kinds, [kind(371), "ramp", kind(371), kind(1500)]);
+    assert_eq!(kinds, ["ramp"]);
     assert!(trace.steps.iter().all(|step| step.placement == mge_env::Placement::Placed), "{trace:?}");
-    assert!(apply(&mut session, "place -0.9 0.9 371").unwrap().contains("would be too close to an earlier one"));
+    assert!(apply(&mut session, "place 0.9 0.9").unwrap().contains("not placed"));
     run(&mut session, "train\nwait");
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
     assert_eq!(session.run().unwrap().episodes(), 3);
@@ -313,17 +311,18 @@ fn expectations_compare_and_a_script_is_recorded_without_quit() {
 }
 
 #[test]
-fn one_model_is_worked_on_at_a_time() {
+fn one_model_is_trained_at_a_time() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
-    assert!(mge_dynamics::shipped_models().iter().any(|(name, _)| *name == "bucket-box"));
+    let path = folder.path().join("first.safetensors");
+    let training = format!("training {}", path.display());
     let gate = session.gate.clone();
     let held = gate.lock().unwrap();
-    assert_eq!(apply(&mut session, "model evaluate bucket-box").unwrap(), "evaluating bucket-box");
+    assert_eq!(apply(&mut session, &format!("model train box {} 1", quoted(&path))).unwrap(), training);
     let error = apply(&mut session, "model train box mine.safetensors 1").unwrap_err();
-    assert!(error.starts_with("evaluating bucket-box: wait for its end"), "{error}");
-    assert_eq!(session.model_work().map(|(name, _)| name).as_deref(), Some("evaluating bucket-box"));
-    assert_eq!(apply(&mut session, "model stop").unwrap(), "ended: evaluating bucket-box");
+    assert!(error.starts_with(&format!("{training}: wait for its end")), "{error}");
+    assert_eq!(session.model_work().map(|(name, _)| name), Some(training.clone()));
+    assert_eq!(apply(&mut session, "model stop").unwrap(), format!("ended: {training}"));
     drop(held);
     assert!(session.model_work().is_none());
     // Other jobs do not count as model work.
@@ -379,7 +378,6 @@ fn properties_of_commands_in_scripts() {
         ("clusters a.json", false, false),
         ("guide", false, false),
         ("model train box a.safetensors 1", true, false),
-        ("model evaluate bucket-box", true, false),
         ("expect episodes = 1", false, true),
         ("expect subgoals = 1", false, false),
         ("pause", false, false),

@@ -100,7 +100,7 @@ pub struct Workbench {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// Forget what earlier sessions with the folder of runs have chosen: settings of runs, screen, order and columns
+    /// Forget what earlier sessions with the folder of runs have chosen: settings of runs and screen
     #[arg(long)]
     pub fresh: bool,
     /// Do not capture the mouse

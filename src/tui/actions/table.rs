@@ -1,13 +1,11 @@
 //! The table of actions with keys.
 
-use super::Context::{
-    self, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
-};
+use super::Context::{self, Curves, Everywhere, Figures, Hand, List, Models, Move, Playback, Runs, Scene, Schedule};
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Range;
-use crate::tui::screens::{edit, figures, log, models, runs, scene_actions as scene, schedule, tools, training};
+use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};
 
 /// An action: its name, default keys, word in the footer, verb in a script, description (empty if it is the help text
 /// of the verb), and what it does.
@@ -42,8 +40,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("screen-models", "6", "", "", "show the dynamics models", Do(|app| app.show(Tab::Models))),
         ("screen-figures", "7", "", "", "show the figures", Do(|app| app.show(Tab::Figures))),
         ("screen-log", "8", "", "", "show what happened", Do(|app| app.show(Tab::Log))),
-        ("next-screen", "]", "", "", "show the next screen", Do(|app| app.show_neighbour(1))),
-        ("previous-screen", "[", "", "", "show the previous screen", Do(|app| app.show_neighbour(-1))),
         ("theme", "", "", "", "use other colours: for dark and light backgrounds, and for every colour vision", Do(App::change_theme)),
         ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(App::suspend)),
         ("back", "esc", "", "", "close the top layer, or leave what is open or selected on the screen", Do(App::back)),
@@ -65,10 +61,8 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("accept-proposals", "Y", "", "proposal accept", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, true))),
         ("reject-proposals", "D", "", "proposal delete", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, false))),
         ("restart", "r", "", "", "play the episode from its start", Change(|s, _| s.scene.player.restart())),
-        ("source", "s", "", "", "show the latest training episode, or the scene without tools; ends a replay", Effects(|_, ui| scene::next_source(ui))),
         ("show-clusters", "a", "", "", "show or hide the action clusters", Effects(|s, ui| scene::show_clusters(ui, &mut s.scene.chosen.clusters))),
         ("show-samples", "z", "", "", "show or hide the rewarding actions behind the clusters", Effects(|s, ui| scene::show_clusters(ui, &mut s.scene.chosen.samples))),
-        ("show-stage", "v", "", "", "show the clusters of all stages, or of one after the other", Effects(|s, ui| scene::show_next_stage(&mut s.scene, ui))),
         ("show-critic", "b", "", "", "show or hide the critic's value of every action in the current state", Effects(|s, ui| scene::show_agent(ui, &mut s.scene.chosen.critic))),
         ("show-actor", "i", "", "", "show or hide where the actor would place the tool now", Effects(|s, ui| scene::show_agent(ui, &mut s.scene.chosen.actor))),
         ("show-model", "g", "", "", "show or hide what the model predicts for the next actions, and what happened", Effects(|s, ui| scene::show_agent(ui, &mut s.scene.chosen.model))),
@@ -79,8 +73,8 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("play", "space", "play", "", "pause or resume playback", Do(|app| app.play(|player, _| player.toggle()))),
         ("step-on", ".", "", "", "one physics step forward", Do(|app| app.play(|player, steps| player.nudge(1, steps)))),
         ("step-back", ",", "", "", "one physics step back", Do(|app| app.play(|player, steps| player.nudge(-1, steps)))),
-        ("faster", ">", "", "", "play faster", Do(|app| app.change_speed(true))),
-        ("slower", "<", "", "", "play slower", Do(|app| app.change_speed(false))),
+        ("faster", ">", "", "", "play faster", Change(|s, _| s.scene.player.change_speed(true))),
+        ("slower", "<", "", "", "play slower", Change(|s, _| s.scene.player.change_speed(false))),
         ("previous-episode", "pageup", "", "", "replay the previous episode of the watched run", Effects(|s, ui| scene::replay(&mut s.scene, ui, |now, last| now.map_or(last, |now| now.saturating_sub(1))))),
         ("next-episode", "pagedown", "", "", "replay the next episode of the watched run", Effects(|s, ui| scene::replay(&mut s.scene, ui, |now, _| now.map_or(1, |now| now + 1)))),
         ("first-episode", "home", "", "", "play the first episode of the watched run again", Effects(|s, ui| scene::replay(&mut s.scene, ui, |_, _| 1))),
@@ -105,33 +99,26 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("previous-point", "backtab", "", "", "select the previous point", Change(|s, ui| schedule::select_neighbour(&mut s.schedule, ui, -1))),
         ("add-point", "a", "add", "", "add a point", Change(|s, ui| schedule::add_point(&mut s.schedule, ui))),
         ("delete-point", "delete X", "", "", "delete the point", Effects(|s, ui| schedule::delete_point(&mut s.schedule, ui))),
-        ("apply", "enter", "apply", "epsilon", "use the schedule, at once or at the training's next episode", Effects(|s, ui| schedule::apply(&mut s.schedule, ui))),
+        ("apply", "enter", "apply", "epsilon", "use the schedule, at once or at the training's next episode", Effects(|s, ui| schedule::apply(&s.schedule, ui))),
         ("discard", "backspace", "", "", "go back to the schedule in use", Change(|s, _| s.schedule.discard())),
     ]),
     (Curves, &[
         ("large", "enter", "large", "", "show the selected curve alone, or all of them", Change(|s, _| s.curves.alone ^= true)),
         ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s, ui, 0.5))),
         ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0))),
-        ("whole-range", "0", "", "", "show all episodes", Effects(training::show_all_episodes)),
-        ("recent-range", "9", "", "", "show the latest episodes", Change(|s, _| s.curves.range = Range::Recent)),
-        ("smoothing", "s", "smooth", "", "average over 1, 10, 50 or 200 episodes", Change(|s, _| s.curves.next_smoothing())),
-        ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Effects(|s, _| s.curves.next_axis())),
-        ("log-axis", "g", "", "", "a logarithmic axis for the selected curve, or a linear one", Change(|s, _| s.curves.switch_scale())),
-        ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Effects(|s, _| training::fold(&mut s.curves))),
-        ("next-settings", "n", "", "", "show the next of the settings in which the two compared runs differ", Change(|s, _| s.curves.page += 1)),
+        ("whole-range", "0", "", "", "show all episodes", Change(|s, _| s.curves.range = Range::Whole)),
+        ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Change(|s, _| s.curves.next_axis())),
+        ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Change(|s, _| s.curves.folded ^= true)),
     ]),
     (Runs, &[
         ("watch-run", "enter", "watch", "open", "watch the selected run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::watch))),
         ("mark-run", "space", "mark", "", "mark the run or group; the next action applies to all marked ones", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::mark))),
         ("fold-group", "tab", "fold", "", "show the seeds of the group, or hide them", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::fold))),
-        ("filter-runs", "/", "filter", "", "show only runs with words or like task:4 epsilon<0.2 tag:paper", Effects(|s, ui| runs::ask_for_filter(&s.runs, ui))),
-        ("sort-runs", "s", "sort", "", "sort by age, name, state, episodes or success", Effects(|s, _| s.runs.sort_by_next())),
-        ("reverse-runs", "S", "", "", "reverse the order", Change(|s, _| s.runs.reversed ^= true)),
-        ("choose-columns", "|", "", "", "choose the columns of the list, including settings in which runs differ", Effects(|s, ui| runs::ask_for_columns(&s.runs, ui))),
+        ("filter-runs", "/", "filter", "", "show only runs with words or like task:4 epsilon<0.2 note:paper", Effects(|s, _| runs::ask_for_filter(&s.runs))),
+        ("sort-runs", "s", "sort", "", "the run of highest success first, or the latest one", Change(|s, _| s.runs.by_success ^= true)),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
         ("rename-run", "n", "", "rename", "", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::rename))),
         ("edit-note", "i", "", "note", "write a note on the run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::edit_note))),
-        ("edit-tags", "I", "", "tag", "give the runs tags", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::edit_tags))),
         ("evaluate-run", "v", "evaluate", "evaluate", "", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::evaluate))),
         ("continue-run", "C", "continue", "continue", "", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::go_on))),
         ("open-run", "O", "", "open", "", Verb),
@@ -140,17 +127,12 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     (Models, &[
         ("choose-model", "enter", "choose", "model", "let the selected model predict the rollouts behind the next clusters", Effects(|s, ui| models::choose(&s.lists, ui))),
         ("train-model", "T", "train a model", "model train", "", Effects(|_, ui| models::train(ui))),
-        ("evaluate-model", "v", "evaluate", "model evaluate", "", Effects(|s, ui| models::evaluate(&s.lists, ui))),
         ("stop-model", "X", "", "model stop", "", Verb),
     ]),
     (Figures, &[
         ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG", Do(|app| app.export_selected("png"))),
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
-    ]),
-    (Log, &[
-        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, _| log::next_level(&mut s.lists))),
-        ("filter-log", "/", "filter", "", "show only lines with words, such as the name of a run", Effects(|s, ui| log::ask_for_words(&s.lists, ui))),
     ]),
     (List, &[
         ("above", "up k", "", "", "select the line above", Do(|app| app.select_line(|now, _| now.saturating_sub(1)))),

@@ -55,8 +55,6 @@ pub struct App {
     leaving: QuitState,
     /// The runs that were being trained at the last poll.
     training: Vec<PathBuf>,
-    /// Whether a model was being trained or evaluated at the last poll.
-    had_model_work: bool,
     /// Runs to continue in the background after the workbench is left and its trainings have stopped.
     pub(super) background: Vec<PathBuf>,
     /// The greedy episode that was shown last.
@@ -134,7 +132,6 @@ impl App {
             keeps_edits: false,
             leaving: QuitState::No,
             training: Vec::new(),
-            had_model_work: false,
             background: Vec::new(),
             greedy: None,
             awaited: None,
@@ -191,7 +188,7 @@ impl App {
             Tab::Runs => vec![Context::Runs, Context::List],
             Tab::Models => vec![Context::Models, Context::List],
             Tab::Figures => vec![Context::Figures, Context::List],
-            Tab::Log => vec![Context::Log, Context::List],
+            Tab::Log => vec![Context::List],
         };
         inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
     }

@@ -78,14 +78,10 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn apply_confirmed(&mut self, command: Command) -> Result<(), String> {
-        let is_schedule = match &command {
-            Command::Epsilon(_) => true,
-            Command::Set(set) => set.key == "epsilon",
-            _ => false,
-        };
-        let mut report = self.workspace.apply(command)?;
-        if is_schedule && self.screens.schedule.give_way() {
-            report += &fill("; the drawn schedule gives way: {undo} on the Schedule screen brings it back");
+        let is_schedule = matches!(command, Command::Epsilon(_));
+        let report = self.workspace.apply(command)?;
+        if is_schedule {
+            self.screens.schedule.discard();
         }
         // The command succeeds even if the tool could not be placed.
         let level = if report.starts_with("not placed") { Level::Warning } else { Level::Good };
@@ -197,12 +193,6 @@ impl App {
         self.screens.scene.player.hold(tab == Tab::Edit);
     }
 
-    /// Shows the screen that is `by` after the present one.
-    pub fn show_neighbour(&mut self, by: isize) {
-        let count = Tab::ALL.len();
-        self.show(Tab::ALL[(self.tab as usize + count).wrapping_add_signed(by) % count]);
-    }
-
     /// Requests that the program is suspended.
     pub fn suspend(&mut self) {
         self.request = Some(TerminalRequest::Suspend);
@@ -236,21 +226,7 @@ impl App {
 
     /// Changes the playback of the episode that is shown, given its number of steps.
     pub fn play(&mut self, change: fn(&mut Player, usize)) {
-        if self.tab == Tab::Training && !matches!(self.subject.choice, Choice::Past(_)) {
-            let text = fill("no episode is beside the curves: {left} moves the crosshair to one");
-            return self.show_message(Level::Info, text);
-        }
         change(&mut self.screens.scene.player, self.subject.episode.steps());
-    }
-
-    /// Plays faster or slower.
-    pub fn change_speed(&mut self, faster: bool) {
-        let player = &mut self.screens.scene.player;
-        player.change_speed(faster);
-        if !player.is_moving() {
-            let text = format!("speed x{}", player.speed);
-            self.show_message(Level::Info, text);
-        }
     }
 
     /// Shows a past episode of the watched run as soon as it has been read; with `keeps_step` at the step of the one
@@ -278,8 +254,7 @@ impl App {
         if !keeps_step {
             let last = self.subject.run().map_or(0, |run| run.done);
             let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-            let place = if self.tab == Tab::Scene { "" } else { " on the Scene screen" };
-            let leave = fill(&format!("{{source}}{place} returns to the latest episode"));
+            let leave = fill("{back} returns to the latest episode");
             self.show_message(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
         }
         self.choose_subject(Some(Choice::Past(episode)), false);
@@ -302,7 +277,6 @@ impl App {
             Tab::Training if self.screens.curves.leave() => None,
             Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
-            Tab::Log if self.screens.lists.log.leave() => None,
             _ => {
                 let text = fill("nothing is open: {screen-scene} shows the scene, {quit} leaves");
                 return self.show_message(Level::Info, text);

@@ -17,7 +17,6 @@ impl App {
             let doing = match run.state {
                 _ if run.queued => "waits for a core",
                 RunState::Paused => "is paused",
-                _ if run.pausing => "is about to be paused",
                 _ => "is being trained",
             };
             // No number of episodes: it would be out of date while the question is open.

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::App;
 use crate::tui::actions::Tab;
-use crate::tui::screens::runs::Sort;
 use crate::tui::view::Level;
 use mge_base::atomic::{Format, Target};
 use mge_base::{bounded, json};
@@ -26,12 +25,6 @@ const FORMAT: Format<'static> =
 #[serde(default)]
 pub struct Remembered {
     screen: Tab,
-    /// The order of the list of runs.
-    sort: Sort,
-    /// Whether the order is reversed.
-    reversed: bool,
-    /// The columns of the list of runs, as they are typed.
-    columns: String,
     /// Number of seeds of the training started last.
     seeds: u32,
     /// The method of the next run, and settings that are not its defaults.
@@ -59,29 +52,25 @@ impl Remembered {
 impl App {
     /// The choices to remember.
     pub fn remembered(&self) -> Remembered {
-        let (runs, settings) = (&self.screens.runs, &self.workspace.view().settings);
+        let settings = &self.workspace.view().settings;
         let mut kept = non_default_settings(settings);
         kept.retain(|(key, _)| SETTINGS.contains(&&**key));
         kept.insert(0, ("method".to_owned(), settings.method.to_string()));
-        let (sort, reversed, columns) = (runs.sort, runs.reversed, runs.columns());
-        Remembered { screen: self.tab, sort, reversed, columns, seeds: self.seeds, settings: kept }
+        Remembered { screen: self.tab, seeds: self.seeds, settings: kept }
     }
 
     /// Makes remembered choices again. Those that are no longer possible are logged.
     pub fn restore(&mut self, remembered: Remembered) {
-        let Remembered { screen, sort, reversed, columns, seeds, settings } = remembered;
-        let runs = &mut self.screens.runs;
-        (runs.sort, runs.reversed, self.seeds) = (sort, reversed, seeds.max(1));
-        let mut outcomes = vec![runs.show_columns(&columns)];
+        let Remembered { screen, seeds, settings } = remembered;
+        self.seeds = seeds.max(1);
         for (key, value) in settings {
             let command: Command = match key.as_str() {
                 "prior" => command::Model(value.into()).into(),
                 _ => command::Set { key, value }.into(),
             };
-            outcomes.push(self.workspace.apply(command).map(drop));
-        }
-        for error in outcomes.into_iter().filter_map(Result::err) {
-            self.workspace.log(Level::Warning, format!("not as in the last session: {error}"));
+            if let Err(error) = self.workspace.apply(command) {
+                self.workspace.log(Level::Warning, format!("not as in the last session: {error}"));
+            }
         }
         self.show(screen);
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Range;
-use crate::tui::screens::{run_form, runs, training};
+use crate::tui::screens::{runs, training};
 use crate::tui::view::{Choice, Level, Subject};
 use mge_run::RunState;
 
@@ -66,23 +66,18 @@ impl App {
         }
     }
 
-    /// Announces runs of this session that have finished or failed, and the end of work on a model.
+    /// Announces runs of this session that were finished or have failed.
     fn announce_ends(&mut self) {
         let view = self.workspace.view();
-        let has_model_work = view.model_work.is_some();
-        let mut news = Vec::new();
-        if std::mem::replace(&mut self.had_model_work, has_model_work) && !has_model_work {
-            news.push("the work on the model has ended".to_owned());
-        }
-        let active = view.active_runs().map(|run| run.path.clone()).collect();
-        let before = std::mem::replace(&mut self.training, active);
-        for run in before.iter().filter_map(|path| view.run(path)).filter(|run| !run.active) {
-            match &run.state {
-                RunState::Finished => news.push(format!("{} is finished", run.name)),
-                RunState::Failed(reason) => news.push(format!("{} has failed: {reason}", run.name)),
-                _ => {}
-            }
-        }
+        let now = view.active_runs().map(|run| run.path.clone()).collect();
+        let before = std::mem::replace(&mut self.training, now);
+        let ended = before.iter().filter_map(|path| view.run(path)).filter(|run| !run.active);
+        let news = ended.filter_map(|run| match &run.state {
+            RunState::Finished => Some(format!("{} is finished", run.name)),
+            RunState::Failed(reason) => Some(format!("{} has failed: {reason}", run.name)),
+            _ => None,
+        });
+        let news: Vec<String> = news.collect();
         if !news.is_empty() {
             self.request = Some(TerminalRequest::Notify(news.join(", ")));
         }
@@ -102,15 +97,11 @@ impl App {
     /// Requests the curves of the visible runs.
     fn request_curves(&mut self) {
         let ui = self.ui();
-        let mut wanted = match self.tab {
+        let wanted = match self.tab {
             Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
-        // The dialog that starts a training tells from them what it will cost.
-        let measured = run_form::measured(ui.view).map(|run| run.path.clone());
-        let further: Vec<_> = measured.filter(|path| !wanted.contains(path)).collect();
-        wanted.extend(further);
         self.workspace.request_curves(wanted);
     }
 

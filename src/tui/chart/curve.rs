@@ -12,7 +12,6 @@ use super::decimated::{Look, union};
 use super::legend::legend;
 use super::plot::{Curve, Plot};
 use crate::tui::widgets::canvas::{self, Point};
-use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::theme::Theme;
 
@@ -41,7 +40,6 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
         plot.curves.iter().zip(&lines).for_each(|(curve, line)| trace(curve, line, context));
     });
     points(plot, &axes, theme, buffer);
-    marks(plot, &axes, theme, buffer);
     crosshair(plot, &axes, theme, buffer);
     Some(axes)
 }
@@ -99,25 +97,6 @@ fn trace(curve: &Curve, line: &[Point], context: &mut Context) {
     canvas::path(context, whole, curve.colour);
 }
 
-/// Draws the marks along the lower edge, and beside the crosshair the descriptions of the marks there.
-fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let sign = theme.symbol("▲", "^");
-    let row = axes.plot.bottom() - 1;
-    for (episode, colour, _) in &plot.marks {
-        if let Some(column) = axes.column(*episode as f32) {
-            buffer.set_string(column, row, sign, Style::new().fg(*colour));
-        }
-    }
-    let Some(column) = plot.crosshair.and_then(|[x, _]| axes.column(x)) else { return };
-    let here = plot.marks.iter().filter(|(episode, ..)| axes.column(*episode as f32) == Some(column));
-    let texts: Vec<&str> = here.map(|(.., text)| *text).collect();
-    let text = columns::shortened(&texts.join(", "), usize::from(axes.plot.width), false);
-    if !text.is_empty() && axes.plot.height > 2 {
-        let last = axes.plot.right().saturating_sub(columns::width(&text) as u16).max(axes.plot.x);
-        buffer.set_string((column + 2).min(last), row - 1, text, theme.strong());
-    }
-}
-
 fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
     let mark = theme.symbol("◇", "o");
     for curve in &plot.curves {
@@ -165,7 +144,6 @@ mod tests {
             scale: Scale::Linear,
             unit: 1.0,
             crosshair: None,
-            marks: Vec::new(),
             more: "more",
             empty: "press t",
         }
@@ -254,23 +232,6 @@ mod tests {
         assert!(lines(&plot(&[f32::NAN; 5], &[]), Marker::Braille).concat().contains("no values here"));
     }
 
-    #[test]
-    fn interventions_are_marked_and_named_at_the_crosshair() {
-        let values = [1.0; 20];
-        let mut plot = plot(&values, &[]);
-        plot.marks = vec![(10, Color::Red, "epsilon 0.1")];
-        let without = lines(&plot, Marker::Ascii);
-        assert!(without[4].contains('^') && !without.concat().contains("epsilon"), "{without:#?}");
-        plot.crosshair = Some([10.0; 2]);
-        assert!(lines(&plot, Marker::Ascii)[3].contains("epsilon 0.1"));
-        plot.crosshair = Some([17.0; 2]);
-        assert_eq!(lines(&plot, Marker::Ascii).concat().matches("epsilon").count(), 0);
-        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some([3.0; 2]));
-        let early = lines(&plot, Marker::Ascii);
-        let column = early[4].find('^').unwrap();
-        assert_eq!(early[3].find("epsilon 0.1"), Some(column + 2), "{early:#?}");
-    }
-
     /// The characters of a chart of this height.
     fn of_height(plot: &Plot, height: u16) -> String {
         let area = Rect::new(0, 0, 26, height);
@@ -281,13 +242,9 @@ mod tests {
     }
 
     #[test]
-    fn a_low_chart_leaves_out_the_names_of_marks_then_the_plot_then_everything() {
+    fn a_low_chart_leaves_out_the_plot_then_everything() {
         let values: Vec<f32> = (0..20).map(|i| i as f32).collect();
-        let mut plot = plot(&values, &[]);
-        (plot.marks, plot.crosshair) = (vec![(3, Color::Red, "epsilon 0.1")], Some([3.0; 2]));
-        assert!(of_height(&plot, 5).contains("epsilon 0.1"));
-        let low = of_height(&plot, 4);
-        assert!(low.contains('^') && !low.contains("epsilon"), "{low}");
+        let plot = plot(&values, &[]);
         let title = of_height(&plot, 2);
         assert!(title.contains("loss") && !title.contains('*'), "{title}");
         assert_eq!(of_height(&plot, 1).trim(), "");

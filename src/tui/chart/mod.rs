@@ -9,6 +9,5 @@ mod range;
 
 pub use axes::{Axes, Scale, number};
 pub use curve::draw;
-pub use decimated::union;
 pub use plot::{Curve, Plot};
 pub use range::{Range, Window};

@@ -57,8 +57,6 @@ pub struct Plot<'a> {
     pub scale: Scale,
     /// Where the values are that the legend shows, on the x axis and as an episode.
     pub crosshair: Option<[f32; 2]>,
-    /// Interventions: episode, colour and description.
-    pub marks: Vec<(u64, Color, &'a str)>,
     /// What follows the number of curves that the legend has no room for, such as where it has more.
     pub more: &'a str,
     /// The text shown without data.

@@ -6,8 +6,6 @@ pub enum Range {
     /// All of them.
     #[default]
     Whole,
-    /// The latest ones, following the training.
-    Recent,
     /// A fixed window.
     Part(Window),
 }
@@ -21,8 +19,6 @@ pub struct Window {
     pub to: f32,
 }
 
-/// Number of episodes in the recent range.
-const RECENT: f32 = 200.0;
 /// The narrowest window.
 const NARROWEST: f32 = 10.0;
 
@@ -32,7 +28,6 @@ impl Range {
         let last = (episodes as f32).max(NARROWEST);
         match self {
             Self::Whole => Window { from: 1.0, to: last },
-            Self::Recent => Window { from: (last - RECENT + 1.0).max(1.0), to: last },
             Self::Part(window) => window,
         }
     }
@@ -87,17 +82,17 @@ mod tests {
 
     #[test]
     fn panning_stops_at_the_ends() {
-        let right = Range::Recent.pan(1.0, 1000).window(1000);
+        let part = Range::Whole.zoom(0.2, None, 1000);
+        let right = part.pan(1.0, 1000).window(1000);
         assert_eq!(right.to, 1000.0);
-        let left = (0..20).fold(Range::Recent, |range, _| range.pan(-0.5, 1000)).window(1000);
+        let left = (0..20).fold(part, |range, _| range.pan(-0.5, 1000)).window(1000);
         assert_eq!(left.from, 1.0);
     }
 
     #[test]
     fn few_episodes_still_have_a_width() {
-        assert_eq!(Range::Recent.window(50), Range::Whole.window(50));
         assert_eq!(Range::Whole.pan(1.0, 700), Range::Whole);
-        for range in [Range::Whole, Range::Recent, Range::Whole.zoom(0.5, None, 0), Range::Recent.pan(1.0, 3)] {
+        for range in [Range::Whole, Range::Whole.zoom(0.5, None, 0), Range::Whole.pan(1.0, 3)] {
             let window = range.window(0);
             assert!(window.to > window.from, "{range:?}");
         }

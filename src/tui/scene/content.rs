@@ -27,8 +27,6 @@ pub struct Overlays {
     pub model: bool,
     /// The legend of the symbols.
     pub legend: bool,
-    /// Show only this stage's clusters; None for all stages.
-    pub stage: Option<usize>,
 }
 
 /// A function of the action's position, sampled on a square grid with the first row at the top.
@@ -112,7 +110,6 @@ impl Content<'_> {
     pub(super) fn stages(&self, theme: &Theme) -> impl Iterator<Item = (Color, &StagePrior)> {
         let is_stale = self.prior.is_some_and(|(_, stale)| stale);
         let all = self.prior.into_iter().flat_map(|(prior, _)| prior.stages.iter().enumerate());
-        let shown = all.filter(move |(index, _)| self.overlays.stage.is_none_or(|only| only == *index));
-        shown.map(move |(index, stage)| (if is_stale { theme.dim } else { self.stage(index, theme) }, stage))
+        all.map(move |(index, stage)| (if is_stale { theme.dim } else { self.stage(index, theme) }, stage))
     }
 }

@@ -112,11 +112,6 @@ fn clusters_have_the_colour_of_their_stage_and_are_grey_when_stale() {
     assert_eq!(colour_at(&buffer, view, edge), theme().goal, "clusters of the goal have the colour of the goal");
     let (buffer, view) = drawn(|content| content.prior = Some((&prior, true)));
     assert_eq!(colour_at(&buffer, view, edge), theme().dim);
-    let (buffer, view) = drawn(|content| {
-        content.prior = Some((&prior, false));
-        content.overlays.stage = Some(1);
-    });
-    assert_eq!(colour_at(&buffer, view, edge), Color::Reset);
 }
 
 #[test]

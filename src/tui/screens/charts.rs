@@ -1,7 +1,6 @@
 //! Charts of runs and groups, for the Training screen, the Scene screen and the preview of a run.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -9,11 +8,10 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Range, Scale, Window, draw as draw_chart, number, union};
-use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel, XAxis};
+use crate::tui::chart::{Curve, Plot, Range, Scale, Window, draw as draw_chart, number};
+use crate::tui::view::{Curves, GroupCurves, RunGroup, RunSummary, ViewModel, XAxis};
 use crate::tui::widgets::theme::Theme;
-use mge_base::text::counted;
-use mge_run::{Metric, RunState};
+use mge_run::Metric;
 use mge_stats::rolling::WINDOW;
 
 /// Something with a curve: a run, with its group if that has several runs, or a whole group.
@@ -31,13 +29,11 @@ impl<'a> Shown<'a> {
         Self::Run(run, view.groups.of(&run.path))
     }
 
-    /// Its label.
-    pub fn label(&self) -> String {
+    /// Its name in the legend.
+    fn label(&self) -> String {
         match self {
-            Self::Run(run, _) if run.is_named() => run.name.clone(),
-            Self::Run(run, None) => run.label.clone(),
-            Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.config.seed),
-            Self::Group(group, _) => format!("{}, {}", group.label, counted(group.seeds(), "seed")),
+            Self::Run(run, _) => run.name.clone(),
+            Self::Group(group, _) => group.label.clone(),
         }
     }
 
@@ -64,13 +60,6 @@ impl<'a> Shown<'a> {
         }
     }
 
-    fn marks(&self) -> &'a [Mark] {
-        match self {
-            Self::Run(run, _) => &run.marks,
-            Self::Group(..) => &[],
-        }
-    }
-
     fn evaluations(&self) -> &'a [(u64, f32)] {
         match self {
             Self::Run(run, _) => &run.evaluations,
@@ -94,23 +83,10 @@ pub struct Charts<'a> {
 impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        let names = names(&shown);
+        let names = if shown.len() > 1 { shown.iter().map(Shown::label).collect() } else { vec![String::new()] };
         let colours = colours(&shown, ui.theme);
         let reference = reference(&shown, state.axis, ui);
         Self { state, shown, names, colours, reference, ui }
-    }
-
-    /// The curves that have one value throughout, the same for all that is shown, with that value; a dash if they have
-    /// none.
-    pub fn constants(&self) -> Vec<(Metric, String)> {
-        let constant = |metric: &Metric| {
-            let range = self.shown.iter().filter_map(|shown| shown.curves().range(*metric)).reduce(union);
-            let [low, high] = range.unwrap_or([f32::NAN; 2]);
-            let is_varying = low < high;
-            (!is_varying).then(|| (*metric, number(low)))
-        };
-        let is_begun = episodes(&self.shown) > 0;
-        Metric::CURVES.iter().filter(|_| is_begun).filter_map(constant).collect()
     }
 
     /// The episode at the crosshair, or under the mouse.
@@ -135,7 +111,7 @@ impl<'a> Charts<'a> {
 
     /// Draws the chart of a metric.
     pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let (many, axis, smoothing) = (self.shown.len() > 1, self.state.axis, self.state.smoothing(metric));
+        let (axis, smoothing) = (self.state.axis, CurvesState::smoothing(metric));
         let axes: Vec<Positions<'_>> = self.shown.iter().map(|shown| Positions::of(shown.curves(), axis)).collect();
         let greedy = self.shown.iter().zip(&axes).map(|(shown, axis)| match metric {
             Metric::Success => shown.evaluations().iter().map(|(episode, value)| (axis.at(*episode), *value)).collect(),
@@ -156,11 +132,16 @@ impl<'a> Charts<'a> {
             points: &greedy[index],
         });
         let empty = match self.shown.first() {
-            Some(Shown::Run(run, _)) => without_episodes(run),
+            Some(Shown::Run(RunSummary { preparing: Some(work), .. }, _)) => {
+                format!("before the first episode: {work}")
+            }
+            Some(Shown::Run(run, _)) if run.done > 0 => "its log is being read".to_owned(),
+            Some(Shown::Run(run, _)) => format!("no episodes yet: {}", run.state_word()),
             _ => self.ui.text("no episodes yet: {train} trains"),
         };
         let averaged = if smoothing == 1 { String::new() } else { format!(", mean of {smoothing}") };
-        let log = if self.state.scale(metric) == Scale::Log { ", log" } else { "" };
+        let scale = if metric == Metric::CriticLoss { Scale::Log } else { Scale::Linear };
+        let log = if scale == Scale::Log { ", log" } else { "" };
         let window = self.state.range.window(episodes(&self.shown));
         let x = match (axis, self.state.range) {
             (XAxis::Episodes, _) => window,
@@ -183,22 +164,15 @@ impl<'a> Charts<'a> {
         let is_evaluated = metric == Metric::Success && self.shown.iter().any(|shown| !shown.evaluations().is_empty());
         let greedy = if is_evaluated { self.ui.theme.symbol(", ◇ greedy", ", o greedy") } else { "" };
         let title = format!("{}{averaged}{log}{by}{greedy}", metric.title());
-        // The marks of many curves could not be told apart.
-        let marked = self.shown.iter().zip(&axes).zip(self.colours.iter().copied());
-        let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|((shown, axis), colour)| {
-            let colour = if many { colour } else { self.ui.theme.warn };
-            shown.marks().iter().map(move |mark| (axis.at(mark.episode), colour, &*mark.text))
-        });
         let more = if self.state.alone { "more" } else { "more: {large} on screen {screen-training}" };
         let more = self.ui.text(more);
         let plot = Plot {
-            marks: marks.collect(),
             title: &title,
             curves: curves.collect(),
             x,
             unit,
             y: metric.info().range,
-            scale: self.state.scale(metric),
+            scale,
             crosshair: self.crosshair().map(|episode| [self.x_of(episode), episode]),
             more: &more,
             empty: &empty,
@@ -271,44 +245,4 @@ pub fn colours(shown: &[Shown], theme: &Theme) -> Vec<Color> {
 /// Episodes of the longest curve.
 pub fn episodes(shown: &[Shown]) -> usize {
     shown.iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
-}
-
-/// Why a run has no curves.
-fn without_episodes(run: &RunSummary) -> String {
-    if let Some(work) = &run.preparing {
-        return format!("before the first episode: {work}");
-    }
-    let text = match &run.state {
-        _ if run.queued => "waiting for a free core",
-        _ if run.done > 0 => "its log is being read",
-        RunState::Running if run.active => "the first episode is in progress",
-        RunState::Running => "the first episode, or the practice before it, is in progress",
-        RunState::Paused => "paused before its first episode",
-        RunState::NotStarted => "not started yet",
-        _ => "it ended before its first episode",
-    };
-    text.to_owned()
-}
-
-/// Names that set several curves apart: the parts of their labels that not all of them share. Runs whose names would
-/// be equal are named after their folders.
-fn names(shown: &[Shown]) -> Vec<String> {
-    let labels: Vec<String> = shown.iter().map(Shown::label).collect();
-    let parts: Vec<Vec<&str>> = labels.iter().map(|label| label.split(", ").collect()).collect();
-    // The number of labels that have each part.
-    let mut holders: HashMap<&str, usize> = HashMap::new();
-    for label in &parts {
-        let different: HashSet<&str> = label.iter().copied().collect();
-        different.into_iter().for_each(|part| *holders.entry(part).or_default() += 1);
-    }
-    let is_own = |part: &&&str| holders.get(**part).is_none_or(|count| *count < labels.len());
-    let own = |label: &Vec<&str>| label.iter().filter(is_own).copied().collect::<Vec<_>>().join(", ");
-    let names: Vec<String> = parts.iter().map(own).collect();
-    let mut same: HashMap<&str, usize> = HashMap::new();
-    names.iter().for_each(|name| *same.entry(name).or_default() += 1);
-    let named = |(name, shown): (&String, &Shown)| match shown {
-        Shown::Run(run, _) if same.get(&**name).is_some_and(|count| *count > 1) => run.name.clone(),
-        _ => name.clone(),
-    };
-    names.iter().zip(shown).map(named).collect()
 }

@@ -1,11 +1,8 @@
 //! State of the curves on the Scene and the Training screen.
 
-use std::collections::HashSet;
-
 use educe::Educe;
 
-use crate::tui::chart::{Range, Scale};
-use crate::tui::effect::Effect;
+use crate::tui::chart::Range;
 use crate::tui::view::XAxis;
 use mge_run::Metric;
 
@@ -27,20 +24,13 @@ pub struct CurvesState {
     pub alone: bool,
     /// Whether several runs are shown, not only the watched one.
     pub comparing: bool,
-    /// Which of the settings in which two compared runs differ are shown, if there are many.
-    pub page: usize,
     /// Whether runs that differ in the seed only are one curve.
     #[educe(Default = true)]
-    pub(super) folded: bool,
-    /// Number of episodes over which values are averaged.
-    #[educe(Default = 10)]
-    pub(super) smoothing: usize,
-    #[educe(Default = HashSet::from([Metric::CriticLoss]))]
-    logarithmic: HashSet<Metric>,
+    pub folded: bool,
 }
 
-/// Numbers of episodes over which values can be averaged.
-const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
+/// Number of episodes over which values are averaged.
+const SMOOTHING: usize = 10;
 
 impl CurvesState {
     /// Removes the crosshair, or else shows all curves again, or ends a comparison; false if there is nothing to leave.
@@ -77,36 +67,16 @@ impl CurvesState {
         self.selected = (self.selected + count).wrapping_add_signed(by) % count;
     }
 
-    /// Averages over the next number of episodes.
-    pub fn next_smoothing(&mut self) {
-        let index = SMOOTHINGS.iter().position(|count| *count == self.smoothing).unwrap_or(0);
-        self.smoothing = SMOOTHINGS[(index + 1) % SMOOTHINGS.len()];
-    }
-
     /// Draws the curves against the next quantity.
-    pub fn next_axis(&mut self) -> Vec<Effect> {
+    pub fn next_axis(&mut self) {
         self.axis = XAxis::ALL[(self.axis as usize + 1) % XAxis::ALL.len()];
-        let without = if self.axis == XAxis::Time { ", without its pauses and interruptions" } else { "" };
-        vec![Effect::info(format!("curves against {}{without}", self.axis.name()))]
-    }
-
-    /// Makes the axis of the selected curve logarithmic, or linear.
-    pub fn switch_scale(&mut self) {
-        let metric = self.metric();
-        if !self.logarithmic.remove(&metric) {
-            self.logarithmic.insert(metric);
-        }
-    }
-
-    pub(super) fn scale(&self, metric: Metric) -> Scale {
-        if self.logarithmic.contains(&metric) { Scale::Log } else { Scale::Linear }
     }
 
     /// Smoothing of a metric: none for the success rate, which is a mean already, and for schedules, which are exact.
-    pub(super) fn smoothing(&self, metric: Metric) -> usize {
+    pub(super) fn smoothing(metric: Metric) -> usize {
         match metric {
             Metric::Success | Metric::Epsilon | Metric::Noise => 1,
-            _ => self.smoothing,
+            _ => SMOOTHING,
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The selected lines of the Models, Figures and Log screens.
 
-use super::log::LogState;
 use super::{Screens, Ui};
 use crate::tui::actions::Tab;
 use mge_results::Composition;
@@ -15,10 +14,8 @@ pub struct Lists {
     pub figure: usize,
     /// What the figure of learning curves shows, and how, apart from its runs.
     pub composition: Composition,
-    /// The name of its file without suffix; empty for the usual one.
-    pub file: String,
-    /// Of the Log screen, and which lines it shows.
-    pub log: LogState,
+    /// Of the Log screen.
+    pub log: usize,
 }
 
 /// Selects the line of the list on a screen that `line` returns for the selected and the last one, or the last one.
@@ -30,9 +27,9 @@ pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize
         Tab::Models => lists.model = line(lists.model, ui.view.models.len().saturating_sub(1)),
         Tab::Figures => lists.figure = line(lists.figure, FigureKind::ALL.len() - 1),
         Tab::Log => {
-            let last = lists.log.lines(ui).len().saturating_sub(1);
+            let last = ui.view.log.len().saturating_sub(1);
             // Counted from the end.
-            lists.log.selected = last - line(last - lists.log.selected.min(last), last);
+            lists.log = last - line(last - lists.log.min(last), last);
         }
         Tab::Scene | Tab::Edit | Tab::Schedule | Tab::Training => {}
     }

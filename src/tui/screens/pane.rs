@@ -7,8 +7,8 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
 use super::Ui;
-use crate::tui::view::{Level, ViewModel};
-use crate::tui::widgets::columns::{fitting, shortened};
+use crate::tui::view::Level;
+use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::popup;
 use crate::tui::widgets::theme::Theme;
 
@@ -31,16 +31,6 @@ pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect
     let inside = block.inner(area);
     block.render(area, buffer);
     inside
-}
-
-/// Draws what is being trained here in the lower border of a pane; nothing while nothing is being trained.
-pub fn queue_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buffer) {
-    let parts = view.queue();
-    if parts.is_empty() {
-        return;
-    }
-    let text = format!(" {} ", fitting(&parts, usize::from(area.width).saturating_sub(6)));
-    buffer.set_string(area.x + 2, area.bottom() - 1, text, theme.faint());
 }
 
 /// A text wrapped to `width` columns, in a style.

@@ -1,15 +1,12 @@
-//! The form that starts a training: the settings of the next run, what each means, and what the runs will cost.
+//! The form that starts a training: the settings of the next run, and what each means.
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::Ui;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Field, Form, tool_text};
-use crate::tui::view::{Curves, RunSummary, ViewModel, XAxis, span};
 use crate::tui::widgets::text_input::TextInput;
-use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig, warnings};
 use mge_workbench::{Command, check_settings, free_name, usual_name};
 
@@ -42,19 +39,6 @@ const EPSILON: usize = 4;
 const MODEL: usize = 5;
 const NAME: usize = 8;
 
-/// Most runs of a method whose cost counts.
-const MEASURED: usize = 5;
-
-/// The latest runs on the task, of each method, that have got far enough to tell what others will cost.
-pub fn measured(view: &ViewModel) -> impl Iterator<Item = &RunSummary> {
-    let tells =
-        |run: &&RunSummary| run.config.task.name == view.task.name && run.done > 0 && 2 * run.done >= run.episodes();
-    let of_task = move || view.runs.iter().rev().map(|run| &**run).filter(tells);
-    Method::ALL
-        .into_iter()
-        .flat_map(move |method| of_task().filter(move |run| run.config.method == method).take(MEASURED))
-}
-
 /// The form, with the settings of the session and a number of seeds.
 pub fn form(ui: &Ui, seeds: u32) -> Form {
     let view = ui.view;
@@ -62,7 +46,6 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     fields[0].input = TextInput::new(view.settings.method.to_string());
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
-    let measured: Vec<_> = measured(view).map(|run| (run.config.method, run.curves.clone())).collect();
     let (settings, folder) = (view.settings.clone(), view.folder.clone());
     let (now, before, runs_folder) = (settings.method, settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
@@ -73,7 +56,6 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
             (name, ..) if !settings.method.uses(name) => format!("Not used by {}.", settings.method.label()),
             (.., about) => about.to_owned(),
         };
-        let cost = cost(&settings, &measured, texts, seeds);
         let value = match place {
             SEEDS => seeds.to_string(),
             NAME => free_name(&runs_folder, &usual_name(&settings)),
@@ -84,7 +66,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         let epsilon = texts[EPSILON].parse().unwrap_or_else(|_| settings.epsilon.clone());
         let doubts = warnings([(&RunConfig { episodes, epsilon, ..settings }, &BTreeSet::new())]);
         let doubts: String = doubts.iter().map(|doubt| format!("\n! {doubt}")).collect();
-        [value, format!("{about}\nThe agent places: {tool}.\n{cost}{doubts}")]
+        [value, format!("{about}\nThe agent places: {tool}.{doubts}")]
     };
     let title = format!("train on {}", view.task.name);
     Form::new(title, fields, explain, move |texts| read(texts, (&before, seeds), &folder)).with_enter("start")
@@ -129,29 +111,5 @@ fn value(settings: &RunConfig, place: usize) -> String {
         "success" => settings.stop.success.map_or_else(|| NONE.to_owned(), |success| success.to_string()),
         "minutes" => settings.stop.minutes.map_or_else(|| NONE.to_owned(), |minutes| minutes.to_string()),
         _ => usual_name(settings),
-    }
-}
-
-/// What the runs will cost, from the latest runs of the method on the task.
-fn cost(settings: &RunConfig, measured: &[(Method, Arc<Curves>)], texts: &[&str], seeds: u32) -> String {
-    let episodes: u32 = texts[1].parse().unwrap_or(settings.episodes);
-    let seeds: u32 = texts[SEEDS].parse().unwrap_or(seeds);
-    let of_method = || measured.iter().filter(|(method, _)| *method == settings.method);
-    let median = |axis: XAxis| {
-        let costs = of_method().filter_map(|(_, curves)| curves.expected(axis, episodes.into()));
-        let mut all: Vec<f64> = costs.filter(|cost| *cost > 0.0).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied()
-    };
-    let runs = format!("{seeds} x {episodes} episodes");
-    let known = of_method().count();
-    match (median(XAxis::Charged), median(XAxis::Time)) {
-        _ if known == 0 => format!("{runs}: no run of this method has got far enough to tell what they cost"),
-        (Some(actions), Some(milliseconds)) => {
-            let (actions, time) = (actions * f64::from(seeds), span(milliseconds / 1000.0));
-            let known = counted(known, "run");
-            format!("{runs}: about {actions:.0} charged actions, {time} for each run (from {known} of this method)")
-        }
-        _ => format!("{runs}: the runs that tell what they cost are being read"),
     }
 }

@@ -31,16 +31,6 @@ pub fn select_neighbour(scene: &mut Scene, ui: &Ui, by: isize) -> Vec<Effect> {
     leave_past(ui.subject)
 }
 
-/// Shows the latest training episode, or if that is shown the scene without tools.
-pub fn next_source(ui: &Ui) -> Vec<Effect> {
-    vec![match ui.subject.choice {
-        // The scene is untouched already, and the next training's episodes are to appear in it.
-        Choice::Latest if !ui.subject.is_of_run() => Effect::info(no_episode(ui)),
-        Choice::Latest => Effect::show(Choice::Untouched),
-        _ => Effect::show(Choice::Latest),
-    }]
-}
-
 /// Replays the past episode of the watched run that `choose` returns for the one shown, if one is, and the last one.
 pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -> Vec<Effect> {
     let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
@@ -74,18 +64,6 @@ pub fn show_agent(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
     (!ui.subject.is_of_run()).then(|| Effect::info(no_episode(ui))).into_iter().collect()
 }
 
-/// Shows the clusters of the next stage, or after the last one those of all stages.
-pub fn show_next_stage(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
-    let task = &ui.subject.task;
-    let next = scene.chosen.stage.map_or(0, |stage| stage + 1);
-    scene.chosen.stage = Some(next).filter(|stage| *stage < task.stage_count());
-    vec![Effect::info(match scene.chosen.stage {
-        None => "clusters of all stages".to_owned(),
-        Some(stage) if stage == task.subgoals.len() => "clusters of the goal".to_owned(),
-        Some(stage) => format!("clusters of subgoal {}", stage + 1),
-    })]
-}
-
 /// Begins or ends hand play.
 pub fn play_by_hand(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
     if scene.hand.is_some() {
@@ -97,7 +75,7 @@ pub fn play_by_hand(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
 
 /// Places the tool in hand.
 pub fn place(scene: &Scene) -> Vec<Effect> {
-    scene.hand.iter().map(|hand| Effect::apply(command::Place(hand.cursor, None))).collect()
+    scene.hand.iter().map(|hand| Effect::apply(command::Place(hand.cursor))).collect()
 }
 
 /// Handles a mouse press in the scene: places the held tool, or selects an object.

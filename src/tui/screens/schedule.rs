@@ -10,7 +10,7 @@ use super::pane::{lines, pane};
 use super::{HitRegion, HitRegions, Ui};
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
-use crate::tui::view::{RunSummary, ViewModel};
+use crate::tui::view::ViewModel;
 use crate::tui::widgets::canvas;
 use mge_guidance::EpsilonSchedule;
 use mge_workbench::command;
@@ -32,9 +32,6 @@ pub struct Schedule {
     before: Vec<Option<Points>>,
 }
 
-/// Maximum number of edits that can be undone.
-const MAX_UNDO: usize = 1000;
-
 impl Schedule {
     /// Whether the schedule differs from the one in use.
     pub fn is_edited(&self) -> bool {
@@ -52,16 +49,6 @@ impl Schedule {
         false
     }
 
-    /// Gives way to another schedule in use; undo brings the draft back. False if there is none.
-    pub fn give_way(&mut self) -> bool {
-        let is_edited = self.is_edited();
-        if is_edited {
-            self.remember();
-            self.draft = None;
-        }
-        is_edited
-    }
-
     /// Goes back to the schedule in use.
     pub fn discard(&mut self) {
         (self.draft, self.before) = (None, Vec::new());
@@ -69,9 +56,6 @@ impl Schedule {
 
     /// Keeps the present draft, for undo.
     fn remember(&mut self) {
-        if self.before.len() == MAX_UNDO {
-            self.before.remove(0);
-        }
         self.before.push(self.draft.clone());
     }
 
@@ -206,15 +190,10 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
     };
     let meaning = match state.shown(ui.view) {
         EpsilonSchedule::Need { .. } => {
-            let now = ui.subject.run().and_then(RunSummary::needs_text);
-            let now = now.map_or_else(String::new, |needs| format!(": now {needs}"));
-            format!(
-                "In each stage, actions come from the action clusters with this probability times its need (share of \
-                 failures{now})."
-            )
+            "In each stage, actions come from the action clusters with this probability times its need (share of \
+             failures)."
         }
-        _ => "In each episode, with this probability, actions come from the action clusters instead of the policy."
-            .to_owned(),
+        _ => "In each episode, with this probability, actions come from the action clusters instead of the policy.",
     };
     let help = "{next-point} selects a point, arrows or the mouse move it, {add-point} or a click adds one, {delete-point} deletes it; {epsilon} types another schedule.";
     ui.text(&format!("{usage} {meaning} {help}"))
@@ -292,10 +271,8 @@ pub fn delete_point(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
 }
 
 /// Uses the schedule as edited.
-pub fn apply(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
-    let shown = state.shown(ui.view);
-    state.discard();
-    vec![Effect::apply(command::Epsilon(shown))]
+pub fn apply(state: &Schedule, ui: &Ui) -> Vec<Effect> {
+    vec![Effect::apply(command::Epsilon(state.shown(ui.view)))]
 }
 
 #[cfg(test)]

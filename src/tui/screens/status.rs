@@ -75,8 +75,6 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
 
 /// Columns of the labels.
 const LABEL: usize = 9;
-/// Width from which whole words fit.
-const ROOMY: usize = 26;
 
 /// Lines of the pane.
 struct Rows<'a> {
@@ -104,7 +102,6 @@ impl Rows<'_> {
         self.add("run", &shortened(&run.name, self.room, true), plain);
         self.line("", &run.label, plain);
         let state = match (&run.state, &run.preparing) {
-            (RunState::Running, Some(work)) if run.pausing => format!("pausing; {work}"),
             (RunState::Running, Some(work)) => work.clone(),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),
             _ => run.state_word().to_owned(),
@@ -113,25 +110,17 @@ impl Rows<'_> {
         let count = format!(" {}/{}", run.done, run.episodes());
         let progress = bar(run.done, run.episodes(), self.room.saturating_sub(count.len()).min(24), self.theme);
         self.add("episodes", &(progress + &count), plain.fg(self.theme.accent));
-        let [sign, now, per] =
-            if self.room >= ROOMY { [" %", "now epsilon", " episodes/s"] } else { ["%", "eps.", "/s"] };
-        let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0}{sign}", 100.0 * s));
+        let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
         let greedy = run.evaluations.last().map(|(_, success)| *success);
         let text = format!("{}, greedy {}", percent(run.latest(Metric::Success)), percent(greedy));
         self.line("success", &text, plain);
         let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
-        let text = format!("{}, {now} {}", latest(Metric::Return), latest(Metric::Epsilon));
+        let text = format!("{}, epsilon {}", latest(Metric::Return), latest(Metric::Epsilon));
         self.line("return", &text, plain);
         if run.active {
-            let speed = run.rate().map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
+            let speed = run.rate().map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}/s"));
             let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
             self.line("speed", &format!("{speed}{left}"), plain);
-        }
-        if let Some(practice) = run.practice_text() {
-            self.line("practice", &practice, plain);
-        }
-        if let Some(needs) = run.needs_text() {
-            self.line("failing", &needs, plain);
         }
     }
 }

@@ -4,21 +4,20 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Margin, Rect};
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
 use super::charts::{self, Charts, Shown};
 use super::curves::CurvesState;
-use super::pane::{hint, pane, queue_line};
+use super::pane::{hint, lines, pane};
 use super::runs::Runs;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui};
-use crate::tui::chart::Range;
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
-use crate::tui::widgets::columns::{self, fitting, shortened};
+use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::layout::WIDE;
 use mge_base::text::{counted, printable};
 use mge_run::Metric;
@@ -133,33 +132,25 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
     let shown = shown(curves, marked, ui);
     let inside = pane(&title(&shown, ui, area.width), area, ui.theme, buffer);
-    queue_line(ui.view, area, ui.theme, buffer);
     if shown.is_empty() {
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
     let inside = match pair(curves, marked, ui) {
-        Some(pair) => differences(pair, curves.page, inside, ui, buffer),
+        Some(pair) => differences(pair, inside, ui, buffer),
         None => inside,
     };
     let charts = Charts::new(curves, shown, ui);
     if curves.alone {
         return charts.draw(curves.metric(), inside, buffer, regions);
     }
-    let constants = charts.constants();
-    let is_varying = |metric: &Metric| constants.iter().all(|(constant, _)| constant != metric);
     // All values at the crosshair: some curves have no room, and the legends of others are cut.
-    let (values, most): (Vec<String>, u16) = match charts.crosshair() {
-        Some(at) => {
-            let value = |metric: Metric| format!("{} {}", metric.title(), charts.values_at(metric, at));
-            (Metric::CURVES.map(value).into(), inside.height / 4)
-        }
-        None => (constants.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect(), 1),
-    };
-    let lines = filled(values, usize::from(inside.width).saturating_sub(2));
-    let rows = Constraint::Length(most.min(lines.len() as u16));
+    let value = |at: f32, metric: Metric| format!("{} {}", metric.title(), charts.values_at(metric, at));
+    let values = charts.crosshair().map_or(Vec::new(), |at| Metric::CURVES.map(|metric| value(at, metric)).into());
+    let text: Vec<_> = lines(&values.join(" · "), inside.width, ui.theme.faint()).collect();
+    let rows = Constraint::Length((inside.height / 4).min(if values.is_empty() { 0 } else { text.len() as u16 }));
     let [inside, below] = Layout::vertical([Constraint::Fill(1), rows]).areas(inside);
-    Text::from_iter(lines).style(ui.theme.faint()).render(below.inner(Margin::new(1, 0)), buffer);
-    for (metric, place) in places(inside, curves.metric(), is_varying) {
+    Text::from(text).render(below, buffer);
+    for (metric, place) in places(inside, curves.metric()) {
         charts.draw(metric, Rect { x: place.x + 1, width: place.width - 1, ..place }, buffer, regions);
         if metric == curves.metric() {
             buffer.set_string(place.x, place.y, "›", ui.theme.strong());
@@ -167,28 +158,15 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
 }
 
-/// Lines of this width with as many of the values as each has room for, none of which is broken.
-fn filled(values: Vec<String>, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for value in values {
-        match lines.last_mut() {
-            Some(line) if columns::width(line) + 3 + columns::width(&value) <= width => *line += &format!(" · {value}"),
-            _ => lines.push(value),
-        }
-    }
-    lines
-}
-
 /// The curves that are shown large.
 const LARGE: [Metric; 2] = [Metric::Success, Metric::Return];
 /// Least rows and columns of a small chart.
 const SMALL: [u16; 2] = [6, 36];
 
-/// Where each curve is drawn: success and return large, below them the small charts that fit, of those that vary, with
-/// the selected one.
-fn places(area: Rect, selected: Metric, is_varying: impl Fn(&Metric) -> bool) -> Vec<(Metric, Rect)> {
-    let others: Vec<Metric> =
-        Metric::CURVES.into_iter().filter(|metric| !LARGE.contains(metric) && is_varying(metric)).collect();
+/// Where each curve is drawn: success and return large, below them the small charts that fit, with the selected
+/// one.
+fn places(area: Rect, selected: Metric) -> Vec<(Metric, Rect)> {
+    let others: Vec<Metric> = Metric::CURVES.into_iter().filter(|metric| !LARGE.contains(metric)).collect();
     let side_by_side = area.width >= WIDE;
     let columns = (area.width / SMALL[1]).max(1);
     let all_rows = (others.len() as u16).div_ceil(columns);
@@ -213,55 +191,41 @@ fn places(area: Rect, selected: Metric, is_varying: impl Fn(&Metric) -> bool) ->
 
 /// The title of the curves: what is shown, and how far it is.
 fn title(shown: &[Shown], ui: &Ui, width: u16) -> String {
-    let room = usize::from(width).saturating_sub(4);
     match shown {
         [] => "training".to_owned(),
-        [Shown::Run(run, _)] => title_of_run(run, ui, room),
-        // The watched run is drawn over its own group.
-        [Shown::Group(group, _), Shown::Run(run, Some(own))] if std::ptr::eq(*group, *own) => {
-            title_of_run(run, ui, room)
-        }
         [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(&ui.view.runs)),
-        shown => {
-            let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
-            let count = |count: usize, word| if count > 0 { counted(count, word) } else { String::new() };
-            let parts = ["training".to_owned(), count(groups, "group"), count(shown.len() - groups, "run")];
-            fitting(&parts, room)
-        }
+        [Shown::Run(run, _)] => title_of_run(run, width),
+        // The watched run is drawn over its own group.
+        [Shown::Group(group, _), Shown::Run(run, Some(own))] if std::ptr::eq(*group, *own) => title_of_run(run, width),
+        shown => format!("training · {}", counted(shown.len(), "curve")),
     }
 }
 
 /// The title of the curves of one run.
-fn title_of_run(run: &RunSummary, ui: &Ui, room: usize) -> String {
-    let speed = run.rate().map(|rate| format!("{rate:.1} episodes/s"));
-    let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
-    let practice = run.practice_text().map(|practice| format!("practice {practice}"));
-    let before = run.preparing.clone().or(practice).unwrap_or_default();
+fn title_of_run(run: &RunSummary, width: u16) -> String {
+    let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds))).unwrap_or_default();
     let (name, state) = (run.name.clone(), run.state_word().to_owned());
     let done = format!("{}/{}", run.done, run.episodes());
-    let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
-    let seeds = group.map_or_else(String::new, |group| group.progress(&ui.view.runs));
-    let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
-    fitting(&["training".to_owned(), name, state, done, seeds, left, speed, before], room)
+    let before = run.preparing.clone().unwrap_or_default();
+    fitting(&["training".to_owned(), name, state, done, left, before], usize::from(width).saturating_sub(4))
 }
 
-/// Draws the settings in which two runs differ below the charts, in the colours of the runs, those of a `page` if there
-/// are many; returns the area left.
-fn differences(pair: [&RunSummary; 2], page: usize, area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
+/// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.
+fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
     let mut all = mge_results::differences(&pair[0].config, &pair[1].config);
     // What matters most comes first.
     all.sort_by_key(|(path, _)| ["task.name", "method"].iter().position(|first| first == path).unwrap_or(usize::MAX));
     let most = usize::from(area.height / 3).max(3) - 1;
     let room = if all.len() > most { most - 1 } else { most };
-    let (pages, more) = (all.len().div_ceil(room), all.len().saturating_sub(room));
+    let more = all.len().saturating_sub(room);
     let head = [String::new(), pair[0].name.clone(), pair[1].name.clone()];
     let mut rows = vec![head];
-    rows.extend(all.into_iter().skip(page % pages.max(1) * room).take(room).map(|(path, values)| {
+    rows.extend(all.into_iter().take(room).map(|(path, values)| {
         let [first, second] = values.map(|value| printable(&value).to_string());
         [path, first, second]
     }));
     if more > 0 {
-        rows.push([ui.text(&format!("+{more} more: {{next-settings}}")), String::new(), String::new()]);
+        rows.push([format!("+{more} more: mge compare"), String::new(), String::new()]);
     } else if rows.len() == 1 {
         rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
     }
@@ -291,7 +255,6 @@ pub fn move_by(screens: &mut Screens, ui: &Ui, [right, up]: [f32; 2], far: bool)
     match (right == 0.0, far) {
         (true, true) => {}
         (true, false) => curves.select_neighbour(if up > 0.0 { -1 } else { 1 }),
-        (false, true) if curves.range == Range::Whole => return whole(ui),
         (false, true) => curves.range = curves.range.pan(0.25 * right, episodes),
         (false, false) => {
             let window = curves.range.window(episodes);
@@ -309,28 +272,6 @@ pub fn zoom(screens: &mut Screens, ui: &Ui, factor: f32) {
     let episodes = episodes(&screens.curves, &screens.runs, ui);
     let curves = &mut screens.curves;
     curves.range = curves.range.zoom(factor, curves.crosshair, episodes);
-}
-
-/// Shows all episodes.
-pub fn show_all_episodes(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
-    match std::mem::replace(&mut screens.curves.range, Range::Whole) {
-        Range::Whole => whole(ui),
-        _ => Vec::new(),
-    }
-}
-
-fn whole(ui: &Ui) -> Vec<Effect> {
-    vec![Effect::info(ui.text("all episodes are shown: {zoom-in} shows fewer"))]
-}
-
-/// Shows groups as one curve, or each run.
-pub fn fold(curves: &mut CurvesState) -> Vec<Effect> {
-    curves.folded ^= true;
-    vec![Effect::info(if curves.folded {
-        "groups, but for two runs side by side: interquartile mean and quartiles"
-    } else {
-        "single seeds"
-    })]
 }
 
 /// Moves the crosshair to an episode; the scene follows if the watched run has episodes.

@@ -12,17 +12,14 @@ use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, status, training};
 use crate::tui::layers::tool_text;
 use crate::tui::scene::Object;
-use crate::tui::view::RunSummary;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 use mge_base::text::printable;
 use mge_run::Metric;
 use mge_task::is_built_in;
 
-/// Rows of the status pane, without those of practice and need.
+/// Rows of the status pane.
 const STATUS: u16 = 13;
-/// Screen height from which the rows of practice and need fit, too.
-const ROOMY: u16 = 30;
 
 /// Draws scene, curves and status side by side.
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -31,10 +28,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     if let Some(legend) = legend {
         return legend_pane(ui, legend, right, buffer);
     }
-    let further = |run: &RunSummary| u16::from(run.practised.is_some()) + u16::from(!run.needs.is_empty());
-    let further = ui.subject.run().filter(|_| area.height >= ROOMY).map_or(0, further);
-    let rows = STATUS + further;
-    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(right);
+    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(STATUS)]).areas(right);
     let metrics: &[Metric] = if above.height >= 14 { &[Metric::Success, Metric::Return] } else { &[Metric::Success] };
     training::stack(&screens.curves, &screens.runs, ui, metrics, above, buffer, regions);
     status::draw(ui, below, buffer);

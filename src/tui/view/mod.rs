@@ -20,9 +20,7 @@ use mge_guidance::ActionPrior;
 use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, Trace};
-pub use mge_workbench::listing::{
-    Curves, GroupCurves, Grouping, Mark, ModelSummary, RunGroup, RunSummary, XAxis, span,
-};
+pub use mge_workbench::listing::{Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, span};
 use mge_workbench::{PriorState, SavedAgent};
 
 use playback::Episode;
@@ -68,8 +66,6 @@ pub struct ViewModel {
     pub hand: HandEpisode,
     /// The current work on a dynamics model and its progress as a share.
     pub model_work: Option<(String, Option<f32>)>,
-    /// The result of the latest work on a dynamics model.
-    pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
     /// The latest lines of the log, oldest first.
@@ -159,25 +155,9 @@ impl ViewModel {
         Objects { task: &self.task, proposed: &self.proposed }
     }
 
-    /// Runs that this program is training or will train, without those that are paused or about to be.
+    /// Runs that this program is training or will train, without those that are paused.
     pub fn training_runs(&self) -> impl Iterator<Item = &RunSummary> {
-        self.active_runs().filter(|run| run.queued || !(run.pausing || run.state == RunState::Paused))
-    }
-
-    /// The state of this program's trainings in short phrases: number of runs, speed and time left for all of them.
-    /// Empty without trainings.
-    pub fn queue(&self) -> Vec<String> {
-        let (mut training, mut queued, mut left, mut rate, mut is_known) = (0, 0, 0, 0.0, true);
-        for run in self.training_runs() {
-            *(if run.queued { &mut queued } else { &mut training }) += 1;
-            left += run.episodes().saturating_sub(run.done);
-            rate += run.rate().unwrap_or(0.0);
-            is_known &= run.queued || run.seconds_left().is_some();
-        }
-        let count = |count: usize, word: &str| Some(format!("{count} {word}")).filter(|_| count > 0);
-        let speed = Some(format!("{rate:.1} episodes/s")).filter(|_| rate > 0.0);
-        let time = Some(format!("{} left", span(left as f64 / rate))).filter(|_| is_known && rate > 0.0);
-        [count(training, "training"), count(queued, "queued"), speed, time].into_iter().flatten().collect()
+        self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
     }
 
     /// Runs that this program is training or will train.

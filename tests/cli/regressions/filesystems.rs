@@ -90,17 +90,17 @@ fn no_reader_of_a_named_file_waits_for_a_pipe() {
 }
 
 #[test]
-fn notes_and_tags_of_several_processes_are_all_kept() {
+fn notes_and_names_of_several_processes_are_all_kept() {
     let folder = tempfile::tempdir().unwrap();
     RunDirectory::create(folder.path().join("run"), &1).unwrap();
     let script = |name: &str, line: &str| std::fs::write(folder.path().join(name), line.repeat(5)).unwrap();
     for trial in 0..3 {
         script("a", &format!("note run trial-{trial}\n"));
-        script("b", &format!("tag run trial-{trial}\n"));
+        script("b", &format!("rename run trial-{trial}\n"));
         let children = ["a", "b"].map(|script| command(&folder, ["script", script, "--quiet"]).spawn().unwrap());
         children.into_iter().for_each(|mut child| assert!(child.wait().unwrap().success()));
-        let Notes { tags, note, .. } = RunDirectory::open(folder.path().join("run")).unwrap().notes().unwrap();
-        assert_eq!((tags, note), (vec![format!("trial-{trial}")], format!("trial-{trial}")));
+        let Notes { name, note, .. } = RunDirectory::open(folder.path().join("run")).unwrap().notes().unwrap();
+        assert_eq!((name, note), (format!("trial-{trial}"), format!("trial-{trial}")));
     }
     let run = RunDirectory::open(folder.path().join("run")).unwrap();
     run.change_notes(|notes| notes.tags.clear()).unwrap();

@@ -152,7 +152,6 @@ resume until 5
 wait
 evaluate
 note runs/task1-ddpg-mge-seed0 'holds, but late'
-tag runs/task1-ddpg-mge-seed0 good,late
 figure learning learning.svg
 expect episodes = 5
 stop

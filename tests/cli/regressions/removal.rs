@@ -288,11 +288,6 @@ fn a_script_command_replaces_a_file_of_the_user_only_by_force() {
     assert!(!here.join("first.json").exists());
     // A task that was opened is saved to its own file.
     succeed(mge(here, script(here, "save own.json\ntask own.json\nsubgoal add 0 0\nsave\nsave own.json\n")));
-    // The evaluation of a model is written beside it.
-    fs::create_dir(here.join("models")).unwrap();
-    fs::write(here.join("models/bucket-box.evaluation.json"), "{\"mine\": 1}").unwrap();
-    let output = mge(here, script(here, "model evaluate bucket-box\nwait\n"));
-    assert!(text(&output.stderr).contains("is not the evaluation of a model"), "{}", text(&output.stderr));
 }
 
 #[test]

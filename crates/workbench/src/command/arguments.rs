@@ -70,23 +70,6 @@ where
     }
 }
 
-/// A JSON value, or a text without quotes.
-pub(super) struct Json;
-
-impl Argument<String> for Json {
-    fn read(&self, words: &mut Words<'_>) -> Result<String, String> {
-        let word = words.next("a value")?;
-        if word.starts_with(['{', '[']) && serde_json::from_str::<serde_json::Value>(word).is_err() {
-            return Err(format!("`{word}` is not JSON: write it in single quotes, such as '{{\"hidden\":4}}'"));
-        }
-        Ok(word.to_owned())
-    }
-
-    fn write(&self, value: &String) -> String {
-        quoted(value)
-    }
-}
-
 /// All words that are left, as one text.
 pub(super) struct Rest(pub &'static str);
 
@@ -242,20 +225,6 @@ impl<T: FromStr<Err: Display> + Display> Argument<T> for Parsed {
 
     fn write(&self, value: &T) -> String {
         format!(" {value}")
-    }
-}
-
-/// Several such values, separated by commas.
-pub(super) struct List(pub &'static str);
-
-impl<T: FromStr<Err: Display> + Display> Argument<Vec<T>> for List {
-    fn read(&self, words: &mut Words<'_>) -> Result<Vec<T>, String> {
-        let parse = |item: &str| item.parse().map_err(|error: T::Err| error.to_string());
-        words.next(self.0)?.split(',').map(parse).collect()
-    }
-
-    fn write(&self, value: &Vec<T>) -> String {
-        quoted(&value.iter().map(T::to_string).collect::<Vec<_>>().join(","))
     }
 }
 

@@ -27,11 +27,11 @@ use mge_run::RunError;
 pub use clusters::{Clusters, Guide};
 pub use hand_play::{Place, Reset};
 pub use mge_task::Edit;
-pub use model::{ModelEvaluate, ModelStop, ModelTrain};
+pub use model::{ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{
-    Checkpoint, Continue, Delete, EmptyTrash, Evaluate, Fork, Note, Open, Pause, Rename, Restore, Resume, Stop, Tag,
-    Train, Watch,
+    Checkpoint, Continue, Delete, EmptyTrash, Evaluate, Fork, Note, Open, Pause, Rename, Restore, Resume, Stop, Train,
+    Watch,
 };
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Redo, Save, Task, Undo};
@@ -267,9 +267,9 @@ macro_rules! commands {
 commands! {
     Task, Save, Undo, Redo, Edit, Propose,
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
-    ModelTrain, ModelEvaluate, ModelStop,
+    ModelTrain, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, EmptyTrash, Evaluate, Checkpoint, Note, Tag, Rename,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Restore, EmptyTrash, Evaluate, Checkpoint, Note, Rename,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }
@@ -425,7 +425,6 @@ mod tests {
         "set ddpg.gamma 0.9",
         "model true",
         "model train bucket,box models/mine.safetensors 500",
-        "model evaluate bucket-box",
         "model stop",
         "clusters",
         "guide",
@@ -446,8 +445,7 @@ mod tests {
         "evaluate",
         "checkpoint best",
         "note runs/a 'holds, but late'",
-        "tag runs/a paper,best",
-        "place 0.25 -0.5 371",
+        "place 0.25 -0.5",
         "reset",
         "figure learning curves.png force 300 width=single",
         "expect success >= 0.5",
@@ -474,12 +472,6 @@ mod tests {
     }
 
     #[test]
-    fn a_list_with_spaces_is_written_in_quotes() {
-        let command = Command::parse("tag runs/a 'two words,b'").unwrap().unwrap();
-        assert_eq!(Command::parse(&command.to_string()).unwrap(), Some(command));
-    }
-
-    #[test]
     fn comments_and_empty_lines_are_ignored() {
         assert_eq!(Command::parse("  # a comment"), Ok(None));
         assert_eq!(Command::parse(""), Ok(None));
@@ -498,7 +490,6 @@ mod tests {
             ("tool set 1 angel=30", "unknown property `angel`: use one of size, angle"),
             ("tool set 1 angle=steep", "`steep` is not a number for angle"),
             ("part move ball-0 0 0", "`ball-0` is not a part: use target, marker"),
-            ("place 0 0 2365", "`2365` is not a number of CREATE's catalogue from 0 to 2364"),
             ("propose 0", "`0` is not a number of subgoals from 1 to 9"),
             ("proposal accept 0", "numbers count from 1"),
             ("seed x", "`x` is not a seed"),
@@ -506,7 +497,6 @@ mod tests {
             ("figure pie a.png", "unknown kind of figure `pie`: use one of scene, clusters"),
             ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in NAME] [until N]"),
             ("undo now", "`now` was not expected"),
-            ("set ddpg {\"hidden\":4}", "`{hidden:4}` is not JSON: write it in single quotes"),
             ("task 'a", "a quote is not closed"),
         ] {
             let error = Command::parse(line).unwrap_err().to_string();

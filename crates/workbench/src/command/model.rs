@@ -1,6 +1,6 @@
-//! Commands that train and evaluate dynamics models in the background.
+//! Commands that train dynamics models in the background.
 
-use super::arguments::{Argument, Changes, Named, Number, Optional, Output, Parsed, Text, Words, is_option};
+use super::arguments::{Argument, Changes, Named, Number, Optional, Output, Parsed, Words, is_option};
 use super::{Command, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
@@ -23,16 +23,8 @@ command! {
 }
 
 command! {
-    /// Evaluates a dynamics model, shipped or from a file.
-    ModelEvaluate(model: String = Text("a model")):
-        "model evaluate" "FILE|NAME" "evaluate a dynamics model on fresh launches and unseen scenes";
-    execute = |this, session| session.evaluate_model(this);
-    script_role = |_| ScriptRole { awaits: WaitFor::Work, ..ScriptRole::default() };
-}
-
-command! {
-    /// Cancels the training or evaluation of a dynamics model.
-    ModelStop: "model stop" "" "end the training or evaluation of a model";
+    /// Cancels the training of a dynamics model.
+    ModelStop: "model stop" "" "end the training of a model";
     execute = |_, session| session.stop_model_work();
     script_role = |_| ScriptRole { unrecorded: true, ..ScriptRole::default() };
 }

@@ -1,16 +1,16 @@
 //! Commands that start, control, open and delete runs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::arguments::{
-    Argument, Changes, Index, Keyword, List, Named, Number, Optional, Or, Parsed, Place, RUN, Rest, RunFolders, Within,
-    Words, optional,
+    Argument, Changes, Index, Keyword, Named, Number, Optional, Parsed, Place, RUN, Rest, RunFolders, Within, Words,
+    optional,
 };
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
 use crate::seeds::folder_of_seed;
 use crate::setup::Setup;
 use crate::{Session, SessionError};
-use mge_run::{CheckpointName, Notes, RunDirectory, RunError};
+use mge_run::{CheckpointName, RunDirectory, RunError};
 use mge_trainer::Control;
 
 /// Commands that control the current run. The journal derives them from the run's state or event log.
@@ -157,18 +157,11 @@ command! {
         /// The note; empty removes it.
         text: String = Rest("a text"),
     }: "note" "FOLDER TEXT" "write a note on a run, kept in its folder; an empty text removes it";
-    execute = |this, _| annotate(&this.folder, |notes| notes.note.clone_from(&this.text));
-}
-
-command! {
-    /// Replaces the tags of a run.
-    Tag {
-        /// The run's folder.
-        folder: PathBuf = RUN,
-        /// The tags; empty removes all.
-        tags: Vec<String> = Or(List("tags"), Vec::new()),
-    }: "tag" "FOLDER [TAG,..]" "give a run tags to find it by, kept in its folder";
-    execute = |this, _| annotate(&this.folder, |notes| notes.tags.clone_from(&this.tags));
+    execute = |this, _| {
+        let directory = RunDirectory::open(&this.folder)?;
+        directory.change_notes(|notes| notes.note.clone_from(&this.text))?;
+        Ok(format!("noted in {}", directory.notes_path().display()))
+    };
 }
 
 command! {
@@ -198,11 +191,4 @@ impl Command {
         let first = setup.config.seed;
         (first..first.saturating_add(count.into())).try_for_each(|seed| check(folder_of_seed(&folder, seed)))
     }
-}
-
-/// Changes the notes in the folder of a run.
-fn annotate(folder: &Path, change: impl FnOnce(&mut Notes)) -> Result<String, SessionError> {
-    let directory = RunDirectory::open(folder)?;
-    directory.change_notes(change)?;
-    Ok(format!("noted in {}", directory.notes_path().display()))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::arguments::{Argument, Json, Named, Number, Parsed, Place, Text, Words};
+use super::arguments::{Argument, Named, Number, Parsed, Place, Text, Words};
 use super::{Command, Execute, Verb, command};
 use crate::setup::Setup;
 use crate::{Session, SessionError};
@@ -69,7 +69,7 @@ command! {
         /// The JSON path.
         key: String = Text("a key"),
         /// JSON, or a string without quotes.
-        value: String = Json,
+        value: String = Text("a value"),
     }: "set" "KEY VALUE" "set any setting by its JSON path, such as ddpg.critic_learning_rate 1e-4";
     prepare = |this, setup| setup.set(&this.key, &this.value);
 }

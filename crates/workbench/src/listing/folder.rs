@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use super::RunSummary;
 use mge_base::paths::entries;
@@ -12,19 +12,11 @@ use mge_results::is_listed_run;
 use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
 
-/// The coarsest resolution of modification times among file systems.
-const MTIME_RESOLUTION: Duration = Duration::from_secs(2);
-/// Number of runs at rest checked in one scan; the others are checked in later ones.
-const CHECKED_PER_SCAN: usize = 500;
-
 /// A folder as a scan has found it.
 #[derive(Debug, Clone, Default)]
 pub struct Folder {
     path: PathBuf,
-    modified: Option<SystemTime>,
     known: BTreeMap<PathBuf, Known>,
-    /// Where the next scan of runs at rest begins.
-    turn: usize,
     /// Something that is shown has changed since the scan before.
     pub is_new: bool,
     /// Number of entries that have not been read yet.
@@ -42,19 +34,6 @@ struct Known {
     damage: Option<String>,
 }
 
-impl Known {
-    /// The order in which entries are read: those never read, those worked on or not started, then those at rest.
-    fn rank(&self) -> u8 {
-        match &self.run {
-            _ if self.stamp.is_none() => 0,
-            // An empty folder may become a run.
-            None if self.stamp == Some(Stamp::default()) => 1,
-            Some(run) if is_worked_on(run) || run.state == RunState::NotStarted => 1,
-            _ => 2,
-        }
-    }
-}
-
 fn is_worked_on(run: &RunSummary) -> bool {
     matches!(run.state, RunState::Running | RunState::Paused)
 }
@@ -70,13 +49,15 @@ impl Folder {
         let mut folder = known.unwrap_or_else(|| Self { path: path.to_owned(), ..Self::default() });
         let begun = Instant::now();
         folder.is_new = before.is_none_or(|before| before.path != path) | folder.list(elsewhere)?;
-        for path in folder.due() {
-            folder.is_new |= folder.read(&path);
-            if begun.elapsed() >= slice {
-                break;
+        let mut due: Vec<PathBuf> = folder.known.keys().cloned().collect();
+        due.sort_by_key(|path| folder.known[path].stamp.is_some());
+        for (place, path) in due.into_iter().enumerate() {
+            // A run that was read before takes no time unless it has changed.
+            if place == 0 || begun.elapsed() < slice || folder.known[&path].stamp.is_some() {
+                folder.is_new |= folder.read(&path);
             }
         }
-        let unread = folder.known.values().filter(|known| known.rank() == 0).count();
+        let unread = folder.known.values().filter(|known| known.stamp.is_none()).count();
         // The last part is news: nothing is left to read.
         folder.is_new |= unread != folder.unread;
         folder.unread = unread;
@@ -110,36 +91,15 @@ impl Folder {
 
     /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
     fn list(&mut self, elsewhere: &[PathBuf]) -> Result<bool, RunError> {
-        let modified = std::fs::metadata(&self.path).and_then(|data| data.modified()).ok();
-        let is_same = modified.is_some() && modified == self.modified;
-        if is_same && elsewhere.iter().all(|path| self.known.contains_key(path)) {
-            return Ok(false);
-        }
-        // A folder changed just now may change again without a change of its modification time.
-        self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= MTIME_RESOLUTION));
-        // It is made by the first training.
         let entries = entries(&self.path).map_err(RunError::io("read", &self.path))?;
-        let mut listed: BTreeMap<PathBuf, Known> = BTreeMap::new();
-        let mut changed = false;
+        let mut before = std::mem::take(&mut self.known);
+        let mut is_new = false;
         for path in entries.into_iter().chain(elsewhere.iter().cloned()) {
-            let known = self.known.remove(&path);
-            changed |= known.is_none() && !listed.contains_key(&path);
-            listed.entry(path).or_insert_with(|| known.unwrap_or_default());
+            let known = before.remove(&path);
+            is_new |= known.is_none() && !self.known.contains_key(&path);
+            self.known.entry(path).or_insert_with(|| known.unwrap_or_default());
         }
-        changed |= !self.known.is_empty();
-        self.known = listed;
-        Ok(changed)
-    }
-
-    /// Entries to read now: all but most of the runs at rest, some of which are read in turn.
-    fn due(&mut self) -> Vec<PathBuf> {
-        let of = |rank| self.known.iter().filter(move |(_, known)| known.rank() == rank).map(|(path, _)| path);
-        let at_rest: Vec<&PathBuf> = of(2).collect();
-        let start = if self.turn < at_rest.len() { self.turn } else { 0 };
-        let others = at_rest.iter().cycle().skip(start).take(CHECKED_PER_SCAN.min(at_rest.len()));
-        let due = of(0).chain(of(1)).chain(others.copied()).cloned().collect();
-        self.turn = start + CHECKED_PER_SCAN;
-        due
+        Ok(is_new || !before.is_empty())
     }
 
     /// Reads a run if it may have changed. True if it has.
@@ -237,7 +197,7 @@ mod tests {
         assert_eq!(scan(&mut folder, directory.path()), None, "nothing has changed");
         for path in [first.path(), broken.as_path()] {
             let file = std::fs::File::options().write(true).open(path.join("config.json")).unwrap();
-            file.set_modified(SystemTime::UNIX_EPOCH).unwrap();
+            file.set_modified(std::time::SystemTime::UNIX_EPOCH).unwrap();
             assert_eq!(scan(&mut folder, directory.path()), None, "nothing that is shown has changed");
         }
         finish(&first, 7);
@@ -275,32 +235,10 @@ mod tests {
     }
 
     #[test]
-    fn runs_at_rest_are_checked_in_turns() {
-        let config = Arc::new(RunConfig::new(Arc::new(mge_task::load("task1").unwrap())));
-        let at_rest = |name: usize| {
-            let path = PathBuf::from(format!("{name:05}"));
-            let run = RunSummary::new(&path, config.clone(), RunState::Finished);
-            (path, Known { stamp: Some(Stamp::default()), run: Some(Arc::new(run)), damage: None })
-        };
-        let mut folder = Folder { known: (0..1200).map(at_rest).collect(), ..Folder::default() };
-        let mut seen = std::collections::BTreeSet::new();
-        for _ in 0..3 {
-            let due = folder.due();
-            assert_eq!(due.len(), CHECKED_PER_SCAN);
-            seen.extend(due);
-        }
-        assert_eq!(seen.len(), 1200);
-        folder.known.extend((0..600).map(|name| (PathBuf::from(format!("new {name}")), Known::default())));
-        let due = folder.due();
-        assert_eq!(due.len(), CHECKED_PER_SCAN + 600);
-        assert!(due[..600].iter().all(|path| path.to_string_lossy().starts_with("new")), "they come first");
-    }
-
-    #[test]
     fn a_run_created_without_a_change_of_the_folders_time_is_found() {
         let directory = tempfile::tempdir().unwrap();
         let mut folder = Folder::default();
-        let now = SystemTime::now();
+        let now = std::time::SystemTime::now();
         for (name, count) in [("a", 1), ("b", 2)] {
             make(directory.path(), name);
             std::fs::File::open(directory.path()).unwrap().set_modified(now).unwrap();

@@ -130,7 +130,7 @@ impl Logs {
             }
         }
         if is_new {
-            Arc::make_mut(curves).follow(&log.records, &log.times);
+            *curves = Arc::new(Curves::of(&log.records, &log.times));
         }
         Some(is_new)
     }

@@ -4,7 +4,7 @@ mod curves;
 mod folder;
 mod groups;
 mod histories;
-mod marks;
+mod interventions;
 mod models;
 mod summary;
 
@@ -16,7 +16,7 @@ use std::time::Duration;
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
-pub use marks::{Mark, marks};
+pub use interventions::interventions;
 pub use models::ModelSummary;
 pub use summary::{RunSummary, span};
 
@@ -159,7 +159,7 @@ impl Listing {
         }
         let records = run.records();
         if !curves.is_of(records) {
-            Arc::make_mut(&mut curves).follow(records, &run.history().times);
+            curves = Arc::new(Curves::of(records, &run.history().times));
         }
         let state = run.last_state().or(on_disk.map(|known| known.state.clone())).unwrap_or(RunState::Interrupted);
         let summary = RunSummary {
@@ -167,7 +167,6 @@ impl Listing {
             opened: true,
             active: run.is_active(),
             queued: run.is_queued(),
-            pausing: run.is_pausing(),
             damaged: run.is_damaged(),
             preparing: run.phase().as_ref().and_then(Phase::preparation),
             done: run.episodes(),

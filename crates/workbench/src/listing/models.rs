@@ -1,11 +1,10 @@
 //! The available dynamics models.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use crate::{MODELS, saved_evaluation};
+use crate::MODELS;
 use mge_base::paths::{entries, suffix};
-use mge_dynamics::{Evaluation, Model, shipped_models};
+use mge_dynamics::{Model, shipped_models};
 use mge_task::Task;
 
 /// An available dynamics model.
@@ -17,8 +16,6 @@ pub struct ModelSummary {
     pub about: String,
     /// It can be read, and knows the tools of the task.
     pub fits: bool,
-    /// Its evaluation, if there is one.
-    pub evaluation: Option<Arc<Evaluation>>,
 }
 
 impl ModelSummary {
@@ -32,7 +29,7 @@ impl ModelSummary {
             Self::new("uniform", "no model: uniform random actions in place of clusters"),
         ];
         let shipped = shipped_models().iter();
-        models.extend(shipped.map(|(name, model)| Self::measured(name, model, task, "shipped")));
+        models.extend(shipped.map(|(name, model)| Self::checked(name, model, task, "shipped")));
         models.extend(Self::in_folder(Path::new(MODELS), task));
         models
     }
@@ -48,7 +45,7 @@ impl ModelSummary {
         let read = |path: &PathBuf| {
             let name = path.display().to_string();
             match Model::load(path) {
-                Ok(model) => Self::measured(&name, &model, task, &format!("trained by you: {}", model.name())),
+                Ok(model) => Self::checked(&name, &model, task, &format!("trained by you: {}", model.name())),
                 Err(error) => Self { fits: false, ..Self::new(&name, &error.to_string()) },
             }
         };
@@ -56,15 +53,14 @@ impl ModelSummary {
     }
 
     fn new(name: &str, about: &str) -> Self {
-        Self { name: name.to_owned(), about: about.to_owned(), fits: true, evaluation: None }
+        Self { name: name.to_owned(), about: about.to_owned(), fits: true }
     }
 
-    /// A model with its stored evaluation, described by why it does not fit the task, or by `fitting` if it does.
-    fn measured(name: &str, model: &Model, task: &Task, fitting: &str) -> Self {
+    /// A model, described by why it does not fit the task, or by `fitting` if it does.
+    fn checked(name: &str, model: &Model, task: &Task, fitting: &str) -> Self {
         let checked = model.check_task(task);
         let about = checked.as_ref().map_or_else(|error| error.to_string(), |()| fitting.to_owned());
-        let evaluation = saved_evaluation(name, model).map(Arc::new);
-        Self { fits: checked.is_ok(), evaluation, ..Self::new(name, &about) }
+        Self { fits: checked.is_ok(), ..Self::new(name, &about) }
     }
 }
 
@@ -78,7 +74,7 @@ mod tests {
         std::fs::write(folder.path().join("mine.safetensors"), "no model").unwrap();
         std::fs::write(folder.path().join("notes.txt"), "no model either").unwrap();
         let found = ModelSummary::in_folder(folder.path(), &mge_task::load("task1").unwrap());
-        assert!(found.len() == 1 && found[0].name.ends_with("mine.safetensors") && found[0].evaluation.is_none());
+        assert!(found.len() == 1 && found[0].name.ends_with("mine.safetensors"));
         assert!(!found[0].about.contains("trained by you"), "{}", found[0].about);
     }
 }

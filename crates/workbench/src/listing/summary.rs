@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Curves;
-use super::marks::{Mark, marks};
 use crate::run_label;
-use mge_run::{Metric, Practised, RunHistory, RunState};
+use mge_run::{Metric, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
 /// A run and its curves.
@@ -29,8 +28,6 @@ pub struct RunSummary {
     pub active: bool,
     /// It waits for a free core.
     pub queued: bool,
-    /// It was asked to pause and does so after its present episode.
-    pub pausing: bool,
     /// Its log was read and is damaged: it belongs to no group, as it is left out of reports.
     pub damaged: bool,
     /// Method, threshold and seed in words, as in legends.
@@ -39,11 +36,6 @@ pub struct RunSummary {
     pub state: RunState,
     /// What the trainer does before the first episode, in words: see [`Phase::preparation`](mge_trainer::Phase).
     pub preparing: Option<String>,
-    /// Results of the practice before the first episode, if they have been read.
-    pub practised: Option<Practised>,
-    /// The present need for exploration of each stage, the goal last, 0 to 1; empty if it is unknown or the epsilon
-    /// schedule does not depend on it.
-    pub needs: Vec<f32>,
     /// Number of finished episodes.
     pub done: u64,
     /// Share of the latest episodes that reached the goal, if known.
@@ -52,8 +44,6 @@ pub struct RunSummary {
     pub curves: Arc<Curves>,
     /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
-    /// Interventions, as far as they have been read.
-    pub marks: Vec<Mark>,
 }
 
 /// A span of time as `12 s`, `3:05` or `1:02:30`.
@@ -76,18 +66,14 @@ impl RunSummary {
             opened: false,
             active: false,
             queued: false,
-            pausing: false,
             damaged: false,
             label: run_label(&config),
             state,
             preparing: None,
-            practised: None,
-            needs: Vec::new(),
             done: 0,
             success: None,
             curves: Arc::default(),
             evaluations: Vec::new(),
-            marks: marks(&config, &[]),
             tags: Vec::new(),
             note: String::new(),
             config,
@@ -96,14 +82,7 @@ impl RunSummary {
 
     /// The same run with what its log says, and the curves of that.
     pub(super) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
-        Self {
-            curves,
-            evaluations: log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect(),
-            marks: marks(&self.config, &log.interventions),
-            practised: log.practised.clone(),
-            needs: log.needs.clone(),
-            ..self
-        }
+        Self { curves, evaluations: log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect(), ..self }
     }
 
     /// The name of its folder, which files about it are named after: two runs may have been given the same name.
@@ -130,29 +109,8 @@ impl RunSummary {
     pub fn state_word(&self) -> &'static str {
         match &self.state {
             _ if self.queued => "queued",
-            RunState::Running if self.pausing => "pausing",
             state => state.name(),
         }
-    }
-
-    /// The name of a stage, counted from 0.
-    pub fn stage(&self, index: usize) -> String {
-        if index + 1 == self.config.task.stage_count() { "goal".to_owned() } else { format!("subgoal {}", index + 1) }
-    }
-
-    /// How often the practice before the first episode reached each stage, in a short phrase.
-    pub fn practice_text(&self) -> Option<String> {
-        let Practised { rollouts, reached, actions } = self.practised.as_ref()?.shortened();
-        let stage = |(index, (hit, all))| format!("{} {hit} of {all}", self.stage(index));
-        let stages = reached.iter().zip(&rollouts).enumerate().map(stage).chain([format!("{actions} actions")]);
-        Some(stages.collect::<Vec<_>>().join(", "))
-    }
-
-    /// The share of the latest greedy attempts at each stage that failed, in a short phrase.
-    pub fn needs_text(&self) -> Option<String> {
-        let stage = |(index, need)| format!("{} {:.0} %", self.stage(index), 100.0 * need);
-        let needs: Vec<String> = self.needs.iter().enumerate().map(stage).collect();
-        (!needs.is_empty()).then(|| needs.join(", "))
     }
 
     /// Episodes per second, while it is trained and once there is enough data.
@@ -160,11 +118,9 @@ impl RunSummary {
         self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
     }
 
-    /// Seconds until the run is finished at its present rate. Its first two fifths, in which most of what it learns
-    /// makes it faster, tell too little about the rest.
+    /// Seconds until the run is finished at its present rate.
     pub fn seconds_left(&self) -> Option<f64> {
-        let rate = self.rate().filter(|_| 5 * self.done >= 2 * self.episodes())?;
-        Some(self.episodes().saturating_sub(self.done) as f64 / rate)
+        Some(self.episodes().saturating_sub(self.done) as f64 / self.rate()?)
     }
 
     /// The latest finite value of a metric.

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use crate::SessionError;
-use crate::run::RunView;
+use crate::run::{QUEUED, RunView};
 use mge_base::paths::fitting;
 use mge_run::RunState;
 
@@ -112,12 +112,14 @@ impl Runs {
     /// # Errors
     /// Which of these.
     pub fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
-        match self.all.iter().find(|run| run.directory().path() == path) {
-            Some(run) if run.is_queued() => Err(SessionError::Queued(run.name())),
-            Some(run) if run.is_active() && run.state() == RunState::Paused => Err(SessionError::Paused(run.name())),
-            Some(run) if run.is_active() => Err(SessionError::Busy(run.name())),
-            _ => Ok(()),
-        }
+        let Some(run) = self.all.iter().find(|run| run.directory().path() == path) else { return Ok(()) };
+        let problem = match run.is_active() {
+            _ if run.is_queued() => QUEUED,
+            true if run.state() == RunState::Paused => "is paused: `stop` it first, or `resume` it",
+            true => "is being trained: `stop` it, or wait for its end, first",
+            false => return Ok(()),
+        };
+        Err(SessionError::Failed(format!("{} {problem}", run.name())))
     }
 }
 

@@ -19,12 +19,9 @@ use super::command::{Command, Continue, Delete, Evaluate, Open, Restore, Stop};
 use super::job::Reporter;
 use super::run::RunView;
 use super::run_log::Recorded;
-use super::session::{Session, episode_number};
-use super::setup::Setup;
-use mge_base::atomic::parent_of;
-use mge_base::paths::entries;
+use super::session::{Session, episode_number, no_such_run};
+use super::setup::{Setup, nothing_to};
 use mge_base::text::counted;
-use mge_results::is_listed_run;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, last_deleted, restore};
 use mge_trainer::{Control, RunConfig, check_continuation};
 
@@ -178,7 +175,7 @@ impl Session {
     }
 
     pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
-        let run = self.run_numbered(number).ok_or(SessionError::NoSuchRun(number + 1))?;
+        let run = self.run_numbered(number).ok_or_else(|| no_such_run(number))?;
         let report = format!("run {} is {}", number + 1, run.name());
         self.runs.current = Some(number);
         Ok(report)
@@ -220,12 +217,7 @@ impl Session {
         if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
             run.name = directory.name();
         }
-        let (name, beside) = (directory.name(), entries(parent_of(directory.path())).unwrap_or_default());
-        let is_same = |other: &&PathBuf| **other != directory.path() && RunDirectory::at(other).name() == name;
-        Ok(match beside.iter().filter(|path| is_listed_run(path)).find(is_same) {
-            Some(other) => format!("{before} is {name} now, as is {}: only their folders differ", other.display()),
-            None => format!("{before} is {name} now"),
-        })
+        Ok(format!("{before} is {} now", directory.name()))
     }
 
     pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
@@ -241,7 +233,7 @@ impl Session {
         let folders = match (folder, self.runs.deleted.last()) {
             (Some(folder), _) => vec![folder.to_owned()],
             (None, Some(together)) => together.clone(),
-            (None, None) => vec![last_deleted(&self.setup.folder)?.ok_or(SessionError::Nothing("restore"))?],
+            (None, None) => vec![last_deleted(&self.setup.folder)?.ok_or_else(|| nothing_to("restore"))?],
         };
         for folder in &folders {
             restore(folder)?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::{SLOW, app, at_noon, bring, change_run, empty, press, shot, text, typical, wanted, watch};
-use crate::tui::app::{App, TerminalRequest};
+use crate::tui::app::App;
 use crate::tui::view::playback::Episode;
 use crate::tui::view::{Level, Live, ViewModel};
 use mge_run::RunState;
@@ -56,22 +56,13 @@ fn leaving_when_idle_asks_once_all_runs_are_paused() {
 }
 
 #[test]
-fn the_end_of_the_training_of_a_model_is_announced() {
-    let (mut app, _) = app(empty());
-    bring(&mut app, ViewModel { model_work: Some(("training".into(), None)), ..empty() });
-    assert_eq!(app.request.take(), None);
-    bring(&mut app, empty());
-    assert!(matches!(app.request.take(), Some(TerminalRequest::Notify(_))));
-}
-
-#[test]
 fn the_greedy_episode_is_shown_once_and_may_be_left() {
     let (mut app, _) = app(typical());
     let mut view = typical();
     view.watched.as_mut().unwrap().greedy = Some(episode(&mut app, 0));
     bring(&mut app, view.clone());
     assert!(app.subject.is_of_run());
-    press(&mut app, "s");
+    press(&mut app, "esc");
     bring(&mut app, view);
     assert!(!app.subject.is_of_run());
 }
@@ -101,18 +92,6 @@ fn an_untouched_scene_repeats_until_there_is_no_input_for_long() {
     assert!(!is_moving(&app));
     app.event(crossterm::event::Event::FocusGained);
     assert!(is_moving(&app), "input resumes playback");
-}
-
-#[test]
-fn one_key_switches_between_training_episode_and_untouched_scene() {
-    let (mut app, _) = app(typical());
-    let view = with_live(episode(&mut app, 1));
-    bring(&mut app, view);
-    let mut is_of_run = |key: &str| {
-        press(&mut app, key);
-        app.subject.is_of_run()
-    };
-    assert_eq!(["", "s", "s"].map(&mut is_of_run), [true, false, true]);
 }
 
 #[test]

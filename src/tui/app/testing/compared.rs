@@ -22,20 +22,6 @@ fn a_fork_is_asked_for_at_the_crosshair_or_at_the_end_of_the_selected_run() {
 }
 
 #[test]
-fn the_interventions_of_compared_runs_have_the_colours_of_their_runs() {
-    let marks = |keys: &str| {
-        let (mut app, _) = app(forked());
-        press(&mut app, keys);
-        let screen = shot(&mut app, 200, 60);
-        let marks = screen.content.iter().filter(|cell| cell.symbol() == "▲");
-        marks.map(|cell| cell.fg == app.theme.warn).collect::<Vec<_>>()
-    };
-    let (alone, together) = (marks("4"), marks("5 space down down space V"));
-    assert!(!alone.is_empty() && alone.iter().all(|is_warning| *is_warning), "a run alone");
-    assert!(!together.is_empty() && !together.contains(&true), "two runs");
-}
-
-#[test]
 fn two_marked_runs_are_shown_with_their_differences_and_an_episode_of_the_watched_one() {
     let (mut app, _) = app(forked());
     press(&mut app, "5 space down down space V");
@@ -77,10 +63,4 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     let screen = text(&shot(&mut app, 60, 20));
     assert!(screen.contains("fork.changes") && screen.contains("+3 more"), "{screen}");
     assert!(!screen.contains("fork.episode") && screen.contains("0.01\"]"), "{screen}");
-    assert!(screen.contains("+3 more: n"), "{screen}");
-    press(&mut app, "n");
-    let screen = text(&shot(&mut app, 60, 20));
-    assert!(screen.contains("fork.episode") && !screen.contains("fork.changes"), "{screen}");
-    press(&mut app, "n");
-    assert!(text(&shot(&mut app, 60, 20)).contains("fork.changes"), "the first ones follow the last");
 }

@@ -1,13 +1,11 @@
 //! The composition of the learning-curve figure.
 
-use std::sync::Arc;
-
 use crossterm::event::Event;
 
-use super::{app, bring, change_run, grouped, press, run_on, shot, text};
+use super::{app, bring, change_run, grouped, press, shot, text};
 use crate::tui::app::App;
 use crate::tui::screens::figures;
-use crate::tui::view::{RunSummary, ViewModel};
+use crate::tui::view::ViewModel;
 
 /// The latest export after these keys.
 fn exported(keys: &str) -> String {
@@ -23,7 +21,7 @@ fn exported_of(view: ViewModel, keys: &str) -> String {
 
 #[test]
 fn a_figure_is_composed_and_its_script_line_is_shown() {
-    let figure = "figure learning figures/task1-learning";
+    let figure = "figure learning figures/learning";
     assert_eq!(exported("7 tab enter enter"), format!("{figure}.png"));
     let composed = |options: &str, key: &str| {
         let (mut app, asked) = app(grouped());
@@ -48,31 +46,20 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
 fn the_prompt_explains_every_option_and_names_the_curves() {
     let (mut app, _) = app(grouped());
     press(&mut app, "7 tab");
-    for (typed, shown) in
-        [("wid", "single or double"), ("ban", "on or off"), ("curve=D", "a curve"), ("fi", "name of the figure")]
-    {
+    for (typed, shown) in [("wid", "single or double"), ("ban", "on or off"), ("curve=D", "a curve")] {
         app.event(Event::Paste(typed.to_owned()));
         let screen = text(&shot(&mut app, 120, 40));
         assert!(screen.contains(shown), "{shown}\n{screen}");
         press(&mut app, "ctrl-u");
     }
-    let completed = exported("7 tab w i d tab s i n tab f i tab m i n e enter enter");
-    assert_eq!(completed, "figure learning figures/mine.png width=single");
+    let completed = exported("7 tab w i d tab s i n tab enter enter");
+    assert_eq!(completed, "figure learning figures/learning.png width=single");
 }
 
 #[test]
 fn the_marked_runs_are_composed() {
     let runs = "runs=runs/plain-0 runs=runs/plain-1 runs=runs/plain-2";
-    assert_eq!(exported("5 space 7 tab enter enter"), format!("figure learning figures/task1-learning.png {runs}"));
-}
-
-#[test]
-fn the_learning_figure_is_named_after_the_common_task_of_its_runs() {
-    let mut view = grouped();
-    view.runs.push(Arc::new(RunSummary { done: 1, ..run_on("task4", "other") }));
-    assert_eq!(exported_of(view.clone(), "7 tab enter enter"), "figure learning figures/learning.png");
-    let marked = "figure learning figures/task4-learning.png runs=runs/other";
-    assert_eq!(exported_of(view, "5 space 7 tab enter enter"), marked);
+    assert_eq!(exported("5 space 7 tab enter enter"), format!("figure learning figures/learning.png {runs}"));
 }
 
 #[test]

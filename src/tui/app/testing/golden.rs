@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{app, change_run, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
+use super::{app, change_run, empty, failed, forked, grouped, press, shot, text, typical};
 use crate::tui::actions::Tab;
 use crate::tui::view::ViewModel;
-use mge_run::Practised;
 use mge_trainer::Phase;
 use mge_workbench::HandPlay;
 
@@ -33,7 +32,6 @@ const SCREENS: &[Shown] = &[
     ("log", typical, "8"),
     ("failed-scene", failed, "1"),
     ("failed-runs", failed, "5"),
-    ("failed-models", failed, "6"),
     ("failed-figures", failed, "7 down"),
     ("failed-log", failed, "8"),
     ("group-training", grouped, "4"),
@@ -46,8 +44,6 @@ const SCREENS: &[Shown] = &[
     ("forks", forked, "5 down"),
     ("forks-compared", forked, "5 space down down space V"),
     ("practice-during", during_practice, "1"),
-    ("practice-after", after_practice, "1"),
-    ("practice-runs", after_practice, "5"),
     ("model-training", model_training, "6"),
     ("help", typical, "?"),
     ("palette", typical, ": e p s i"),
@@ -74,18 +70,8 @@ fn during_practice() -> ViewModel {
     view
 }
 
-fn after_practice() -> ViewModel {
-    let mut view = typical();
-    change_run(&mut view, 1, |run| {
-        run.practised = Some(Practised { rollouts: vec![75, 200], reached: vec![56, 0], actions: 1165 });
-        run.needs = vec![0.05, 1.0];
-    });
-    view
-}
-
 fn model_training() -> ViewModel {
     let mut view = typical();
-    view.models[0].evaluation = Some(Arc::new(evaluation()));
     view.model_work = Some(("training models/mine.safetensors".into(), Some(0.4)));
     view
 }

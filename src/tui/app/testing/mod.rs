@@ -34,15 +34,12 @@ use crate::tui::view::{
 use crate::tui::widgets::preview::PreviewJob;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_agent::DdpgConfig;
-use mge_dynamics::{Compared, Errors, Evaluation, EvaluationConfig, LaunchErrors, OneTool};
 use mge_figures::TaskGrid;
 use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
-use mge_physics::ToolKind;
 use mge_results::Composition;
-use mge_run::{Event, Metric, RunState};
+use mge_run::{Metric, RunState};
 use mge_task::{Region, Task};
 use mge_trainer::{Fork, PriorSource, RunConfig, Trace};
-use mge_workbench::listing::marks;
 use mge_workbench::{Command, FigureKind, HandPlay, PriorState};
 
 /// A workspace that records what it is asked to do.
@@ -149,8 +146,7 @@ pub fn empty() -> ViewModel {
     let task = Arc::new(mge_task::load("task1").unwrap());
     let play = HandPlay::new(task.clone(), 0);
     let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
-    let model =
-        |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), fits: true, evaluation: None };
+    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), fits: true };
     ViewModel {
         task,
         file: None,
@@ -176,7 +172,6 @@ pub fn empty() -> ViewModel {
         watched: None,
         hand,
         model_work: None,
-        model_outcome: None,
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,
@@ -221,7 +216,7 @@ pub fn grouped() -> ViewModel {
     view
 }
 
-/// A run, a fork of it whose schedule was changed during the training, and a fork of that fork.
+/// A run, a fork of it, and a fork of that fork.
 pub fn forked() -> ViewModel {
     let mut view = empty();
     let first = run("first", RunState::Finished, 2000);
@@ -231,10 +226,8 @@ pub fn forked() -> ViewModel {
         config.ddpg.gamma = 0.5;
         config.fork = Some(Fork { run: of.to_owned(), episode, changes, tasks: Vec::new() });
         let known = run(name, RunState::Finished, 1200);
-        let events = [Event::ScheduleChanged { episode: 900, schedule: "0.1".into() }];
-        let marks = marks(&config, &events);
         let RunSummary { config, label, .. } = RunSummary::new(&known.path, Arc::new(config), known.state.clone());
-        Arc::new(RunSummary { config, label, marks, ..known })
+        Arc::new(RunSummary { config, label, ..known })
     };
     let grandchild = fork("first-at500-at700", "first-at500", 700, &["epsilon=0.1"]);
     let child = fork("first-at500", "first", 500, &["ddpg.gamma=0.5"]);
@@ -243,7 +236,7 @@ pub fn forked() -> ViewModel {
     view
 }
 
-/// A run, the clusters and the training of a model have failed.
+/// A run and the clusters have failed.
 pub fn failed() -> ViewModel {
     let mut view = empty();
     let reason = "the critic's loss is not finite after 1203 updates: try a smaller learning rate";
@@ -251,7 +244,6 @@ pub fn failed() -> ViewModel {
     view.runs = vec![Arc::new(run("task1-ddpg-mge-seed0", RunState::Failed(reason.into()), 120))];
     watch(&mut view, 0);
     view.log = vec![at_noon(Level::Error, &format!("task1-ddpg-mge-seed0: {reason}"))];
-    view.model_outcome = Some(Err("models/box.safetensors: epoch 12: the loss is not finite".into()));
     view
 }
 
@@ -285,29 +277,6 @@ pub fn run_on(task: &str, name: &str) -> RunSummary {
 /// A line of the log.
 fn at_noon(level: Level, text: &str) -> LogLine {
     LogLine { time: jiff::civil::time(12, 0, 0, 0), level, text: text.to_owned() }
-}
-
-/// The evaluation of a model of two tools.
-fn evaluation() -> Evaluation {
-    let errors = |mean: f64| Errors { count: 300, mean, median: mean };
-    let of = |mean: f64| OneTool {
-        one_step: errors(mean),
-        one_step_contact: errors(mean),
-        rollout: vec![errors(mean), errors(3.0 * mean)],
-        action_contact: errors(5.0 * mean),
-    };
-    let launches = |tool: ToolKind, mean: f64| LaunchErrors {
-        tool,
-        errors: Compared { model: of(mean), constant_velocity: of(4.0 * mean), rapier: Some(of(0.5 * mean)) },
-    };
-    Evaluation {
-        model: "bucket-box".into(),
-        model_sha256: String::new(),
-        data_hash: String::new(),
-        config: EvaluationConfig::default(),
-        launches: vec![launches(ToolKind::Bucket, 0.0021), launches(ToolKind::Box, 0.0043)],
-        scenes: Vec::new(),
-    }
 }
 
 /// Clusters of both stages of the task.

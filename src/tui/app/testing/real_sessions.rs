@@ -45,7 +45,7 @@ fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
     press(&mut app, "1 g home");
     wait_until(&mut app, |app| seen(app).contains("task1 · episode 1 of task1-ddpg-seed0"));
     wait_until(&mut app, |app| !seen(app).contains("no prediction"));
-    press(&mut app, "s");
+    press(&mut app, "esc");
     assert!(seen(&mut app).contains("task4 · no tool placed"));
 }
 
@@ -171,7 +171,7 @@ fn a_failure_in_the_background_is_reported_logged_and_shown() {
 }
 
 #[test]
-fn figures_tags_and_models_are_up_to_date() {
+fn figures_notes_and_models_are_up_to_date() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &SHORT);
     let apply = |app: &mut App, line: &str| _ = app.workspace.apply(Command::parse(line).unwrap().unwrap()).unwrap();
@@ -183,8 +183,8 @@ fn figures_tags_and_models_are_up_to_date() {
     }
     assert_eq!(app.workspace.view().figures.len(), 1);
     let run = app.workspace.view().runs[0].path.display().to_string();
-    apply(&mut app, &format!("tag {run} paper"));
-    wait_until(&mut app, |app| app.workspace.view().runs[0].tags == ["paper"]);
+    apply(&mut app, &format!("note {run} for the paper"));
+    wait_until(&mut app, |app| app.workspace.view().runs[0].note == "for the paper");
     let about = |app: &App| app.workspace.view().models.iter().map(|model| model.about.clone()).collect::<Vec<_>>();
     wait_until(&mut app, |app| !about(app).is_empty());
     let before = about(&app);

@@ -41,9 +41,6 @@ pub struct Arguments {
 /// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
 
-/// Maximum number of commands with arguments that contain a text, of each kind.
-const LINES: usize = 50;
-
 impl Arguments {
     /// The completions for the current view.
     pub fn new(view: &ViewModel) -> Self {
@@ -63,25 +60,6 @@ impl Arguments {
         }
     }
 
-    /// Commands on the tasks, runs, settings and models whose names or descriptions contain a text, by name first.
-    pub fn lines_with(&self, text: &str) -> Vec<Value> {
-        let lower = text.trim().to_lowercase();
-        if lower.is_empty() {
-            return Vec::new();
-        }
-        let settings: Vec<Value> = self.settings.iter().map(|(setting, _)| setting.clone()).collect();
-        let kinds = [("task", &self.tasks), ("open", &self.runs), ("set", &settings), ("model", &self.models)];
-        let is_in = |text: &str| text.to_lowercase().contains(&lower);
-        let lines = kinds.into_iter().flat_map(|(verb, known)| {
-            let found = known.iter().filter(|known| is_in(&known.text) || is_in(&known.about)).take(LINES);
-            let line = move |text: &str| format!("{verb} {}", shell_words::quote(text));
-            found.map(move |known| (!is_in(&known.text), Value::new(line(&known.text), &*known.about)))
-        });
-        let mut lines: Vec<(bool, Value)> = lines.collect();
-        lines.sort_by_key(|(by_description, _)| *by_description);
-        lines.into_iter().map(|(_, line)| line).collect()
-    }
-
     /// Completions of the last of the words after a verb; those that begin with it come first.
     pub fn of(&self, verb: &Verb, words: &[&str]) -> Vec<Value> {
         let (typed, before) = match words.split_last() {
@@ -93,9 +71,9 @@ impl Arguments {
         }
         let candidates: Vec<Value> = match (verb.name, before) {
             ("task", []) => self.tasks.iter().cloned().chain(files(typed, "json")).collect(),
-            ("open" | "continue" | "delete" | "note" | "tag" | "rename", []) => self.runs.clone(),
+            ("open" | "continue" | "delete" | "note" | "rename", []) => self.runs.clone(),
             ("method", []) => Method::ALL.map(|method| Value::new(method.name(), method.label())).into(),
-            ("model" | "model evaluate", []) => self.models.clone(),
+            ("model", []) => self.models.clone(),
             ("set", []) => self.settings.iter().map(|(setting, _)| setting.clone()).collect(),
             ("set", [key]) => {
                 let known = self.settings.iter().find(|(setting, _)| setting.text == *key);

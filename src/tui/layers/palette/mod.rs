@@ -25,24 +25,6 @@ pub use arguments::{Arguments, Value, matching};
 use mge_base::text::counted;
 use mge_workbench::{Command, Verb, verbs};
 
-/// Actions, and other words for each.
-const SYNONYMS: [(&str, &str); 14] = [
-    ("train", "new start run"),
-    ("stop", "kill end cancel"),
-    ("undo", "revert"),
-    ("quit", "exit close leave"),
-    ("screen-log", "history messages"),
-    ("help", "keys shortcuts"),
-    ("set", "settings parameters hyperparameters options"),
-    ("restore", "undelete trash recover"),
-    ("delete-run", "remove"),
-    ("rename-run", "name"),
-    ("filter-runs", "search find"),
-    ("export-figure", "plot picture"),
-    ("theme", "colours colors dark light"),
-    ("task", "level load"),
-];
-
 /// Lines per page.
 const PAGE: usize = 10;
 
@@ -55,11 +37,9 @@ struct Item {
 }
 
 impl Item {
-    /// The names by which it is found: its own, that of its command, and other words for the same.
+    /// The names by which it is found: its own, and that of its command.
     fn names(&self) -> impl Iterator<Item = &'static str> {
-        let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
-        let synonyms = SYNONYMS.iter().filter(move |(of, _)| *of == name).flat_map(|(_, words)| words.split(' '));
-        [name].into_iter().chain(verb).chain(synonyms)
+        [self.entry.name].into_iter().chain(self.entry.same_verb().map(|verb| verb.name))
     }
 
     /// The usage of its command, or its name, with a description, in one line.
@@ -78,7 +58,7 @@ pub struct CommandPalette {
     found: Vec<Item>,
     /// Everything that can be completed.
     arguments: Arguments,
-    /// Completions of the command being typed, or commands with arguments that contain the text; listed below `found`.
+    /// Completions of the command being typed; listed below `found`.
     values: Vec<Value>,
     /// Commands entered so far, oldest first, and the index of the recalled one.
     history: Vec<String>,
@@ -253,12 +233,10 @@ impl CommandPalette {
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
         self.found = found.into_iter().map(|(_, item)| item).collect();
-        self.values = self.arguments.lines_with(text);
         self.selected = self.named(text);
     }
 
-    /// The place of the action that a text names: in full, or as the only one that begins so; or of the task, run or
-    /// setting of this name.
+    /// The place of the action that a text names: in full, or as the only one that begins so.
     fn named(&self, text: &str) -> Option<usize> {
         let begins = |index: &usize| self.found[*index].names().any(|name| name.starts_with(text));
         let mut begun = (0..self.found.len()).filter(begins);
@@ -266,9 +244,7 @@ impl CommandPalette {
         if self.found.first().is_some_and(|item| item.names().any(|name| name == text)) {
             return Some(0);
         }
-        let is_named = |value: &Value| value.text.split_once(' ').is_some_and(|(_, argument)| argument == text);
-        let argument = self.values.iter().position(is_named).map(|place| self.found.len() + place);
-        argument.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
+        begun.next().filter(|_| !text.is_empty() && begun.next().is_none())
     }
 }
 
@@ -406,10 +382,7 @@ mod tests {
             ("subgoal move 1 0 0.5", "[\"subgoal move 1 0 0.5\"]"),
             ("train", "train on task1"),
             ("hand-play", "hand play: move the tool"),
-            ("new", "train on task1"),
-            ("kill", "stop 1 run?"),
             ("theme", "colours: light"),
-            ("history", "the action clusters are there"),
             ("seed", "seed "),
             ("undoo", "unknown command `undoo`: did you mean `undo`?"),
             ("hplay", "unknown command `hplay`"),
@@ -419,7 +392,6 @@ mod tests {
             ("resume", "[\"resume\"]"),
             ("continue", "[\"continue\"]"),
             ("epsilon 7", "7 is not between 0 and 1"),
-            ("whole-range", "all episodes are shown"),
             ("quarrel 7", "unknown command `quarrel 7`"),
         ] {
             let response = entered(typed);
@@ -466,22 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn tasks_runs_and_settings_are_found_by_their_names() {
-        let offered = |typed: &str| {
-            let mut palette = palette(&[Context::Everywhere], &[]);
-            palette.paste(typed);
-            palette.values.iter().map(|value| value.text.clone()).collect::<Vec<_>>()
-        };
-        assert!(offered("gamma").contains(&"set ddpg.gamma".to_owned()));
-        assert!(offered("task3").contains(&"task task3".to_owned()));
-        assert!(offered("old").contains(&"open old".to_owned()));
-        assert!(offered("").is_empty());
-        assert!(offered("discount").contains(&"set ddpg.gamma".to_owned()), "by its description");
-        assert_eq!(offered("a").iter().filter(|line| line.starts_with("set ")).count().min(20), 20, "not only tasks");
-    }
-
-    #[test]
-    fn everything_that_can_be_done_is_listed_on_every_screen_and_found_by_other_words() {
+    fn everything_that_can_be_done_is_listed_on_every_screen() {
         let listed = palette(&[Context::Runs, Context::Everywhere, Context::Typed], &[]);
         assert_eq!(listed.found.len(), entries().len());
         let found = |typed: &str| {
@@ -489,12 +446,8 @@ mod tests {
             palette.paste(typed);
             palette.selected_item().map(|item| item.entry.name)
         };
-        assert_eq!((found("q"), found("exit")), (Some("quit"), Some("quit")));
-        assert_eq!((found("undelete"), found("settings")), (Some("restore"), Some("set")));
+        assert_eq!((found("q"), found("restore")), (Some("quit"), Some("restore")));
         assert_eq!(found("hand-place"), Some("hand-place"), "of another screen");
-        let mut task = palette(&[Context::Everywhere], &[]);
-        task.paste("task3");
-        assert!(matches!(task.key(KeyCode::Enter.into()), Response::Try(_)), "it is opened");
     }
 
     #[test]
@@ -541,7 +494,6 @@ mod tests {
         for typed in ["epsilon 0.25", "tool add ramp 0 0 20 angle=45", "quarrel 7", "set ddpg.gamma 0.8"] {
             assert_eq!(completed(typed, 0), typed, "nothing is lost");
         }
-        assert_eq!(completed("model evaluate ", 0), "model evaluate trained ", "it is the longer verb");
         let mut begun = palette(&[Context::Everywhere], &["seed 1"]);
         begun.paste("ep");
         begun.key(KeyCode::Up.into());

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use super::super::Ui;
 use super::line::{Line, LineKey};
-use super::{Runs, columns, filter, list};
+use super::{Runs, filter, list};
 use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Form, Value};
+use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
 use mge_workbench::{Command, command};
 
@@ -143,49 +143,12 @@ fn ask_for_text<C: Into<Command> + 'static>(
     vec![Effect::open(Form::prompt(title, hint, now, read))]
 }
 
-/// Asks for the tags of runs; those that all have now are typed in.
-pub fn edit_tags(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
-    let folders: Vec<PathBuf> = runs.iter().map(|run| run.path.clone()).collect();
-    let read = move |text: &str| {
-        let tags: Vec<String> = text.split([' ', ',']).filter(|tag| !tag.is_empty()).map(str::to_owned).collect();
-        let tag = |folder: &PathBuf| Effect::apply(command::Tag { folder: folder.clone(), tags: tags.clone() });
-        Ok(Effect::all(folders.iter().map(tag).collect()))
-    };
-    let title = if let [run] = runs { format!("tags of {}", run.name) } else { format!("tags of {} runs", runs.len()) };
-    let on_all = |tag: &&String| runs.iter().all(|run| run.tags.contains(tag));
-    let now: Vec<&str> =
-        runs.first().map_or(&[][..], |run| &run.tags).iter().filter(on_all).map(String::as_str).collect();
-    let hint = "words with spaces between them; the filter finds tag:WORD";
-    vec![Effect::open(Form::prompt(title, hint, now.join(" "), read))]
-}
-
 /// Asks which runs are listed.
-pub fn ask_for_filter(state: &Runs, ui: &Ui) -> Vec<Effect> {
-    let differing = filter::differing(ui);
-    let read = move |text: &str| {
-        filter::Filter::parse(text)?.check_settings(&differing)?;
-        let text = text.to_owned();
-        Ok(Effect::new(move |app| app.screens.runs.filter(&text)))
+pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
+    let read = |text: &str| {
+        let filter = filter::Filter::parse(text)?;
+        Ok(Effect::call(|app| app.screens.runs.list_only(filter)))
     };
-    let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
-    let prompt = Form::prompt("show runs with", hint, state.filter.text(), read);
-    vec![Effect::open(prompt.completing(filter::completions(ui)))]
-}
-
-/// Asks for the columns of the list.
-pub fn ask_for_columns(state: &Runs, ui: &Ui) -> Vec<Effect> {
-    let differing = filter::differing(ui);
-    let settings: Vec<Value> =
-        differing.iter().map(|path| Value::new(&**path, "a setting in which runs differ")).collect();
-    let read = move |text: &str| {
-        columns::check_settings(&columns::parse(text)?, &differing)?;
-        let text = text.to_owned();
-        Ok(Effect::new(move |app| app.screens.runs.show_columns(&text)))
-    };
-    let defaults = || columns::defaults(u16::MAX).iter().map(columns::Column::heading).collect::<Vec<_>>().join(" ");
-    let now = if state.columns.is_empty() { defaults() } else { state.columns() };
-    let hint = "columns with spaces between them, none for the default ones";
-    let common = columns::names().map(|name| Value::new(name, "")).into_iter();
-    let prompt = Form::prompt("columns", hint, now, read);
-    vec![Effect::open(prompt.completing(settings.into_iter().chain(common).collect()))]
+    let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=0.5 seed=3";
+    vec![Effect::open(Form::prompt("show runs with", hint, state.filter.text(), read))]
 }

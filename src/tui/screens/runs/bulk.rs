@@ -15,13 +15,11 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     {
         return vec![Effect::info(format!("{} is {}: there is nothing to pause", run.name, run.state_word()))];
     }
-    let all_paused = runs.iter().all(|run| run.state == RunState::Paused || run.pausing);
-    let wanted =
-        runs.iter().filter(|run| runs.len() == 1 || all_paused || (run.state == RunState::Running && !run.pausing));
+    let all_paused = runs.iter().all(|run| run.state == RunState::Paused);
+    let wanted = runs.iter().filter(|run| runs.len() == 1 || all_paused || run.state == RunState::Running);
     let command = |run: &RunSummary| -> Command {
         match run.state {
-            RunState::Running if !run.pausing => command::Pause.into(),
-            // A pause that has not begun is withdrawn.
+            RunState::Running => command::Pause.into(),
             _ => command::Resume { until: None }.into(),
         }
     };

@@ -1,12 +1,9 @@
 //! The filter of the list of runs: words, and conditions such as `task:4` and `epsilon<0.2`.
 
-use std::collections::BTreeSet;
-
 use serde_json::Value as Json;
 
 use super::super::Ui;
-use super::{check_setting, is_setting};
-use crate::tui::layers::Value;
+use super::SETTINGS;
 use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
@@ -66,19 +63,6 @@ impl Filter {
         Ok(Self { text: text.trim().to_owned(), terms })
     }
 
-    /// Checks the settings that conditions are on, given those in which runs differ.
-    ///
-    /// # Errors
-    /// The first that no run has.
-    pub fn check_settings(&self, differing: &BTreeSet<String>) -> Result<(), String> {
-        let column = |term: &Term| match term {
-            Term::Word(_) => None,
-            Term::Part(column, _) | Term::Compared(column, ..) => Some(column.clone()),
-        };
-        let mut columns = self.terms.iter().filter_map(column).filter(|column| !COLUMNS.contains(&&**column));
-        columns.try_for_each(|column| check_setting(&column, differing))
-    }
-
     /// Whether a run is listed.
     pub fn accepts(&self, run: &RunSummary, ui: &Ui) -> bool {
         self.terms.iter().all(|term| match term {
@@ -99,35 +83,15 @@ fn term(word: &str) -> Result<Term, String> {
     let Some(((column, value), comparison)) = compared.or_else(|| Some((lower.split_once(':')?, None))) else {
         return Ok(Term::Word(lower));
     };
-    if !COLUMNS.contains(&column) && !is_setting(column) {
-        let known = did_you_mean(COLUMNS, column);
-        let hint = if known.is_empty() { format!(": {}", COLUMNS.join(", ")) } else { known };
+    let known = || COLUMNS.into_iter().chain(SETTINGS.iter().map(String::as_str));
+    if !known().any(|known| known == column) {
+        let near = did_you_mean(known(), column);
+        let hint = if near.is_empty() { format!(": {}", COLUMNS.join(", ")) } else { near };
         return Err(format!("`{column}` is no column or setting{hint}"));
     }
     let Some(comparison) = comparison else { return Ok(Term::Part(column.to_owned(), value.to_owned())) };
     let value = value.parse().map_err(|_| format!("`{value}` in `{word}` is not a number"))?;
     Ok(Term::Compared(column.to_owned(), comparison, value))
-}
-
-/// The settings in which runs differ, by their paths, as far as conditions and columns can name them.
-pub fn differing(ui: &Ui) -> BTreeSet<String> {
-    let settings = ui.view.runs.iter().filter_map(|run| ui.view.groups.settings(&run.path));
-    settings.flat_map(|settings| settings.keys().filter(|path| is_setting(path)).cloned()).collect()
-}
-
-/// What the words of a filter may be: conditions on the columns and settings of the runs.
-pub fn completions(ui: &Ui) -> Vec<Value> {
-    let parts = ["task", "method", "state", "tag"].map(|column| {
-        let values = ui.view.runs.iter().filter_map(move |run| Some(json::text(&value(run, column, ui)?)));
-        let words = values.flat_map(|text| text.split(' ').map(str::to_owned).collect::<Vec<_>>());
-        words.filter(|word| !word.is_empty()).map(move |word| format!("{column}:{word}"))
-    });
-    let parts: BTreeSet<String> = parts.into_iter().flatten().collect();
-    let numbers = ["success>=", "epsilon<", "seed=", "done>", "episodes="].map(|text| Value::new(text, "a number"));
-    let texts = ["name:", "label:", "note:"].map(|text| Value::new(text, "a part of it"));
-    let settings = differing(ui).into_iter().map(|path| Value::new(path + "=", "a setting in which runs differ"));
-    let parts = parts.into_iter().map(|part| Value::new(part, ""));
-    parts.chain(numbers).chain(texts).chain(settings).collect()
 }
 
 /// The text in which words are searched.

@@ -6,9 +6,8 @@ use ratatui::style::Style;
 
 use super::super::status::state_colour;
 use crate::tui::view::{RunGroup, RunSummary};
-use crate::tui::widgets::columns::{shortened, width};
+use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::theme::Theme;
-use mge_base::text::counted;
 use mge_run::RunState;
 
 /// The identity of a line; it does not depend on other lines.
@@ -62,21 +61,13 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its seeds, or
-    /// of its runs if there is less room.
+    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs.
     pub fn named(&self, columns: usize, several_tasks: bool) -> String {
         match self {
             Self::Run(run, false) => shortened(&run.name, columns, true),
             Self::Run(run, true) => format!("  {}", shortened(&run.name, columns.saturating_sub(2), true)),
             Self::Group(group, runs) => {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
-                // The runs of a line are ordered by seed.
-                let seeds = runs.chunk_by(|one, next| one.config.seed == next.config.seed).count();
-                let whole = format!("{label} ({})", counted(seeds, "seed"));
-                if width(&whole) <= columns {
-                    return whole;
-                }
-                // Without the word there is more room for the label.
                 let count = format!(" ({})", runs.len());
                 shortened(&label, columns.saturating_sub(count.len()), true) + &count
             }
@@ -112,12 +103,7 @@ impl<'a> Line<'a> {
         }
         let first = self.foremost();
         let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
-        let queued = runs.iter().filter(|run| run.queued).count();
-        // Show both the runs being trained and those in the queue.
-        match queued {
-            1.. if !first.queued => (format!("{count} {}, {queued} q", short(first.state_word())), style(first)),
-            _ => (format!("{count} {}", first.state_word()), style(first)),
-        }
+        (format!("{count} {}", first.state_word()), style(first))
     }
 }
 
@@ -132,9 +118,4 @@ pub fn urgency(run: &RunSummary) -> usize {
         RunState::NotStarted => 5,
         RunState::Finished => 6,
     }
-}
-
-/// The abbreviation of the word for a state.
-fn short(word: &str) -> &str {
-    word.get(..3).unwrap_or(word)
 }

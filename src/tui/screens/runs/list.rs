@@ -1,6 +1,5 @@
 //! The lines of the list: runs, and groups of runs that differ in the seed only; their order and columns.
 
-use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use ratatui::buffer::Buffer;
@@ -8,48 +7,14 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line as TextLine, Span, Text};
 use ratatui::widgets::{Row, Table, Widget};
-use serde::{Deserialize, Serialize};
 
 use super::super::{HitRegions, Ui};
 use super::Runs;
-use super::columns::{self, Column};
-use super::line::{Line, urgency};
+use super::columns;
+use super::line::Line;
 use crate::tui::view::RunGroup;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
-use mge_base::text::natural_key;
-
-/// What the list is sorted by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Sort {
-    /// The latest first.
-    #[default]
-    Latest,
-    /// By name or label.
-    Name,
-    /// The most urgent first: failed, running, queued, and finished last.
-    State,
-    /// The most episodes first.
-    Episodes,
-    /// The highest success first.
-    Success,
-}
-
-mge_base::names!(Sort {
-    Latest = "the latest first", Name = "name", State = "state", Episodes = "episodes", Success = "success"
-});
-
-impl Sort {
-    fn compare(self, a: &Line, b: &Line) -> Ordering {
-        match self {
-            Self::Latest => Ordering::Equal,
-            Self::Name => natural_key(&a.name()).cmp(&natural_key(&b.name())),
-            Self::State => urgency(a.foremost()).cmp(&urgency(b.foremost())),
-            Self::Episodes => b.progress()[0].cmp(&a.progress()[0]),
-            Self::Success => b.success().unwrap_or(-1.0).total_cmp(&a.success().unwrap_or(-1.0)),
-        }
-    }
-}
 
 /// The lines of the list.
 pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
@@ -75,11 +40,8 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
             Line::Run(..) => {}
         }
     }
-    if state.sort != Sort::Latest {
-        lines.sort_by(|a, b| state.sort.compare(a, b));
-    }
-    if state.reversed {
-        lines.reverse();
+    if state.by_success {
+        lines.sort_by(|a, b| b.success().unwrap_or(-1.0).total_cmp(&a.success().unwrap_or(-1.0)));
     }
     let unfolded = |line: Line<'a>| {
         let seeds = match &line {
@@ -94,22 +56,8 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
 /// Widths of the mark with the colour, and of the state.
 const MARK: u16 = 3;
 const STATE: u16 = 11;
-/// Least width of a name beside chosen columns, and greatest width of a name.
-const NAME: [u16; 2] = [16, 70];
-
-/// The columns that fit: the chosen ones, or the default ones.
-fn columns(state: &Runs, width: u16) -> Vec<Column> {
-    if state.columns.is_empty() {
-        return columns::defaults(width);
-    }
-    let mut room = width.saturating_sub(MARK + STATE + NAME[0] + 3);
-    let fits = |column: &&Column| {
-        let left = room.checked_sub(column.width() + 1);
-        room = left.unwrap_or(0);
-        left.is_some()
-    };
-    state.columns.iter().take_while(fits).cloned().collect()
-}
+/// Greatest width of a name.
+const NAME: u16 = 70;
 
 /// Draws headings and lines, with the selected one highlighted.
 pub fn draw(
@@ -123,17 +71,19 @@ pub fn draw(
 ) {
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
-    let shown = columns(state, area.width);
-    let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width() + 1).sum::<u16>();
-    let name = area.width.saturating_sub(taken).min(NAME[1]);
-    let widths: Vec<Constraint> =
-        [MARK, name, STATE].into_iter().chain(shown.iter().map(Column::width)).map(Constraint::Length).collect();
+    let shown = columns::of_width(area.width);
+    let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
+    let name = area.width.saturating_sub(taken).min(NAME);
+    let widths: Vec<Constraint> = [MARK, name, STATE]
+        .into_iter()
+        .chain(shown.iter().map(|column| column.width))
+        .map(Constraint::Length)
+        .collect();
     let headings = ["", "run", "state"].map(Text::from).into_iter();
     let aligned = |text: String, is_number: bool| {
         if is_number { Text::from(text).right_aligned() } else { Text::from(text) }
     };
-    let headings = headings
-        .chain(shown.iter().map(|it| aligned(shortened(it.heading(), usize::from(it.width()), true), it.is_number())));
+    let headings = headings.chain(shown.iter().map(|column| aligned(column.heading.to_owned(), column.is_number)));
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let row = |index: usize| {
@@ -152,7 +102,7 @@ pub fn draw(
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
         let others = shown.iter().map(|column| {
-            aligned(shortened(&column.cell(line, ui), usize::from(column.width()), false), column.is_number())
+            aligned(shortened(&(column.cell)(line, theme), usize::from(column.width), false), column.is_number)
         });
         Row::new(first.into_iter().chain(others))
     };

@@ -9,7 +9,7 @@ mod line;
 mod list;
 mod preview;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
@@ -19,20 +19,15 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::pane::{self, hint, pane, queue_line};
+use super::pane::{self, hint, pane};
 use super::{HitRegions, Ui};
-use crate::tui::effect::Effect;
 use crate::tui::view::{RunGroup, RunSummary, ViewModel};
 pub use actions::{
-    ask_for_columns, ask_for_filter, compare, edit_note, edit_tags, evaluate, fold, fork, mark, no_run, on_all,
-    on_line, rename, watch,
+    ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, no_run, on_all, on_line, rename, watch,
 };
 pub use bulk::{delete, go_on, pause, stop};
-use columns::Column;
 use filter::Filter;
 use line::{Line, LineKey};
-pub use list::Sort;
-use mge_base::spelling::did_you_mean;
 use mge_run::RunState;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
@@ -44,12 +39,8 @@ pub struct Runs {
     selected: Option<LineKey>,
     row: usize,
     filter: Filter,
-    /// What it is sorted by.
-    pub sort: Sort,
-    /// Whether the order is reversed.
-    pub reversed: bool,
-    /// The chosen columns; empty for the default ones.
-    columns: Vec<Column>,
+    /// The highest success comes first, not the latest run.
+    pub by_success: bool,
     /// Groups whose runs are shown one by one.
     unfolded: HashSet<LineKey>,
     marked: HashSet<PathBuf>,
@@ -60,48 +51,14 @@ const BESIDE: u16 = 110;
 /// Lines above and below the selected one whose curves are read.
 const AROUND: usize = 60;
 
-/// Whether a column or a condition may name it as a setting: `tools`, or a JSON path such as `ddpg.gamma`, which may be
-/// of a run of another version.
-fn is_setting(name: &str) -> bool {
-    name.contains('.') || SETTINGS.iter().any(|known| known == name)
-}
-
 /// The settings of runs of this version.
 static SETTINGS: LazyLock<Vec<String>> =
     LazyLock::new(|| config_keys(&RunConfig::new(Arc::new(task::shipped().swap_remove(0)))));
 
-/// Checks that a setting is one of this version or one in which runs differ: with a misspelt one nothing would be shown.
-fn check_setting(name: &str, differing: &BTreeSet<String>) -> Result<(), String> {
-    let known = || SETTINGS.iter().chain(differing).map(String::as_str);
-    match known().any(|known| known == name) {
-        true => Ok(()),
-        false => Err(format!("no run has the setting `{name}`{}", did_you_mean(known(), name))),
-    }
-}
-
 impl Runs {
     /// Lists only the runs that a filter accepts.
-    ///
-    /// # Errors
-    /// What is wrong with the filter.
-    pub fn filter(&mut self, text: &str) -> Result<(), String> {
-        self.filter = Filter::parse(text)?;
-        (self.selected, self.row) = (None, 0);
-        Ok(())
-    }
-
-    /// Shows these columns.
-    ///
-    /// # Errors
-    /// The first word that is not a column.
-    pub fn show_columns(&mut self, text: &str) -> Result<(), String> {
-        self.columns = columns::parse(text)?;
-        Ok(())
-    }
-
-    /// The chosen columns as they are typed.
-    pub fn columns(&self) -> String {
-        self.columns.iter().map(Column::heading).collect::<Vec<_>>().join(" ")
+    fn list_only(&mut self, filter: Filter) {
+        (self.filter, self.selected, self.row) = (filter, None, 0);
     }
 
     /// The row of the selected line; if it no longer exists, the row where it was or the last one.
@@ -142,12 +99,6 @@ impl Runs {
     pub fn select_line(&mut self, ui: &Ui, line: impl Fn(usize, usize) -> usize) {
         let lines = list::lines(self, ui);
         self.select_of(&lines, line(self.selected_row(&lines), lines.len().saturating_sub(1)));
-    }
-
-    /// Changes to the next order.
-    pub fn sort_by_next(&mut self) -> Vec<Effect> {
-        self.sort = Sort::ALL[(self.sort as usize + 1) % Sort::ALL.len()];
-        vec![Effect::info(format!("sorted by {}", self.sort.name()))]
     }
 
     /// Whether the line in a row of the list is the selected one.
@@ -192,7 +143,6 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     }
     let is_reading = ui.view.runs_unread > 0 && !ui.view.runs.is_empty();
     let inside = pane(&title(state, ui, is_reading), area, ui.theme, buffer);
-    queue_line(ui.view, area, ui.theme, buffer);
     if lines.is_empty() {
         return hint(&ui.text(nothing(state, ui.view)), inside, ui.theme, buffer);
     }
@@ -215,9 +165,8 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
     if !state.filter.is_empty() {
         title = format!("{title} · with `{}`, esc shows all", state.filter.text());
     }
-    if state.sort != Sort::Latest || state.reversed {
-        let order = if state.reversed { ", reversed" } else { "" };
-        title = format!("{title} · by {}{order}", state.sort.name());
+    if state.by_success {
+        title += " · by success";
     }
     if ui.view.runs_damaged > 0 {
         title = format!("{title} · {} damaged: {}", ui.view.runs_damaged, ui.text("{screen-log} tells why"));

@@ -79,25 +79,10 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
 }
 
 fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
-    let is_noted = !run.note.is_empty() || !run.tags.is_empty();
-    let tags = if run.tags.is_empty() { String::new() } else { format!("tags: {}\n", run.tags.join(" ")) };
-    let (note, style) = match is_noted {
-        true => (printable(&run.note).to_string(), Style::new()),
-        false => (ui.text("{edit-note} writes a note, {edit-tags} gives tags"), ui.theme.faint()),
-    };
-    let notes = section(ui, "notes", lines(&(tags + &note), width, style).collect(), width);
+    let note = Some(printable(&run.note)).filter(|note| !note.is_empty());
+    let note = note.iter().flat_map(|note| lines(note, width, Style::new())).collect();
     // What a user wrote comes first: what does not fit is cut off at the end.
-    let (mut text, hint) = if is_noted { (notes, Vec::new()) } else { (Vec::new(), notes) };
+    let mut text = section(ui, "note", note, width);
     text.extend(section(ui, SETTINGS, settings(ui, run, width), width));
-    let marks: Vec<TextLine> = run
-        .marks
-        .iter()
-        .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
-        .collect();
-    let practice = run.practice_text().or(run.preparing.clone());
-    let practice = practice.iter().flat_map(|practice| lines(practice, width, Style::new())).collect();
-    text.extend(section(ui, "rollouts of practice", practice, width));
-    text.extend(section(ui, "interventions", marks, width));
-    text.extend(hint);
     text
 }

@@ -25,8 +25,6 @@ pub enum Choice {
     /// The latest training episode on the edited task; if there is none, an episode without tools.
     #[default]
     Latest,
-    /// An episode without tools, even if the task is being trained on.
-    Untouched,
     /// A past episode of the watched run, or an episode of its greedy policy.
     Past(Arc<Episode>),
     /// The episode played by hand.
@@ -187,12 +185,12 @@ fn chosen(
                     (view.task.clone(), continued(view, before, next).unwrap_or(&live.episode).clone(), None)
                 }
                 _ => {
-                    let note = trained.map(|live| other_task(&live.episode.task, &view.task));
+                    let note =
+                        trained.map(|live| format!("the run trains {}, not the edited task", live.episode.task.name));
                     (view.task.clone(), untouched(&view.task, before), note)
                 }
             }
         }
-        Choice::Untouched => (view.task.clone(), untouched(&view.task, before), None),
     }
 }
 
@@ -238,13 +236,4 @@ fn past_clusters(agent: Option<&Arc<SavedAgent>>, task: &Task, of_run: Option<&W
 /// Whether two tasks are equal except for name and description.
 fn is_same_scene(a: &Task, b: &Task) -> bool {
     std::ptr::eq(a, b) || Task { name: b.name.clone(), description: b.description.clone(), ..a.clone() } == *b
-}
-
-/// What a run trains, whose latest episode is on the task `trained`.
-fn other_task(trained: &Task, edited: &Task) -> String {
-    if trained.name == edited.name {
-        format!("the run trains {} as it was before the edits", trained.name)
-    } else {
-        format!("the run trains {}", trained.name)
-    }
 }

@@ -79,7 +79,7 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
     let subject = choose(&view, Choice::Latest, None);
     assert_eq!(
         (subject.episode.origin.clone(), subject.note.as_deref()),
-        (Origin::Untouched, Some("the run trains task4"))
+        (Origin::Untouched, Some("the run trains task4, not the edited task"))
     );
     assert!(subject.agent_view(0).is_err());
     let mut edited = Task::clone(&view.task);
@@ -88,7 +88,7 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
     edited.goal.position[0] += 0.1;
     view.task = Arc::new(edited);
     let subject = choose(&view, Choice::Latest, None);
-    assert_eq!(subject.note.as_deref(), Some("the run trains task1 as it was before the edits"));
+    assert_eq!(subject.note.as_deref(), Some("the run trains task1, not the edited task"));
     let renamed = Task { name: "mine".to_owned(), ..task("task1").as_ref().clone() };
     view.task = Arc::new(renamed);
     assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name does not make another scene");
@@ -154,7 +154,7 @@ fn only_the_episodes_of_a_run_have_its_networks() {
     view.watched = Some(watched("a", &view.task.clone(), true));
     let latest = choose(&view, Choice::Latest, None);
     assert!(latest.networks.is_some() && latest.needed_agent().is_none());
-    let untouched = choose(&view, Choice::Untouched, None);
+    let untouched = choose(&empty(), Choice::Latest, None);
     assert_eq!(untouched.agent_view(0), Err("no agent acts in this episode".to_owned()));
     assert!(untouched.networks.is_none() && untouched.needed_agent().is_none());
     let past = choose(&view, Choice::Past(episode("a", &view.task)), None);

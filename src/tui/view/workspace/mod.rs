@@ -62,8 +62,6 @@ pub trait Workspace {
 const RECOMPUTE_DELAY: Duration = Duration::from_millis(700);
 /// Minimum time between two refreshes for frequent events such as episodes.
 const REFRESH: Duration = Duration::from_millis(200);
-/// Number of the latest log lines among which the line of an evaluation is looked for.
-const RECENT: usize = 50;
 /// Number of log lines kept.
 const LOG: usize = 2000;
 
@@ -124,7 +122,6 @@ impl SessionWorkspace {
             watched: None,
             hand: hand_episode(&session, &task, None),
             model_work: None,
-            model_outcome: None,
             figures: Vec::new(),
             log: Vec::new(),
             log_total: 0,
@@ -175,7 +172,9 @@ impl SessionWorkspace {
         match notice {
             Notice::Finished { command, outcome } => self.take_outcome(command, outcome),
             Notice::Warning(text) => self.log(Level::Warning, text.clone()),
-            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::Progress { .. } | Notice::Changed => {}
+            Notice::Run { event: Event::EpisodeFinished(_) | Event::Checkpointed { .. }, .. }
+            | Notice::Progress { .. }
+            | Notice::Changed => {}
             Notice::Run { run, event } => {
                 let level = match event {
                     Event::Failed { .. } => Level::Error,
@@ -184,35 +183,16 @@ impl SessionWorkspace {
                     _ => Level::Info,
                 };
                 let name = self.session.run_numbered(*run).map_or_else(String::new, RunView::name);
-                if !self.is_of_evaluation(&name, event) {
-                    self.log(level, format!("{name}: {event}"));
-                }
+                self.log(level, format!("{name}: {event}"));
             }
         }
-    }
-
-    /// Adds the checkpoint after an evaluation to the line of that; false if there is no such line.
-    fn is_of_evaluation(&mut self, run: &str, event: &Event) -> bool {
-        let Event::Checkpointed { episode, names } = event else { return false };
-        let evaluation = format!("{run}: episode {episode}: greedy policy");
-        let Some(line) = self.view.log.iter_mut().rev().take(RECENT).find(|line| line.text.starts_with(&evaluation))
-        else {
-            return false;
-        };
-        if names.iter().any(|name| name == "best") {
-            line.text += ", the best so far";
-        }
-        true
     }
 
     /// Logs the outcome of a background command and updates the view for it.
     fn take_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
         match command {
             Command::Clusters(_) => self.view.prior_failure = outcome.as_ref().err().cloned(),
-            Command::ModelTrain(_) | Command::ModelEvaluate(_) => {
-                self.model_changes += 1;
-                self.view.model_outcome = Some(outcome.clone());
-            }
+            Command::ModelTrain(_) => self.model_changes += 1,
             Command::Figure(figure) if outcome.is_ok() => {
                 self.view.figures.retain(|known| *known != figure.to.path);
                 self.view.figures.push(figure.to.path.clone());
@@ -281,12 +261,7 @@ impl Workspace for SessionWorkspace {
         self.touched = Instant::now();
         let changes_folder = matches!(
             command,
-            Command::Out(_)
-                | Command::Note(_)
-                | Command::Tag(_)
-                | Command::Rename(_)
-                | Command::Delete(_)
-                | Command::Restore(_)
+            Command::Out(_) | Command::Note(_) | Command::Rename(_) | Command::Delete(_) | Command::Restore(_)
         );
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {

@@ -34,18 +34,11 @@ impl SessionWorkspace {
         if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
             view.hand = hand_episode(session, &view.task, Some(&view.hand));
         }
-        let work = session.model_work().map(|(name, progress)| (name, progress.share()));
-        let name = |work: &Option<(String, _)>| work.as_ref().map(|(name, _)| name.clone());
-        if work.is_some() && name(&work) != name(&view.model_work) {
-            view.model_outcome = None;
-        }
-        view.model_work = work;
+        view.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
         if let Some((_, Ok(models))) = self.models.latest(|_| true) {
             view.models.clone_from(models);
         }
-        // Drop the summaries first: while they share the curves, extending them would copy them.
         let before = self.view.watched.take().map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
-        self.view.runs = Vec::new();
         self.listing.refresh(&self.session);
         self.view.runs = self.listing.runs().to_vec();
         self.view.groups = self.listing.groups().clone();

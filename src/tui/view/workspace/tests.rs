@@ -62,11 +62,6 @@ fn notices_are_logged_with_their_severity() {
         workspace.take_notice(&Notice::Run { run: 0, event });
         assert!(latest(&workspace).level == level && latest(&workspace).text.ends_with(&text), "{text}");
     }
-    let evaluated = Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 };
-    let saved = Event::Checkpointed { episode: 3, names: vec!["last".into(), "best".into()] };
-    let lines = workspace.view.log.len();
-    [evaluated, saved].into_iter().for_each(|event| workspace.take_notice(&Notice::Run { run: 0, event }));
-    assert!(workspace.view.log.len() == lines + 1 && latest(&workspace).text.ends_with("2.00, the best so far"));
     workspace.take_notice(&Notice::Warning("epsilon 0.1 cripples it".to_owned()));
     assert_eq!((latest(&workspace).level, &*latest(&workspace).text), (Level::Warning, "epsilon 0.1 cripples it"));
     assert!(is_frequent(&Notice::Changed));
@@ -82,8 +77,6 @@ fn the_outcomes_of_background_commands_are_logged_and_shown() {
     };
     note(&mut workspace, "clusters", Ok("the clusters are there"));
     assert_eq!(latest(&workspace).text, "the clusters are there", "no training could take them over");
-    note(&mut workspace, "model evaluate bucket-box", Err("no launches"));
-    assert_eq!(workspace.view.model_outcome, Some(Err("no launches".to_owned())));
     note(&mut workspace, "figure scene scene.png", Err("the disk is full"));
     assert!(workspace.view.figures.is_empty());
 }
@@ -233,19 +226,4 @@ fn what_a_run_does_before_its_first_episode_is_shown() {
         let preparing = workspace.view.runs[0].preparing.as_deref();
         preparing.is_some_and(|text| text.starts_with("clusters, stage 1 of 2"))
     });
-}
-
-#[test]
-fn the_outcome_of_a_model_stays_until_the_next_model_is_trained() {
-    let folder = tempfile::tempdir().unwrap();
-    let train = |name: &str, epochs: u32| {
-        let path = folder.path().join(name).display().to_string();
-        format!("model train box {} {epochs}", shell_words::quote(&path))
-    };
-    let mut workspace = workspace(folder.path(), &[&train("first.safetensors", 1)]);
-    poll_until(&mut workspace, |workspace| workspace.view.model_outcome.is_some());
-    assert!(workspace.view.model_work.is_none());
-    apply(&mut workspace, &train("second.safetensors", 1000));
-    assert!(workspace.view.model_work.is_some() && workspace.view.model_outcome.is_none());
-    apply(&mut workspace, "model stop");
 }

@@ -153,12 +153,7 @@ fn the_selection_moves_to_the_neighbour_and_wraps() {
     let last = empty().task.tools.len();
     check(empty(), "backtab delete", &[&format!("tool delete {last}")], "");
     let mut models = empty();
-    models.models.push(crate::tui::view::ModelSummary {
-        name: "box".into(),
-        about: "another".into(),
-        fits: true,
-        evaluation: None,
-    });
+    models.models.push(crate::tui::view::ModelSummary { name: "box".into(), about: "another".into(), fits: true });
     check(models.clone(), "6 down enter", &["model true"], "");
     check(models.clone(), "6 down down up enter", &["model true"], "");
     check(models, "6 end enter", &["model box"], "");
@@ -317,7 +312,7 @@ fn hand_play_begins_within_the_scene_and_resumes_playback_at_its_end() {
     let mut view = empty();
     Arc::make_mut(&mut view.task).ball.position = [0.25, -0.8];
     check(view, "P enter", &["place 0.25 -0.9"], "");
-    check(empty(), "P s enter", &[], "nothing is selected");
+    check(empty(), "P esc enter", &[], "nothing is selected");
     let (mut app, _) = app(empty());
     press(&mut app, "P . esc");
     assert!(app.screens.scene.player.playing);
@@ -342,7 +337,7 @@ fn hand_play_shows_its_latest_action_and_reports_its_end() {
     let mut view = empty();
     let mut play = mge_workbench::HandPlay::new(view.task.clone(), 0);
     let mut played = |places: usize| {
-        (0..places).for_each(|_| _ = play.place([-0.9, 0.9], None));
+        (0..places).for_each(|_| _ = play.place([-0.9, 0.9]));
         view.hand.trace = Arc::new(play.trace().clone());
         view.hand.snapshot = Arc::new(play.snapshot().clone());
         view.clone()

@@ -22,43 +22,15 @@ fn the_log_scrolls_by_line_and_page() {
 }
 
 #[test]
-fn the_log_shows_what_matters_or_lines_with_words() {
-    let shown = |keys: &str| {
-        let (mut app, _) = app(typical());
-        press(&mut app, &format!("8 {keys}"));
-        let screen = text(&shot(&mut app, 120, 40));
-        ["training in runs/task1", "the action clusters are there"].map(|line| screen.contains(line))
-    };
-    assert_eq!(shown(""), [true, true]);
-    assert_eq!(shown("v"), [false, true]);
-    assert_eq!(shown("v v"), [false, false]);
-    assert_eq!(shown("v v v"), [true, true]);
-    assert_eq!(shown("/ s e e d 0 enter"), [true, false]);
-    assert_eq!(shown("/ t a s k tab enter"), [true, false], "the run's name is completed");
-    assert_eq!(shown("v v esc"), [true, true]);
-    check(typical(), "8 v v", &[], "warnings and errors, esc shows all");
-}
-
-#[test]
-fn filters_and_columns_are_completed() {
-    check(grouped(), "5 / m e t tab", &[], "method:ddpg");
-    check(grouped(), "5 / m e t down down tab enter", &[], "with `method:ddpg-mge`");
-    check(grouped(), "5 / m e t down down enter enter", &[], "with `method:ddpg-mge`");
-    check(grouped(), "5 | ctrl-u s e e tab enter", &[], "seed");
-}
-
-#[test]
 fn a_removed_model_is_no_longer_selected() {
     let mut view = empty();
-    let model =
-        |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true, evaluation: None };
+    let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true };
     view.models.extend((0..5).map(model));
     let (mut app, asked) = app(view);
     press(&mut app, "6 end");
     bring(&mut app, empty());
     press(&mut app, "up enter");
     assert_eq!(*asked.borrow(), ["model trained"]);
-    check(empty(), "6 end v", &[], "there is nothing to evaluate");
 }
 
 #[test]
@@ -74,8 +46,8 @@ fn a_log_that_has_become_shorter_is_shown_from_its_first_line() {
 fn a_long_name_of_a_model_leaves_room_for_its_description() {
     let name = format!("models/{}.safetensors", "x".repeat(60));
     let mut view = empty();
-    view.models.push(ModelSummary { name: name.clone(), about: "another".into(), fits: true, evaluation: None });
-    view.models.push(ModelSummary { name: "talkative".into(), about: "y".repeat(100), fits: true, evaluation: None });
+    view.models.push(ModelSummary { name: name.clone(), about: "another".into(), fits: true });
+    view.models.push(ModelSummary { name: "talkative".into(), about: "y".repeat(100), fits: true });
     let (mut app, _) = app(view);
     press(&mut app, "6");
     let screen = text(&shot(&mut app, 120, 40));

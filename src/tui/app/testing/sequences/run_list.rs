@@ -42,50 +42,6 @@ fn an_empty_list_says_that_the_folder_is_being_read() {
 }
 
 #[test]
-fn the_prompt_for_columns_names_all_of_them() {
-    for column in ["remaining", "interval", "seed", "task", "tags", "note"] {
-        check(empty(), "5 |", &[], &format!("│ {column} "));
-    }
-}
-
-#[test]
-fn columns_of_groups_show_the_range_of_seeds_and_epsilon_only_where_it_is_used() {
-    let (mut app, _) = app(grouped());
-    press(&mut app, "5 | ctrl-u s e e d space m e t h o d enter");
-    let screen = text(&shot(&mut app, 120, 40));
-    assert_eq!(screen.matches(" 0-2 ddpg").count(), 2, "{screen}");
-    press(&mut app, "| ctrl-u e p s i l o n enter");
-    let screen = text(&shot(&mut app, 120, 40));
-    assert_eq!(screen.matches(" 0.8 to 0.05 over 1..").count(), 1, "plain DDPG uses no epsilon\n{screen}");
-}
-
-#[test]
-fn columns_that_would_leave_too_little_room_for_names_are_left_out() {
-    let name = "sixteen-wide-run";
-    let (mut app, _) = app(ViewModel { runs: vec![Arc::new(run_summary(name))], ..empty() });
-    press(&mut app, "5 | ctrl-u n o t e space t a g s enter");
-    let mut screen = |width: u16| text(&shot(&mut app, width, 24));
-    let heading = |screen: &str| screen.lines().nth(2).unwrap_or_default().to_owned();
-    let wide = screen(75);
-    assert!(wide.contains(&format!("{name} finished")) && heading(&wide).contains("tags"), "{wide}");
-    let narrow = screen(74);
-    assert!(heading(&narrow).contains("note") && !heading(&narrow).contains("tags"), "{narrow}");
-}
-
-#[test]
-fn queued_runs_come_before_paused_ones_when_sorted_by_state() {
-    let run = |name: &str, state: RunState, queued: bool| Arc::new(RunSummary { state, queued, ..run_summary(name) });
-    let runs = vec![
-        run("queued", RunState::NotStarted, true),
-        run("paused", RunState::Paused, false),
-        run("finished", RunState::Finished, false),
-    ];
-    let view = ViewModel { runs, ..empty() };
-    check(view.clone(), "5 s s enter", &["open runs/queued"], "");
-    check(view, "5 s s down enter", &["open runs/paused"], "");
-}
-
-#[test]
 fn a_group_whose_runs_all_wait_is_queued() {
     let mut view = grouped();
     for place in 3..6 {
@@ -94,7 +50,7 @@ fn a_group_whose_runs_all_wait_is_queued() {
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 120, 40));
-    assert_eq!(screen.matches("3 queued").count(), 2, "in its line and in the border of the list\n{screen}");
+    assert!(screen.contains("3 queued"), "{screen}");
 }
 
 #[test]

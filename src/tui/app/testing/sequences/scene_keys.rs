@@ -12,7 +12,7 @@ fn playback_is_made_faster_and_slower_and_starts_again() {
     check(empty(), "space >", &[], " x8 ");
     check(empty(), "space <", &[], " x2 ");
     check(empty(), ">", &[], "stopped · reward 0.00 · x8 ");
-    check(empty(), "<", &[], "speed x2");
+    check(empty(), "<", &[], "stopped · reward 0.00 · x2 ");
     let (mut app, _) = app(empty());
     press(&mut app, ". . .");
     assert_eq!(app.screens.scene.player.step(), 3);
@@ -34,7 +34,6 @@ fn every_overlay_of_an_agent_says_that_none_acts_or_what_it_waits_for() {
         check(typical(), key, &[], "no agent acts here");
     }
     check(typical(), "pageup i", &[], "no critic or actor: the checkpoint is being read");
-    check(empty(), "s", &[], "there is no training episode yet: t trains one");
 }
 
 #[test]

@@ -1,8 +1,6 @@
 //! Trainings and their settings, clusters, models and figures, by keys.
 
 use super::*;
-use crate::tui::view::Curves;
-use mge_run::Metric;
 
 #[test]
 fn training_is_started_paused_resumed_and_stopped() {
@@ -14,13 +12,6 @@ fn training_is_started_paused_resumed_and_stopped() {
         view
     };
     check(paused(), "p", &["resume"], "paused");
-    let pausing = || {
-        let mut view = typical();
-        change_run(&mut view, 1, |run| (run.pausing, run.done) = (true, 0));
-        view
-    };
-    check(pausing(), "p", &["resume"], "pausing");
-    check(pausing(), "q", &[], "is about to be paused.");
     check(paused(), "t enter", &["train"], "paused");
     check(typical(), "x", &[], "stop 1 run?");
     check(typical(), "x y", &["stop"], "running");
@@ -39,8 +30,6 @@ fn epsilon_is_changed_by_key_and_palette() {
 fn clusters_are_computed_shown_and_passed_to_the_training() {
     check(empty(), "c", &["clusters"], "");
     check(typical(), ": g u i d e enter", &["guide"], "");
-    check(typical(), "v", &[], "clusters of subgoal 1");
-    check(typical(), "v v", &[], "clusters of the goal");
     check(empty(), "a", &[], "c computes them");
     check(empty(), "b", &[], "t trains one");
     let mut single = typical();
@@ -112,37 +101,12 @@ fn a_wrong_value_in_the_run_dialog_is_told_while_it_is_typed() {
 }
 
 #[test]
-fn the_run_dialog_estimates_the_cost_from_the_latest_runs_of_the_method() {
-    check(empty(), "t", &[], "1 x 2000 episodes: no run of this method has got");
-    let known = |done: u64| {
-        let mut curves = Curves::default();
-        // The first episodes take a second each, the later ones a tenth; each has five actions.
-        for episode in 1..=done {
-            let seconds = episode.min(100) as f32 + 0.1 * episode.saturating_sub(100) as f32;
-            curves.push(episode, seconds, [5.0 * episode as f32; Metric::KEPT.len()]);
-        }
-        let mut view = typical();
-        view.runs.truncate(1);
-        view.watched = None;
-        change_run(&mut view, 0, |run| (run.done, run.curves) = (done, Arc::new(curves)));
-        view
-    };
-    check(known(2000), "t", &[], "1 x 2000 episodes: about 10000 charged actions, 4:50 for each");
-    check(known(2000), "t down ctrl-u 1 0 0", &[], "1 x 100 episodes: about 500 charged actions, 1:40 for each");
-    check(known(1000), "t", &[], "about 10000 charged actions, 4:50 for each");
-    check(known(900), "t", &[], "no run of this method has got");
-    check(known(2000), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 charged actions, 4:50");
-    check(known(2000), "t left", &[], "1 x 2000 episodes: no run of this method has got");
-}
-
-#[test]
 fn the_number_of_seeds_is_kept_for_the_next_training() {
     check(empty(), "t down down ctrl-u 3 enter t enter", &["train seeds 3", "train seeds 3"], "");
 }
 
 #[test]
-fn models_are_chosen_measured_and_trained() {
-    check(empty(), "6 v", &[], "it is trained when it is needed");
+fn models_are_chosen_and_trained() {
     check(empty(), "6 end enter", &["model true"], "");
     check(empty(), "6 T enter", &["model train box,bucket models/box-bucket.safetensors"], "");
     check(empty(), "6 T ctrl-w ctrl-w x space y enter", &[], "unknown tool `x`: use one of bucket, square");
@@ -199,12 +163,11 @@ fn a_run_without_episodes_says_what_it_waits_for() {
         });
         view
     };
-    check(without(true, false), "4", &[], "waiting for a free core");
-    check(without(false, true), "4", &[], "the first episode is in progress");
-    check(without(false, false), "4", &[], "the first episode, or the practice before it");
+    check(without(true, false), "4", &[], "no episodes yet: queued");
+    check(without(false, true), "4", &[], "no episodes yet: running");
     let mut ended = without(false, false);
     change_run(&mut ended, 1, |run| run.state = RunState::Stopped("on request".into()));
-    check(ended, "4", &[], "it ended before its first episode");
+    check(ended, "4", &[], "no episodes yet: stopped");
 }
 
 #[test]
@@ -239,12 +202,6 @@ fn a_queued_run_leaves_the_queue_after_a_question() {
     change_run(&mut view, 1, |run| (run.queued, run.active, run.state) = (true, false, RunState::NotStarted));
     check(view.clone(), "x", &[], "in the queue");
     check(view, "x y", &["stop"], "");
-}
-
-#[test]
-fn the_clusters_of_each_stage_are_shown_in_turn() {
-    check(typical(), "v v v", &[], "clusters of all stages");
-    check(typical(), "v v v v", &[], "clusters of subgoal 1");
 }
 
 #[test]

@@ -1,21 +1,12 @@
-//! Marks in the curves of a run: where somebody intervened.
+//! Interventions in a run: where somebody changed it from outside.
 
 use mge_run::Event;
 use mge_trainer::RunConfig;
 
-/// An intervention.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mark {
-    /// Episodes finished by then.
-    pub episode: u64,
-    /// Short description.
-    pub text: String,
-}
-
-/// The marks of a run: where it was forked, and its interventions, in order.
-pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
-    let forked = config.fork.as_ref().map(|fork| Mark { episode: u64::from(fork.episode), text: fork.to_string() });
-    let begins = forked.as_ref().map_or(0, |fork| fork.episode);
+/// Where a run was forked, and its interventions, in order: the episodes finished by then, and a short description.
+pub fn interventions(config: &RunConfig, events: &[Event]) -> Vec<(u64, String)> {
+    let forked = config.fork.as_ref().map(|fork| (u64::from(fork.episode), fork.to_string()));
+    let begins = forked.as_ref().map_or(0, |(episode, _)| *episode);
     let of_event = |event: &Event| {
         let text = match event {
             Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
@@ -29,12 +20,12 @@ pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
             Event::Started { .. } => "continued".to_owned(),
             _ => return None,
         };
-        Some(Mark { episode: event.episode(), text })
+        Some((event.episode(), text))
     };
-    let mut marks: Vec<Mark> = forked.into_iter().chain(interventions.iter().filter_map(of_event)).collect();
+    let mut all: Vec<(u64, String)> = forked.into_iter().chain(events.iter().filter_map(of_event)).collect();
     // A fork also has the interventions before it, which come first.
-    marks.sort_by_key(|mark| mark.episode);
-    marks
+    all.sort_by_key(|(episode, _)| *episode);
+    all
 }
 
 #[cfg(test)]
@@ -45,7 +36,7 @@ mod tests {
     use mge_trainer::Fork;
 
     #[test]
-    fn marks_describe_interventions_but_not_scheduled_events() {
+    fn what_somebody_changed_is_told_but_not_scheduled_events() {
         let mut config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
         config.refinement.every = 50;
         let clusters = |episode| Event::ClustersChanged { episode, clusters: vec![1], given: false };
@@ -56,7 +47,8 @@ mod tests {
             clusters(70),
         ];
         let texts = |config: &RunConfig| {
-            marks(config, &events).into_iter().map(|mark| format!("{} {}", mark.episode, mark.text)).collect::<Vec<_>>()
+            let all = interventions(config, &events).into_iter();
+            all.map(|(episode, text)| format!("{episode} {text}")).collect::<Vec<_>>()
         };
         assert_eq!(texts(&config), ["20 epsilon 0.1", "60 paused", "70 other clusters"]);
         let started = |episode| Event::Started {
@@ -70,13 +62,13 @@ mod tests {
             changes: Vec::new(),
         };
         let continued = |config: &RunConfig| {
-            let found = marks(config, &[started(0), started(30), started(55)]).into_iter();
-            found.filter(|mark| mark.text == "continued").map(|mark| mark.episode).collect::<Vec<_>>()
+            let found = interventions(config, &[started(0), started(30), started(55)]).into_iter();
+            found.filter(|(_, text)| text == "continued").map(|(episode, _)| episode).collect::<Vec<_>>()
         };
         assert_eq!(continued(&config), [30, 55]);
         let mut unscheduled = config.clone();
         unscheduled.refinement.every = 0;
-        assert_eq!(marks(&unscheduled, &[clusters(0)])[0].text, "other clusters");
+        assert_eq!(interventions(&unscheduled, &[clusters(0)])[0].1, "other clusters");
         config.fork = Some(Fork { run: "a".into(), episode: 55, changes: vec!["seed=1".into()], tasks: Vec::new() });
         assert_eq!(texts(&config)[1], "55 forked from a at episode 55 with seed=1");
         assert_eq!(continued(&config), [0, 30], "the fork begins at episode 55");
