@@ -84,7 +84,7 @@ impl Model {
     /// How it was trained, as JSON.
     #[getter]
     fn provenance(&self) -> String {
-        serde_json::json!(self.0.provenance()).to_string()
+        serde_json::json!(&self.0.provenance).to_string()
     }
 
     /// Predicts the balls `steps` prediction intervals later, among the tools of a task and those placed.

@@ -28,7 +28,7 @@ pub fn ball_row(ball: &BallState) -> [f32; BALL] {
 /// The current scene; planks as they were placed.
 pub fn scene(env: &env::Environment) -> Moment {
     let (mut task, now) = (env.task().as_ref().clone(), env.snapshot());
-    let world = now.world();
+    let world = &now.world;
     // In the order of the world: the target, the marker, a goal that is a ball, then the others.
     let goal = (task.goal.shape == GoalShape::Ball).then_some(1 + usize::from(task.marker.is_some()));
     if let Some(goal) = goal {
@@ -41,11 +41,11 @@ pub fn scene(env: &env::Environment) -> Moment {
     };
     let movers = (1..world.ball_count()).filter(|index| Some(*index) != goal).map(mover).collect();
     Moment {
-        time: now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT,
+        time: now.actions as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT,
         ball: to_normalised(now.ball().position),
         movers,
         placed: world.tools().skip(task.tools.len()).copied().collect(),
-        reached: now.reached().iter().filter(|reached| **reached).count() + usize::from(now.goal_reached()),
+        reached: now.reached.iter().filter(|reached| **reached).count() + usize::from(now.goal_reached),
         task,
     }
 }

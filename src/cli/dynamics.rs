@@ -85,7 +85,7 @@ mod tests {
         let first = folder.path().join("a.safetensors");
         train(&tiny(&first, " --seed 4 --set loss=huber:0.25 --set edges=fully_connected")).unwrap();
         let model = Model::load(&first).unwrap();
-        let command = model.provenance().command.clone();
+        let command = model.provenance.command.clone();
         let again = DynamicsTrain { out: folder.path().join("b/a.safetensors"), ..arguments(&command) };
         train(&again).unwrap();
         assert!(std::fs::read(&first).unwrap() == std::fs::read(&again.out).unwrap(), "{command}");
@@ -102,6 +102,6 @@ mod tests {
         let given = tiny(&folder.path().join("a.safetensors"), diverging);
         let error = train(&given).unwrap_err().to_string();
         assert!(error.contains("epoch ") && error.contains("the epoch before"), "{error}");
-        assert!(Model::load(&given.out).unwrap().provenance().epoch < 3);
+        assert!(Model::load(&given.out).unwrap().provenance.epoch < 3);
     }
 }

@@ -139,7 +139,7 @@ impl Ddpg {
 
     /// Number of updates made.
     pub fn updates(&self) -> u64 {
-        self.critic_optimiser.steps()
+        self.critic_optimiser.steps
     }
 
     /// Acts with a copy of the target actor, which averages the actor's recent changes, until another call

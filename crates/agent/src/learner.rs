@@ -26,12 +26,14 @@ pub struct LearnerStreams {
 /// [`record`](Self::record) and [`learn`](Self::learn).
 #[derive(Clone, Debug)]
 pub struct Learner {
-    pub(super) ddpg: Ddpg,
+    /// The networks.
+    pub ddpg: Ddpg,
     pub(super) replay: ReplayBuffer,
-    pub(super) noise: OrnsteinUhlenbeck,
+    /// The exploration noise.
+    pub noise: OrnsteinUhlenbeck,
     pub(super) streams: LearnerStreams,
     /// Number of transitions recorded so far, including overwritten ones.
-    pub(super) recorded: u64,
+    pub recorded: u64,
     /// Segments that reached their stage.
     pub(super) segments: Segments,
     /// Memory of the minibatch; its content is not needed between updates.
@@ -88,21 +90,6 @@ impl Learner {
         }
         self.ddpg.config = config.clone();
         Ok(())
-    }
-
-    /// The networks.
-    pub fn ddpg(&self) -> &Ddpg {
-        &self.ddpg
-    }
-
-    /// The exploration noise.
-    pub fn noise(&self) -> &OrnsteinUhlenbeck {
-        &self.noise
-    }
-
-    /// Number of transitions recorded so far, including overwritten ones.
-    pub fn recorded(&self) -> u64 {
-        self.recorded
     }
 
     /// Multiplies the noise's sigma by `scale` from now on.

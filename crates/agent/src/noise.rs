@@ -17,7 +17,8 @@ use super::config::OuConfig;
 #[serde(deny_unknown_fields)]
 pub struct OrnsteinUhlenbeck {
     parameters: OuConfig,
-    scale: f32,
+    /// The factor of sigma.
+    pub scale: f32,
     state: Vec<f32>,
 }
 
@@ -35,11 +36,6 @@ impl OrnsteinUhlenbeck {
     /// Multiplies sigma by `scale` from now on, for annealing schedules.
     pub fn set_scale(&mut self, scale: f32) {
         self.scale = scale;
-    }
-
-    /// The factor of sigma.
-    pub fn scale(&self) -> f32 {
-        self.scale
     }
 
     /// The current value, one number per action component.
@@ -118,7 +114,7 @@ mod tests {
         noise.step(&mut rng);
         assert_ne!(noise.state(), [0.1, 0.1]);
         noise.reset();
-        assert_eq!((noise.state(), noise.scale()), (&[0.1, 0.1][..], 0.5));
+        assert_eq!((noise.state(), noise.scale), (&[0.1, 0.1][..], 0.5));
     }
 
     #[test]

@@ -206,7 +206,7 @@ fn write_metadata(file: &mut TensorFile, key: &str, state: &impl Serialize) {
 /// The optimiser saved under `name`; an error if its kind is not that of `config`.
 fn load_optimiser(file: &TensorFile, name: &'static str, config: &DdpgConfig) -> Result<Optimiser, StateError> {
     let optimiser = Optimiser::load(file, name)?;
-    if optimiser.kind() != config.optimiser {
+    if optimiser.kind != config.optimiser {
         return Err(TensorFileError(format!("the kind of {name} differs from that in the config")).into());
     }
     Ok(optimiser)

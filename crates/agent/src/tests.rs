@@ -223,9 +223,9 @@ fn updates_start_after_the_warm_up() {
     let mut learner = learner(&config, 1);
     assert!(learner.learn().unwrap().is_empty());
     live(&mut learner, 0..19);
-    assert_eq!((learner.recorded(), learner.ddpg().updates()), (19, 0));
+    assert_eq!((learner.recorded, learner.ddpg.updates()), (19, 0));
     live(&mut learner, 19..30);
-    assert_eq!((learner.recorded(), learner.ddpg().updates()), (30, 33));
+    assert_eq!((learner.recorded, learner.ddpg.updates()), (30, 33));
     assert_eq!(learner.learn().unwrap().len(), 3);
 }
 
@@ -278,19 +278,19 @@ fn an_agent_is_loaded_from_its_own_bytes_and_from_a_checkpoint() {
     let mut learner = learner(&small(), 1);
     live(&mut learner, 0..50);
     let checkpoint = learner.save();
-    for bytes in [learner.ddpg().save(), checkpoint.networks] {
+    for bytes in [learner.ddpg.save(), checkpoint.networks] {
         let ddpg = Ddpg::load(&bytes).unwrap();
-        assert_eq!(ddpg.save(), learner.ddpg().save());
-        assert_eq!(ddpg.act(&[0.1; OBSERVATION]), learner.ddpg().act(&[0.1; OBSERVATION]));
+        assert_eq!(ddpg.save(), learner.ddpg.save());
+        assert_eq!(ddpg.act(&[0.1; OBSERVATION]), learner.ddpg.act(&[0.1; OBSERVATION]));
     }
 }
 
 #[test]
 fn the_actor_is_exported_with_a_description_of_its_layers() {
     let learner = learner(&small(), 1);
-    let file = TensorFile::from_bytes(&learner.ddpg().export_actor()).unwrap();
+    let file = TensorFile::from_bytes(&learner.ddpg.export_actor()).unwrap();
     let mut expected = TensorFile::default();
-    learner.ddpg().actor.save(&mut expected, "actor");
+    learner.ddpg.actor.save(&mut expected, "actor");
     for (key, value) in [("layers", "3"), ("hidden", "relu"), ("output", "tanh")] {
         expected.metadata.insert(key.to_owned(), value.to_owned());
     }
@@ -330,7 +330,7 @@ fn damaged_checkpoints_are_refused() {
         let other = SavedLearner { replay: replay.to_bytes(), ..good.clone() };
         assert_eq!(Learner::load(&other).unwrap_err(), StateError::ReplayMismatch, "{replay:?}");
     }
-    let no_learner = SavedLearner { networks: one.ddpg().save(), ..good };
+    let no_learner = SavedLearner { networks: one.ddpg.save(), ..good };
     assert!(matches!(Learner::load(&no_learner), Err(StateError::Tensors(_))));
 }
 

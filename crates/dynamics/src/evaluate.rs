@@ -173,7 +173,7 @@ pub fn evaluate(
     Ok(Evaluation {
         model: name,
         model_sha256: sha256,
-        data_hash: model.provenance().data_hash.clone(),
+        data_hash: model.provenance.data_hash.clone(),
         config: config.clone(),
         launches,
         scenes,

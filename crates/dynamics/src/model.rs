@@ -27,7 +27,8 @@ pub(super) const VERSION: u32 = 1;
 pub struct Model {
     pub(super) config: ModelConfig,
     pub(super) tools: Vec<ToolKind>,
-    pub(super) provenance: Provenance,
+    /// How it was made.
+    pub provenance: Provenance,
     pub(super) builder: GraphBuilder,
     pub(super) codec: Codec,
     pub(super) normaliser: Normaliser,
@@ -87,11 +88,6 @@ impl Model {
     /// [`save`](Self::save) writes, with the names of its tools.
     pub fn id(&self) -> FileId {
         self.file.clone().unwrap_or_else(|| FileId { name: self.name(), ..FileId::new("", &self.to_file().to_bytes()) })
-    }
-
-    /// How it was made.
-    pub fn provenance(&self) -> &Provenance {
-        &self.provenance
     }
 
     /// The states of the balls one prediction interval later. `graphs` holds one scene for

@@ -113,7 +113,7 @@ impl Recipe {
     }
 
     fn is_of(&self, model: &Model) -> bool {
-        (&self.config, &self.training, &*self.tools) == (model.config(), &model.provenance().training, model.tools())
+        (&self.config, &self.training, &*self.tools) == (model.config(), &model.provenance.training, model.tools())
     }
 
     /// The model from the user's cache, or else newly trained, and then kept there. `on_progress` is called after every
@@ -163,8 +163,8 @@ impl Recipe {
         let mut training = Training::new(config, training, &tools, &self.command(), stop)?;
         // A training that diverged leaves the model of the epoch before.
         training.run(stop, on_progress)?;
-        let bytes = training.model().to_file().to_bytes();
-        Ok(self.named(training.model().clone(), &bytes))
+        let bytes = training.model.to_file().to_bytes();
+        Ok(self.named(training.model.clone(), &bytes))
     }
 
     fn named(&self, mut model: Model, bytes: &[u8]) -> Model {

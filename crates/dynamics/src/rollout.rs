@@ -65,7 +65,7 @@ pub fn rollouts(
     stop: &Stop,
 ) -> Result<Vec<Rollout>> {
     let mut rollouts: Vec<OngoingRollout> = starts.iter().map(|start| OngoingRollout::new(start)).collect();
-    let steps = starts.first().map_or(0, |start| start.task().rules.steps_per_action);
+    let steps = starts.first().map_or(0, |start| start.task.rules.steps_per_action);
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
     for index in 0..horizon {
         for (rollout, sequence) in rollouts.iter_mut().zip(sequences) {
@@ -96,8 +96,8 @@ fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout], stop: &St
 
 impl OngoingRollout {
     fn new(start: &Snapshot) -> Self {
-        let task = start.task();
-        let tools: Vec<Tool> = start.world().tools().copied().collect();
+        let task = &start.task;
+        let tools: Vec<Tool> = start.world.tools().copied().collect();
         let ball = start.ball();
         let stages = task.stages();
         Self {
@@ -107,7 +107,7 @@ impl OngoingRollout {
             placed_by: vec![None; tools.len()],
             tools,
             target: stages[start.stage().min(stages.len() - 1)],
-            actions_left: task.rules.max_actions.saturating_sub(start.actions()) as usize,
+            actions_left: task.rules.max_actions.saturating_sub(start.actions) as usize,
             over: start.end().is_some(),
             outcome: Rollout { path: vec![to_normalised(ball.position)], ..Rollout::default() },
         }
@@ -119,7 +119,7 @@ impl OngoingRollout {
         let placed = self.snapshot.place(action) == Placement::Placed;
         if placed {
             self.placed_by.push(Some(self.outcome.actions.len()));
-            self.tools.extend(self.snapshot.world().tools().last().copied());
+            self.tools.extend(self.snapshot.world.tools().last().copied());
         }
         self.outcome.actions.push(RolloutAction { action, placed, touched: false });
     }

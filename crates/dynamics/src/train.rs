@@ -30,7 +30,8 @@ use mge_physics::ToolKind;
 /// A training in progress: the model, the optimiser and the data.
 #[derive(Debug)]
 pub struct Training {
-    model: Model,
+    /// The model after the epochs done so far.
+    pub model: Model,
     optimiser: Optimiser,
     device: Cpu,
     samples: Samples,
@@ -85,7 +86,7 @@ pub fn train_to_file(
         train_loss = Some(now.loss);
         on_progress(now);
     })?;
-    training.model().save(&to.path)?;
+    training.model.save(&to.path)?;
     Ok(TrainedModel { training, diverged, train_loss })
 }
 
@@ -126,11 +127,6 @@ impl Training {
         };
         let model = Model::assemble(config, tools, provenance, normaliser, network);
         Ok(Self { model, optimiser, device: Cpu::default(), samples, validation })
-    }
-
-    /// The model after the epochs done so far.
-    pub fn model(&self) -> &Model {
-        &self.model
     }
 
     /// Epochs done.
@@ -200,7 +196,7 @@ impl Training {
                 return Err(NnError::NotFinite { norm: f64::from(value) }.into());
             }
             sum += f64::from(value) * chosen.len() as f64;
-            let rate = self.model.provenance.training.rate(self.optimiser.steps() as f64 / updates);
+            let rate = self.model.provenance.training.rate(self.optimiser.steps as f64 / updates);
             self.optimiser.update(&mut self.model.network.networks_mut(), &mut loss.backward(), rate)?;
         }
         self.model.provenance.epoch += 1;

@@ -37,7 +37,7 @@ pub(super) fn random_states(
 pub(super) fn reaches_next_stage(task: &Arc<Task>, start: &Snapshot, actions: &[Action]) -> bool {
     let mut env = Environment::new(task.clone());
     env.restore(start);
-    let reached = |env: &Environment| env.snapshot().stage() > start.stage() || env.snapshot().goal_reached();
+    let reached = |env: &Environment| env.snapshot().stage() > start.stage() || env.snapshot().goal_reached;
     actions.iter().any(|&action| env.step(action).is_ok() && reached(&env))
 }
 
@@ -58,7 +58,7 @@ impl TrueScenes {
                     break;
                 }
                 balls.push(env.snapshot().ball());
-                tools.push(env.snapshot().world().tools().copied().collect());
+                tools.push(env.snapshot().world.tools().copied().collect());
             }
             Ok((balls, tools))
         };

@@ -34,7 +34,7 @@ pub(super) fn description_parts(task: &Task) -> Vec<ObservationPart> {
 
 /// Describes an episode and the first [`ACTION_SET`] tools of an action set.
 pub(super) fn describe(now: &Snapshot, set: &ActionSet) -> Vec<f32> {
-    let (task, objects) = (now.task(), SCENE_SLOTS * SCENE_FEATURES);
+    let (task, objects) = (&now.task, SCENE_SLOTS * SCENE_FEATURES);
     let length = objects + progress_len(task) + ACTION_SET * TOOL_FEATURES;
     let mut numbers = Vec::with_capacity(length);
     let mut writer = ObjectWriter { numbers: &mut numbers, free: SCENE_SLOTS };
@@ -42,10 +42,10 @@ pub(super) fn describe(now: &Snapshot, set: &ActionSet) -> Vec<f32> {
     writer.push_regions(now);
     writer.push_tools(now);
     numbers.resize(objects, 0.0);
-    let flags = now.reached().iter().chain(now.reached_by_marker()).copied();
-    let flags = flags.chain([now.target_moved(), now.goal_reached()]);
+    let flags = now.reached.iter().chain(&now.reached_by_marker).copied();
+    let flags = flags.chain([now.target_moved, now.goal_reached]);
     numbers.extend(flags.map(|flag| f32::from(u8::from(flag))));
-    numbers.push(now.actions() as f32 / task.rules.max_actions as f32);
+    numbers.push(now.actions as f32 / task.rules.max_actions as f32);
     let tools = set.features();
     numbers.extend_from_slice(&tools[..tools.len().min(ACTION_SET * TOOL_FEATURES)]);
     numbers.resize(length, 0.0);
@@ -74,7 +74,7 @@ impl ObjectWriter<'_> {
 
     /// Balls and boxes, in the order of their index in the world.
     fn push_movers(&mut self, now: &Snapshot) {
-        let (task, world) = (now.task(), now.world());
+        let (task, world) = (&now.task, &now.world);
         let goal = goal_object(task);
         for index in 0..world.ball_count() {
             let material = world.ball_material(index);
@@ -93,14 +93,14 @@ impl ObjectWriter<'_> {
 
     /// The goal, unless it is a ball, and the subgoals not yet reached.
     fn push_regions(&mut self, now: &Snapshot) {
-        let task = now.task();
+        let task = &now.task;
         let rest = |position: [f32; 2]| Motion::at_rest(to_units(position.map(exact)));
         if task.goal.shape != GoalShape::Ball {
             self.push("goal", &rest(task.goal.position), properties(task.goal.radius, None));
         }
         let marker = task.marker.iter().flat_map(|marker| &marker.subgoals);
-        let target = task.subgoals.iter().zip(now.reached()).map(|pair| ("subgoal", pair));
-        let marker = marker.zip(now.reached_by_marker()).map(|pair| ("marker_subgoal", pair));
+        let target = task.subgoals.iter().zip(&now.reached).map(|pair| ("subgoal", pair));
+        let marker = marker.zip(&now.reached_by_marker).map(|pair| ("marker_subgoal", pair));
         for (role, (region, _)) in target.chain(marker).filter(|(_, (_, reached))| !**reached) {
             self.push(role, &rest(region.position), properties(region.radius, None));
         }
@@ -108,7 +108,7 @@ impl ObjectWriter<'_> {
 
     fn push_tools(&mut self, now: &Snapshot) {
         for (index, tool) in kept_tools(now, self.free) {
-            let motion = now.world().plank(index).0.unwrap_or(Motion::at_rest(tool.position));
+            let motion = now.world.plank(index).0.unwrap_or(Motion::at_rest(tool.position));
             self.push("tool", &motion, tool_features(Some(tool)));
         }
     }

@@ -78,7 +78,7 @@ impl Environment {
 
     /// The task being played, with its random shifts applied.
     pub fn task(&self) -> &Arc<Task> {
-        self.now.task()
+        &self.now.task
     }
 
     /// The task as loaded, without random shifts; every reset begins from it.
@@ -196,7 +196,7 @@ impl Environment {
         let mut step = self.begin_step(action.into())?;
         for _ in 0..self.task().rules.steps_per_action {
             self.now.advance(&mut step);
-            watch(self.now.world());
+            watch(&self.now.world);
         }
         self.now.finish_action(&mut step);
         Ok(step)

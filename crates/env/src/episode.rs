@@ -39,19 +39,28 @@ pub(super) fn first_subgoal(task: &Task) -> usize {
 #[derive(Debug, Educe)]
 #[educe(Clone)]
 pub struct Snapshot {
-    task: Arc<Task>,
-    world: World,
+    /// The task being played, with its random shifts applied.
+    pub task: Arc<Task>,
+    /// The current world.
+    pub world: World,
     start: [f32; 2],
-    placed: Vec<Action>,
-    reached: Vec<bool>,
-    reached_by_marker: Vec<bool>,
-    goal: bool,
+    /// Normalised positions of the tools the agent placed, in order.
+    pub placed: Vec<Action>,
+    /// Which subgoals have been reached.
+    pub reached: Vec<bool>,
+    /// Which of the marker's subgoals have been reached.
+    pub reached_by_marker: Vec<bool>,
+    /// Whether the goal has been reached.
+    pub goal_reached: bool,
     goal_touched: bool,
     marker_touched: bool,
-    target_moved: bool,
-    actions: u32,
+    /// Whether the target counts as moved; always in tasks without a marker.
+    pub target_moved: bool,
+    /// Actions taken so far.
+    pub actions: u32,
     still: u32,
-    reasons: Vec<EndReason>,
+    /// All reasons why the episode is over, in CREATE's order: several may apply.
+    pub reasons: Vec<EndReason>,
 }
 
 impl Snapshot {
@@ -64,7 +73,7 @@ impl Snapshot {
             placed: Vec::new(),
             reached: vec![false; task.subgoals.len()],
             reached_by_marker: vec![false; task.marker.as_ref().map_or(0, |marker| marker.subgoals.len())],
-            goal: false,
+            goal_reached: false,
             goal_touched: false,
             marker_touched: false,
             target_moved: task.marker.is_none(),
@@ -90,16 +99,6 @@ impl Snapshot {
         state
     }
 
-    /// The task being played, with its random shifts applied.
-    pub fn task(&self) -> &Arc<Task> {
-        &self.task
-    }
-
-    /// The current world.
-    pub fn world(&self) -> &World {
-        &self.world
-    }
-
     /// Motion of the target ball, in units.
     pub fn ball(&self) -> BallState {
         self.world.ball(TARGET)
@@ -110,50 +109,15 @@ impl Snapshot {
         self.world.is_captured(TARGET)
     }
 
-    /// Normalised positions of the tools the agent placed, in order.
-    pub fn placed(&self) -> &[Action] {
-        &self.placed
-    }
-
-    /// Which subgoals have been reached.
-    pub fn reached(&self) -> &[bool] {
-        &self.reached
-    }
-
-    /// Whether the goal has been reached.
-    pub fn goal_reached(&self) -> bool {
-        self.goal
-    }
-
     /// Index of the next stage: the first subgoal not reached or, if all are, the number of subgoals, which stands
     /// for the goal.
     pub fn stage(&self) -> usize {
         self.reached.iter().position(|reached| !reached).unwrap_or(self.reached.len())
     }
 
-    /// Whether the target counts as moved; always in tasks without a marker.
-    pub fn target_moved(&self) -> bool {
-        self.target_moved
-    }
-
-    /// Actions taken so far.
-    pub fn actions(&self) -> u32 {
-        self.actions
-    }
-
     /// Why the episode is over, if it is.
     pub fn end(&self) -> Option<EndReason> {
         self.reasons.iter().copied().min()
-    }
-
-    /// All reasons why the episode is over, in CREATE's order: several may apply.
-    pub fn end_reasons(&self) -> &[EndReason] {
-        &self.reasons
-    }
-
-    /// Which of the marker's subgoals have been reached.
-    pub fn reached_by_marker(&self) -> &[bool] {
-        &self.reached_by_marker
     }
 
     /// Whether a tool could be placed at `action`, without placing it.
@@ -223,7 +187,7 @@ impl Snapshot {
     }
 
     fn record_touched_tools(&self, step: &mut Step) {
-        for touch in self.world.touches() {
+        for touch in &self.world.touches {
             if let ObjectId::Tool(index) = touch.object
                 && let Some(placed) = index.checked_sub(self.task.tools.len())
                 && !step.touched.contains(&placed)
@@ -235,7 +199,7 @@ impl Snapshot {
 
     /// Whether the ball touched the object in the latest physics step.
     fn touches(&self, ball: usize, object: ObjectId) -> bool {
-        self.world.touches().iter().any(|touch| touch.ball == ball && touch.object == object)
+        self.world.touches.iter().any(|touch| touch.ball == ball && touch.object == object)
     }
 
     fn check_subgoals(&mut self, step: &mut Step) {
@@ -277,11 +241,13 @@ impl Snapshot {
 
     /// Whether reaching the goal counts now.
     fn goal_counts(&self) -> bool {
-        !self.goal && self.target_moved && (!self.task.rules.in_order || self.reached.iter().all(|reached| *reached))
+        !self.goal_reached
+            && self.target_moved
+            && (!self.task.rules.in_order || self.reached.iter().all(|reached| *reached))
     }
 
     fn reach_goal(&mut self, step: &mut Step) {
-        self.goal = true;
+        self.goal_reached = true;
         step.goal = true;
         step.reward += self.worth(self.task.rules.rewards.goal);
     }
@@ -335,7 +301,7 @@ impl Snapshot {
             (EndReason::OutOfBounds, target_out),
             (EndReason::Standstill, self.still >= self.task.rules.still_actions),
             (EndReason::MarkerOut, marker_out),
-            (EndReason::Goal, self.goal && self.task.rules.goal_ends_episode),
+            (EndReason::Goal, self.goal_reached && self.task.rules.goal_ends_episode),
         ];
         reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect()
     }

@@ -52,7 +52,7 @@ pub(super) fn bounds(are_flags: impl Iterator<Item = bool> + Clone) -> [Vec<f32>
 /// Writes to `observation`, which has exactly the observation's length: the balls, the scene's tools, the placed
 /// tools, zeros for empty slots, and the one-hot of the next stage.
 pub(super) fn observe(now: &Snapshot, observation: &mut [f32]) {
-    let world = now.world();
+    let world = &now.world;
     observation.fill(0.0);
     let (objects, stages) = observation.split_at_mut(OBJECT_SLOTS * OBJECT_FEATURES);
     if let Some(next) = stages.get_mut(now.stage()) {
@@ -78,7 +78,7 @@ pub(super) fn observe(now: &Snapshot, observation: &mut [f32]) {
 /// The tools of the scene, then those placed by the agent, with their indices; the earliest placed are dropped if there
 /// are more than `slots`.
 pub(super) fn kept_tools(now: &Snapshot, slots: usize) -> impl Iterator<Item = (usize, &Tool)> {
-    let (world, fixed) = (now.world(), now.task().tools.len());
+    let (world, fixed) = (&now.world, now.task.tools.len());
     let dropped = world.tools().len().saturating_sub(slots);
     world.tools().enumerate().filter(move |(index, _)| *index < fixed || *index >= fixed + dropped)
 }

@@ -41,7 +41,7 @@ fn a_tool_that_the_marker_touches_counts_as_touched() {
     env.reset(&mut ChaCha8Rng::seed_from_u64(0));
     // Below the marker, far from the target.
     let touched = (0..4).any(|_| env.step([0.6, 0.3]).unwrap().touched == [0]);
-    assert!(touched && env.snapshot().placed().len() == 1);
+    assert!(touched && env.snapshot().placed.len() == 1);
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn stages_count_only_in_order() {
     assert_eq!((first.subgoals, first.goal), (vec![], false), "the second subgoal and the goal lie before the first");
     let second = env.step(ASIDE).unwrap();
     assert_eq!((second.subgoals, second.goal), (vec![0], false));
-    assert_eq!((env.snapshot().stage(), env.snapshot().reached()), (1, &[true, false][..]));
+    assert_eq!((env.snapshot().stage(), &env.snapshot().reached[..]), (1, &[true, false][..]));
 
     let first = scene(false).step(ASIDE).unwrap();
     assert_eq!((first.subgoals, first.goal), (vec![1], true));

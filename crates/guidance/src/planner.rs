@@ -74,7 +74,7 @@ pub fn plan(
     rng: &mut ChaCha8Rng,
 ) -> Result<(Action, u64)> {
     let starts = vec![from; config.rollouts];
-    let target = from.task().stages()[from.stage().min(from.reached().len())].position;
+    let target = from.task.stages()[from.stage().min(from.reached.len())].position;
     let mut best: Option<(f32, Vec<Action>)> = None;
     let mut fitted: Option<Plan> = None;
     let mut taken = 0;

@@ -46,7 +46,7 @@ impl RolloutModel for Model {
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         let Some(first) = starts.first() else { return Ok(Vec::new()) };
-        rollouts(&*self.for_task(first.task())?, starts, sequences, stop)
+        rollouts(&*self.for_task(&first.task)?, starts, sequences, stop)
     }
 }
 
@@ -61,7 +61,7 @@ impl RolloutModel for RapierPhysics {
 
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         let Some(first) = starts.first() else { return Ok(Vec::new()) };
-        rollouts(&Rapier::new(first.task()), starts, sequences, stop)
+        rollouts(&Rapier::new(&first.task), starts, sequences, stop)
     }
 }
 
@@ -89,10 +89,10 @@ impl RolloutModel for TruePhysics {
 }
 
 fn true_rollout(start: &Snapshot, sequence: &[Action]) -> Rollout {
-    let mut env = Environment::new(start.task().clone());
+    let mut env = Environment::new(start.task.clone());
     env.restore(start);
     let mut rollout = Rollout { path: vec![to_normalised(start.ball().position)], ..Rollout::default() };
-    let mut played = Played::after(start.placed().len());
+    let mut played = Played::after(start.placed.len());
     let stage = start.stage();
     for &action in sequence {
         let path = &mut rollout.path;
@@ -101,7 +101,7 @@ fn true_rollout(start: &Snapshot, sequence: &[Action]) -> Rollout {
         };
         played.note(action, &step);
         rollout.balls.push(env.snapshot().ball());
-        rollout.hit = step.subgoals.contains(&stage) || (stage == start.task().subgoals.len() && step.goal);
+        rollout.hit = step.subgoals.contains(&stage) || (stage == start.task.subgoals.len() && step.goal);
         if rollout.hit || step.end.is_some() {
             break;
         }

@@ -24,7 +24,7 @@ struct Bullseye([f32; 2]);
 impl RolloutModel for Bullseye {
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
         let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
-            let [x, y] = start.task().stages()[start.stage()].position;
+            let [x, y] = start.task.stages()[start.stage()].position;
             let miss = (sequence[0][0] - self.0[0]).hypot(sequence[0][1] - self.0[1]);
             Rollout { path: vec![[x + 1.0, y], [x + miss, y]], hit: miss < 0.02, ..Rollout::default() }
         };
@@ -213,7 +213,7 @@ fn any_hit_is_better_than_the_nearest_miss() {
     struct HitsOnTheRight;
     impl RolloutModel for HitsOnTheRight {
         fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], _: &Stop) -> Result<Vec<Rollout>> {
-            let target = starts[0].task().stages()[starts[0].stage()].position;
+            let target = starts[0].task.stages()[starts[0].stage()].position;
             let roll_out = |sequence: &Vec<Action>| match sequence[0][0] > 0.5 {
                 true => Rollout { path: vec![[0.0; 2]; 64], hit: true, ..Rollout::default() },
                 false => Rollout { path: vec![target], hit: false, ..Rollout::default() },
@@ -351,7 +351,7 @@ struct Observed(std::sync::Mutex<Vec<(usize, u32)>>);
 
 impl RolloutModel for Observed {
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
-        self.0.lock().unwrap().extend(starts.iter().map(|start| (start.stage(), start.actions())));
+        self.0.lock().unwrap().extend(starts.iter().map(|start| (start.stage(), start.actions)));
         TruePhysics.rollouts(starts, sequences, stop)
     }
 }

@@ -30,8 +30,10 @@ const EPSILON: f32 = 1e-8;
 /// Updates the parameters of one or several networks; holds moments and step count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Optimiser {
-    kind: OptimiserKind,
-    steps: u64,
+    /// Which optimiser this is.
+    pub kind: OptimiserKind,
+    /// Updates done so far.
+    pub steps: u64,
     /// Adam: mean of gradients, for all parameters in order. Empty for the others.
     mean: Vec<f32>,
     /// Adam, RMSprop: mean of squared gradients. Empty for SGD.
@@ -50,16 +52,6 @@ impl Optimiser {
             OptimiserKind::Sgd => (0, 0),
         };
         Self { kind, steps: 0, mean: vec![0.0; mean], square: vec![0.0; square], parameters: n }
-    }
-
-    /// Which optimiser this is.
-    pub fn kind(&self) -> OptimiserKind {
-        self.kind
-    }
-
-    /// Updates done so far.
-    pub fn steps(&self) -> u64 {
-        self.steps
     }
 
     /// Takes one descent step with learning rate `rate`. A missing gradient counts as 0. Returns the
@@ -223,7 +215,7 @@ mod tests {
             let first = train(&mut net, &mut optimiser, rate, 1);
             let last = train(&mut net, &mut optimiser, rate, 2000);
             assert!(last < 0.2 * first, "{kind:?}: {first} to {last}");
-            assert_eq!(optimiser.steps(), 2001);
+            assert_eq!(optimiser.steps, 2001);
         }
     }
 

@@ -41,7 +41,7 @@ fn a_bounce_keeps_elasticity_and_turns_by_friction() {
     world.add_tool(Tool::new(ToolKind::Floor, [40.0, 10.0]));
     world.step();
     let ball = world.ball(0);
-    assert_eq!(world.touches(), [Touch { ball: 0, object: ObjectId::Tool(0) }]);
+    assert_eq!(world.touches, [Touch { ball: 0, object: ObjectId::Tool(0) }]);
     assert!((ball.velocity[1] - 3.0).abs() < 1e-4, "{ball:?}");
     // A disc that starts to roll without slipping keeps two thirds of its speed.
     assert!((ball.velocity[0] - 2.0).abs() < 1e-4, "{ball:?}");
@@ -64,7 +64,7 @@ fn every_tool_is_solid_where_it_should_be() {
             world.add_ball(Ball::default(), BallState::at_rest(position));
             world.add_tool(tool);
             world.step();
-            assert_eq!(!world.touches().is_empty(), expected, "{tool:?} and a ball at {position:?}");
+            assert_eq!(!world.touches.is_empty(), expected, "{tool:?} and a ball at {position:?}");
             assert_eq!(tool.surface(position).0 < 4.0, expected, "{tool:?} and a ball at {position:?}");
         }
     }
@@ -129,7 +129,7 @@ fn sensors_detect_and_do_not_push() {
     let mut free = world.clone();
     let circle = world.add_sensor(&Sensor::Circle { position: [40.0, 44.0], radius: 3.0 });
     let star = world.add_sensor(&Sensor::Star { position: [40.0, 30.0], radius: 4.0 });
-    let seen = |world: &World, sensor| world.touches().contains(&Touch { ball: 0, object: ObjectId::Sensor(sensor) });
+    let seen = |world: &World, sensor| world.touches.contains(&Touch { ball: 0, object: ObjectId::Sensor(sensor) });
     world.step();
     free.step();
     assert!(seen(&world, circle) && world.overlaps_sensor(0, circle));
@@ -193,7 +193,7 @@ fn a_resting_ball_sleeps_until_an_awake_one_touches_it() {
     run(&mut world, 100);
     assert_eq!(world.ball(0), rest, "a new tool wakes nothing");
     let ball = world.add_ball(Ball::default(), moving([40.0, 30.0], [0.0, -6.0]));
-    let touched = |world: &World| world.touches().contains(&Touch { ball, object: ObjectId::Ball(0) });
+    let touched = |world: &World| world.touches.contains(&Touch { ball, object: ObjectId::Ball(0) });
     while !touched(&world) {
         assert!(world.is_asleep(0));
         world.step();
@@ -384,7 +384,7 @@ fn a_snapshot_of_everything_continues_bit_for_bit() {
         for again in [&mut copy, &mut other] {
             run(again, 37);
             assert_eq!(state(again), state(&world));
-            assert_eq!(again.touches(), world.touches());
+            assert_eq!(&again.touches, &world.touches);
         }
     }
     assert!(state(&world).into_iter().all(|bits| f64::from_bits(bits).is_finite()));
@@ -420,7 +420,7 @@ fn digest(world: &mut World, steps: usize, digest: &mut Sha256) {
             let numbers = [position, velocity, [angle, angular_velocity]];
             numbers.as_flattened().iter().for_each(|number| digest.update(number.to_bits().to_le_bytes()));
         }
-        digest.update([world.touches().len() as u8]);
+        digest.update([world.touches.len() as u8]);
     }
 }
 

@@ -60,8 +60,10 @@ pub struct World {
     /// Shapes of tools and sensors; None for removed sensors.
     tool_shapes: Vec<u32>,
     sensors: Vec<Option<u32>>,
-    pub(super) touches: Vec<Touch>,
-    pub(super) moved: Vec<Touch>,
+    /// All touches found in the latest step, in the order of detection.
+    pub touches: Vec<Touch>,
+    /// The balls that a cannon, funnel or bucket moved in the latest step, with the tool.
+    pub moved: Vec<Touch>,
     /// Scratch buffer of a step.
     pub(super) candidates: Vec<Candidate>,
 }
@@ -294,16 +296,6 @@ impl World {
     /// Whether the ball is asleep: not simulated until something touches it.
     pub fn is_asleep(&self, index: usize) -> bool {
         self.body(index).is_asleep()
-    }
-
-    /// All touches found in the latest step, in the order of detection.
-    pub fn touches(&self) -> &[Touch] {
-        &self.touches
-    }
-
-    /// The balls that a cannon, funnel or bucket moved in the latest step, with the tool.
-    pub fn moved(&self) -> &[Touch] {
-        &self.moved
     }
 
     /// Whether a ball overlaps a sensor now.

@@ -183,13 +183,13 @@ impl Comparison {
         let scores = |label: &str, score| groups.scores(&common_tasks, label, score);
         let mut aggregates = Vec::new();
         for Measure { key, score, .. } in MEASURES {
-            for label in groups.labels() {
+            for label in &groups.labels {
                 aggregates.push(aggregate(label, key, &scores(label, score)?, bootstrap)?);
             }
         }
         let mut improvements = Vec::new();
-        for method in groups.labels() {
-            for over in groups.labels().iter().filter(|over| *over != method) {
+        for method in &groups.labels {
+            for over in groups.labels.iter().filter(|over| *over != method) {
                 let probability =
                     improvement_interval(&scores(method, CHARGED_AREA)?, &scores(over, CHARGED_AREA)?, bootstrap)?;
                 let (method, over) = (method.clone(), over.clone());

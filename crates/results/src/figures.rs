@@ -38,9 +38,9 @@ pub fn learning_curves(
     };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     let groups = Groups::new(runs.iter().map(|run| &run.row));
-    for task in groups.tasks() {
+    for task in &groups.tasks {
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
-        for label in groups.labels() {
+        for label in &groups.labels {
             let indices = groups.indices(task, label).iter();
             let curves: Vec<&[[f64; 2]]> = indices.map(|&index| points(&runs[index])).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
@@ -105,9 +105,9 @@ pub fn method_scores(
 ) -> Result<MethodScores, StatsError> {
     let groups = Groups::new(rows);
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
-    for task in groups.tasks() {
+    for task in &groups.tasks {
         let mut panel = ScorePanel { task: task.clone(), methods: Vec::new() };
-        for label in groups.labels() {
+        for label in &groups.labels {
             let runs = groups.of(task, label);
             if runs.is_empty() {
                 continue;
@@ -123,7 +123,7 @@ pub fn method_scores(
     if tasks.len() > 1 {
         let title = if tasks.len() == panels.len() { ALL_TASKS } else { "Common tasks" };
         let mut panel = ScorePanel { task: title.to_owned(), methods: Vec::new() };
-        for label in groups.labels() {
+        for label in &groups.labels {
             let estimate = bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?;
             panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });
         }

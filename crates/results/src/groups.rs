@@ -26,8 +26,10 @@ pub const HELD: Score = |row| row.efficiency.held_success;
 /// seed.
 #[derive(Debug, Clone)]
 pub struct Groups<'a> {
-    labels: Vec<String>,
-    tasks: Vec<String>,
+    /// Labels in order of appearance.
+    pub labels: Vec<String>,
+    /// Names of the tasks in order of appearance.
+    pub tasks: Vec<String>,
     rows: Vec<&'a LearningRow>,
     /// The indices of the rows of each group, by those of its task and label.
     by_key: HashMap<(usize, usize), Vec<usize>>,
@@ -57,11 +59,6 @@ impl<'a> Groups<'a> {
         groups
     }
 
-    /// Labels in order of appearance.
-    pub fn labels(&self) -> &[String] {
-        &self.labels
-    }
-
     /// Labels, each with its text in a legend: a single run that users gave a name has that.
     pub fn legend(&self) -> Vec<(String, String)> {
         let text = |label: &String| {
@@ -70,11 +67,6 @@ impl<'a> Groups<'a> {
             (label.clone(), name.unwrap_or(label).clone())
         };
         self.labels.iter().map(text).collect()
-    }
-
-    /// Names of the tasks in order of appearance.
-    pub fn tasks(&self) -> &[String] {
-        &self.tasks
     }
 
     /// The rows of one group; empty if there is no such group.
@@ -209,10 +201,10 @@ mod tests {
         ];
         let groups = Groups::new(&rows);
         let (bootstrap, baseline) = (Bootstrap::default(), groups.baseline().unwrap());
-        assert_eq!((baseline, groups.tasks()), ("DDPG", ["task1", "task2"].map(str::to_owned).as_slice()));
+        assert_eq!((baseline, &groups.tasks[..]), ("DDPG", ["task1", "task2"].map(str::to_owned).as_slice()));
         assert_eq!(groups.common_tasks(), ["task1"]);
         let summary = |task: &str, label: &str| groups.summary(task, label, baseline, AREA, &bootstrap).unwrap();
-        let label = &groups.labels()[0];
+        let label = &groups.labels[0];
         let better = summary("task1", label).unwrap();
         assert_eq!((better.mean.value, better.iqm.value), (0.5, 0.5));
         // 0.75 beats 0.25 and nothing; 0.25 beats nothing and ties with 0.25.

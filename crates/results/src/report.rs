@@ -74,13 +74,13 @@ pub fn report(
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     let groups = Groups::new(&report.learning);
-    let is_pooled = groups.tasks().len() > MAX_PANELS;
+    let is_pooled = groups.tasks.len() > MAX_PANELS;
     if is_pooled {
         runs.iter_mut().for_each(|run| run.row.task = ALL_TASKS.to_owned());
     }
     let mut methods = method_scores(&report.learning, bootstrap, Some(&report.reference))?;
     if is_pooled && report.common_tasks.len() > 1 {
-        methods.panels.drain(..groups.tasks().len());
+        methods.panels.drain(..groups.tasks.len());
     }
     let curves = |curves: LearningCurves| match is_pooled {
         true => LearningCurves { statistics: over_tasks(&groups), ..curves },
@@ -99,7 +99,7 @@ pub fn report(
 /// The statistics of curves of the runs on all tasks together.
 fn over_tasks(groups: &Groups<'_>) -> Statistics {
     Statistics {
-        centre: format!("Interquartile mean of runs on {} tasks, each", groups.tasks().len()),
+        centre: format!("Interquartile mean of runs on {} tasks, each", groups.tasks.len()),
         interval: "95 % bootstrap interval over runs".to_owned(),
         seeds: groups.sizes().max().unwrap_or(0),
         fewest_seeds: groups.sizes().min(),
@@ -190,7 +190,7 @@ impl Comparison {
             return;
         }
         text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve over charged actions than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
-        let methods = Groups::new(&self.learning).labels().len();
+        let methods = Groups::new(&self.learning).labels.len();
         let baseline = Some(&self.reference).filter(|_| methods > MAX_PAIRED);
         if let Some(baseline) = baseline {
             let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));

@@ -39,8 +39,8 @@ impl Groups<'_> {
             "greedy at the end",
             &better,
         ]);
-        for task in self.tasks() {
-            for label in self.labels() {
+        for task in &self.tasks {
+            for label in &self.labels {
                 let Some(area) = self.summary(task, label, baseline, AREA, bootstrap)? else { continue };
                 let charged = self.summary(task, label, baseline, CHARGED_AREA, bootstrap)?;
                 let runs = self.of(task, label);

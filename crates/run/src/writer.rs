@@ -17,13 +17,14 @@ use mge_base::identity::Origin;
 /// Holds a run's lock and writes its logs and checkpoints.
 #[derive(Debug)]
 pub struct RunWriter {
-    directory: RunDirectory,
+    /// The run's directory.
+    pub directory: RunDirectory,
     lock: RunLock,
     events: AppendFile,
     episodes: AppendFile,
     projections: Projections,
-    /// The origin of the episodes that were kept.
-    origin: Option<Origin>,
+    /// The origin of the episodes before those that are to be written, if there are any.
+    pub origin: Option<Origin>,
 }
 
 impl RunWriter {
@@ -53,11 +54,6 @@ impl RunWriter {
             projections: Projections::open(directory, &kept.events)?,
             origin: kept.origin().cloned(),
         })
-    }
-
-    /// The origin of the episodes before those that are to be written, if there are any.
-    pub fn origin(&self) -> Option<&Origin> {
-        self.origin.as_ref()
     }
 
     /// Writes an event to the log and to all other files that record it. The order of events is
@@ -119,11 +115,6 @@ impl RunWriter {
         self.projections.sync()?;
         self.directory.checkpoints().save(names, kept, checkpoint)
     }
-
-    /// The run's directory.
-    pub fn directory(&self) -> &RunDirectory {
-        &self.directory
-    }
 }
 
 /// Seconds since 1970-01-01 UTC.
@@ -165,7 +156,7 @@ mod tests {
             let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let due = writer.directory().checkpoints().due(&policy, episode, None, false);
+            let due = writer.directory.checkpoints().due(&policy, episode, None, false);
             if !due.is_empty() {
                 writer.checkpoint(&due, None, &Checkpoint::new(episode)).unwrap();
             }
@@ -245,10 +236,10 @@ mod tests {
             }
             let mut checkpoint = Checkpoint::new(until);
             checkpoint.score = Some(until as f64);
-            let due = writer.directory().checkpoints().due(&policy, until, checkpoint.score, false);
+            let due = writer.directory.checkpoints().due(&policy, until, checkpoint.score, false);
             let names = due.iter().map(ToString::to_string).collect();
             writer.record(&Event::Checkpointed { episode: until, names }).unwrap();
-            writer.directory().checkpoints().save(&due[..kept], policy.periodic_kept, &checkpoint).unwrap();
+            writer.directory.checkpoints().save(&due[..kept], policy.periodic_kept, &checkpoint).unwrap();
         };
         let state = |run: &RunDirectory| {
             let log = read_events(&run.events_path()).unwrap();

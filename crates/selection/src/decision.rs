@@ -72,7 +72,7 @@ fn draw_place(state: &Snapshot, flight: &Flight, tool: &Tool, rng: &mut impl Rng
     let on_screen = path.iter().take_while(|ball| is_on_screen(ball.position)).count();
     let share: f32 = rng.gen_range(0.0..1.0);
     let passed = path[(share * share.sqrt() * on_screen as f32) as usize].position;
-    let (halves, radius) = (tool.half_extents(), state.world().ball_material(ball).radius);
+    let (halves, radius) = (tool.half_extents(), state.world.ball_material(ball).radius);
     let place = [0, 1].map(|axis| passed[axis] + rng.gen_range(-1.0..1.0) * (halves[axis] + radius));
     to_normalised(place).map(|value| value.clamp(-1.0, 1.0))
 }

@@ -26,14 +26,14 @@ impl Effect {
     /// The effect of a tool; None if no ball meets it.
     pub fn of(state: &Snapshot, flight: &Flight, tool: &Tool) -> Option<Self> {
         let contact = |ball: usize| {
-            let radius = state.world().ball_material(ball).radius;
+            let radius = state.world.ball_material(ball).radius;
             Some((ball, first_contact(&flight.paths[ball], radius, tool)?))
         };
         let (ball, contact) = flight.moving().filter_map(contact).min_by_key(|(_, step)| *step)?;
         let step = contact.saturating_sub(1);
         let before = flight.paths[ball][step];
-        let mut world = World::new(state.task().rules.gravity);
-        world.add_ball(state.world().ball_material(ball), before);
+        let mut world = World::new(state.task.rules.gravity);
+        world.add_ball(state.world.ball_material(ball), before);
         world.add_tool(*tool);
         let mut path = vec![before];
         for _ in 0..STEPS {
@@ -41,7 +41,7 @@ impl Effect {
             path.push(world.ball(0));
         }
         let approach = Approach::of(&path, |passed| match ball {
-            TARGET => goal_at(state.task(), &flight.paths, step + passed),
+            TARGET => goal_at(&state.task, &flight.paths, step + passed),
             _ => at(&flight.paths[TARGET], step + passed).position,
         });
         Some(Self { ball, step, before, after: path[STEPS_PER_ACTION as usize], approach })

@@ -51,8 +51,8 @@ pub fn evaluate(
             let _ = env.step_without_observation(choice);
         }
         result.episodes += 1;
-        result.successes += usize::from(env.snapshot().goal_reached());
-        result.actions += u64::from(env.snapshot().actions());
+        result.successes += usize::from(env.snapshot().goal_reached);
+        result.actions += u64::from(env.snapshot().actions);
         on_progress(result.episodes);
     }
     result
@@ -60,5 +60,5 @@ pub fn evaluate(
 
 /// Whether nothing is left to do.
 pub(super) fn is_over(env: &Environment) -> bool {
-    env.snapshot().end().is_some() || env.snapshot().goal_reached()
+    env.snapshot().end().is_some() || env.snapshot().goal_reached
 }

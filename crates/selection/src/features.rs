@@ -12,15 +12,15 @@ pub(super) fn of_state(state: &Snapshot, flight: &Flight) -> Vec<f32> {
     for path in &flight.paths {
         path.first().into_iter().chain(path.last()).for_each(|ball| motion(ball, &mut row));
     }
-    let (task, target, goal) = (state.task(), state.ball().position, goal_at(state.task(), &flight.paths, 0));
+    let (task, target, goal) = (&state.task, state.ball().position, goal_at(&state.task, &flight.paths, 0));
     row.extend(position(goal));
     row.extend(difference(goal, target).map(length));
     if task.marker.is_some() {
         row.extend(difference(target, flight.paths[MARKER][0].position).map(length));
     }
-    row.extend([state.actions() as f32 / task.rules.max_actions as f32, state.placed().len() as f32 / 10.0]);
-    let flags = [state.target_moved(), state.is_captured(), flight.goal, flight.target_moved];
-    row.extend(flags.iter().chain(state.reached()).map(|flag| f32::from(*flag)));
+    row.extend([state.actions as f32 / task.rules.max_actions as f32, state.placed.len() as f32 / 10.0]);
+    let flags = [state.target_moved, state.is_captured(), flight.goal, flight.target_moved];
+    row.extend(flags.iter().chain(&state.reached).map(|flag| f32::from(*flag)));
     row.push(flight.subgoals as f32);
     approach(&flight.to_goal, &mut row);
     flight.to_target.iter().for_each(|to_target| approach(to_target, &mut row));

@@ -55,7 +55,7 @@ impl Flight {
     /// Simulates one action, such as the no-op, after which nothing more is placed.
     pub fn after(env: &Environment, action: Choice) -> Self {
         let mut env = env.clone();
-        let world = env.snapshot().world();
+        let world = &env.snapshot().world;
         let mut paths: Vec<_> = (0..world.ball_count()).map(|ball| vec![world.ball(ball)]).collect();
         for action in std::iter::once(action).chain([NO_OP; ACTIONS - 1]) {
             let watched = env.step_watched(action, |world| {
@@ -68,8 +68,8 @@ impl Flight {
         let (state, task) = (env.snapshot(), env.task());
         let to_goal = Approach::of(&paths[TARGET], |step| goal_at(task, &paths, step));
         let to_target = task.marker.as_ref().map(|_| Approach::of(&paths[MARKER], |step| paths[TARGET][step].position));
-        let subgoals = state.reached().iter().filter(|reached| **reached).count();
-        let (goal, target_moved) = (state.goal_reached(), state.target_moved());
+        let subgoals = state.reached.iter().filter(|reached| **reached).count();
+        let (goal, target_moved) = (state.goal_reached, state.target_moved);
         Self { paths, goal, target_moved, subgoals, to_goal, to_target }
     }
 

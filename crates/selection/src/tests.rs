@@ -102,7 +102,7 @@ fn an_effect_is_what_the_tool_does_in_the_scene() {
     let floor = Tool::new(ToolKind::Floor, [passed[0], passed[1] - 10.0]);
     let effect = Effect::of(state, &flight, &floor).unwrap();
     assert_eq!(effect.ball, 0);
-    let mut world = state.world().clone();
+    let mut world = state.world.clone();
     world.add_tool(floor);
     // One action later; there is nothing else in this scene.
     (0..effect.step + 40).for_each(|_| world.step());

@@ -125,7 +125,7 @@ fn repeat(
         // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
         if let Event::ClustersChanged { episode, given, .. } = *event
             && episode > first
-            && (given || !training.config().is_refined_after(episode))
+            && (given || !training.config.is_refined_after(episode))
         {
             return Err(ForkError::Refused(format!(
                 "the run was given other clusters after episode {episode}, which are not kept: fork it before that, or \

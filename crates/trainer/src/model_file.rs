@@ -244,7 +244,7 @@ impl RunConfig {
 
     /// Launches from which the model was trained that the run uses; 0 if it uses none, or the model cannot be read.
     pub fn launches(&self) -> u64 {
-        let of = |model: &Model| (model.tools().len() * model.provenance().training.observations) as u64;
+        let of = |model: &Model| (model.tools().len() * model.provenance.training.observations) as u64;
         match self.rollout_source() {
             _ if !self.uses_model() => 0,
             PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => 0,

@@ -152,7 +152,7 @@ pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingEr
     let (record, trace) = training.run_episode()?;
     let refined = training.refine()?;
     let is_due = training.is_evaluated_after(training.episode());
-    let evaluated = is_due.then(|| training.evaluate(training.config().evaluation.episodes)).transpose()?;
+    let evaluated = is_due.then(|| training.evaluate(training.config.evaluation.episodes)).transpose()?;
     let evaluated = match evaluated {
         Some(event @ Event::Evaluated { mean_return, .. }) => Some((event, training.score(mean_return)?)),
         _ => None,
@@ -188,8 +188,8 @@ impl RunLoop<'_> {
     /// Trains from a checkpoint, or from the beginning, with new action priors.
     fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
         let on_phase = |phase| self.watch.set_phase(phase);
-        let made = config.make_model(self.writer.directory(), on_phase, self.watch.stop());
-        let begin = |()| Training::begin(config, checkpoint, on_phase, self.watch.stop());
+        let made = config.make_model(&self.writer.directory, on_phase, &self.watch.stop);
+        let begin = |()| Training::begin(config, checkpoint, on_phase, &self.watch.stop);
         let training = match made.map_err(TrainingError::from).and_then(begin) {
             Err(TrainingError::Stopped) => None,
             training => Some(training?),
@@ -205,11 +205,11 @@ impl RunLoop<'_> {
     }
 
     fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
-        let config = training.config();
+        let config = &training.config;
         let (mge_version, processor) = (version().to_owned(), processor());
         let origin = Origin { mge_version, processor, models: config.model_id().into_iter().collect() };
         let started = Event::Started {
-            changes: self.writer.origin().map_or_else(Vec::new, |before| origin.changes(before)),
+            changes: self.writer.origin.as_ref().map_or_else(Vec::new, |before| origin.changes(before)),
             origin,
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
@@ -229,11 +229,11 @@ impl RunLoop<'_> {
             self.record_needs(&training, &[])?;
         }
         self.watch.set_phase(Phase::Training);
-        training.share_phase(self.watch.shared_phase());
+        training.share_phase(&self.watch.phase);
         // Pauses do not count.
         let mut trained = Duration::ZERO;
         while !training.is_finished() {
-            let limit = training.config().stop.minutes;
+            let limit = training.config.stop.minutes;
             if let Some(minutes) = limit.filter(|minutes| trained.as_secs_f64() >= 60.0 * minutes) {
                 let reason = format!("after {minutes} minutes, as `stop.minutes` says");
                 self.received.push_back(Control::Stop { reason });
@@ -256,7 +256,7 @@ impl RunLoop<'_> {
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
         self.pieces.is_slow |= training.may_take_longer();
-        let played = self.pieces.run(training, self.watch.stop(), |training, stop| {
+        let played = self.pieces.run(training, &self.watch.stop, |training, stop| {
             training.stop_on(stop);
             let played = play(training);
             (!matches!(played, Err(TrainingError::Stopped))).then_some(played)
@@ -289,8 +289,8 @@ impl RunLoop<'_> {
 
     /// Writes the checkpoints that are due.
     fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
-        let policy = &training.config().checkpoints;
-        let store = self.writer.directory().checkpoints();
+        let policy = &training.config.checkpoints;
+        let store = self.writer.directory.checkpoints();
         let due = store.due(policy, training.episode(), self.score, training.is_finished());
         if !due.is_empty() {
             self.writer.checkpoint(&due, policy.periodic_kept, &self.checkpoint(training)?)?;
@@ -312,7 +312,7 @@ impl RunLoop<'_> {
             return Ok(());
         }
         let checkpoint = self.checkpoint(training)?;
-        let kept = training.config().checkpoints.periodic_kept;
+        let kept = training.config.checkpoints.periodic_kept;
         match self.is_changed {
             true => self.writer.checkpoint(&[CheckpointName::Last], kept, &checkpoint)?,
             false => self.writer.save_last(kept, &checkpoint)?,
@@ -339,7 +339,7 @@ impl RunLoop<'_> {
 
     /// Restores the saved prior to that of the checkpoint, because a later one may have been saved since.
     fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
-        let directory = self.writer.directory();
+        let directory = &self.writer.directory;
         match prior.map(ActionPrior::to_json) {
             text if text == directory.read_prior().unwrap_or_default() => Ok(()),
             Some(text) => self.write_prior(&text),
@@ -351,7 +351,7 @@ impl RunLoop<'_> {
     }
 
     fn write_prior(&self, text: &str) -> Result<(), RunError> {
-        let path = self.writer.directory().prior_path();
+        let path = self.writer.directory.prior_path();
         mge_base::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))
     }
 
@@ -359,7 +359,7 @@ impl RunLoop<'_> {
     fn explained(&self, error: TrainerError) -> TrainerError {
         let is_missing = matches!(&error, TrainerError::Run(cause) if cause.is_not_found());
         match self.writer.check_in_place() {
-            Ok(()) if is_missing => RunError::Moved(self.writer.directory().path().to_owned()).into(),
+            Ok(()) if is_missing => RunError::Moved(self.writer.directory.path().to_owned()).into(),
             Ok(()) => error,
             Err(gone) => gone.into(),
         }

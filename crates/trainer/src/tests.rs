@@ -49,7 +49,7 @@ fn finish(directory: &RunDirectory) -> Ending {
 fn stop_at(directory: &RunDirectory, episode: u32) {
     let trainer = Trainer::spawn(directory.clone(), [Control::PauseAt(episode.into())]).unwrap();
     wait_for_pause(&trainer);
-    assert_eq!(trainer.watch().episode(), u64::from(episode));
+    assert_eq!(trainer.watch.episode(), u64::from(episode));
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     assert_eq!(trainer.join(), Ok(Ending::Stopped));
 }
@@ -123,7 +123,7 @@ fn a_run_is_stopped_after_the_minutes_of_its_settings() {
 }
 
 fn wait_for_pause(trainer: &Trainer) {
-    while trainer.watch().phase() != Phase::Paused {
+    while trainer.watch.phase() != Phase::Paused {
         assert!(trainer.is_active(), "the training ended before it paused");
         std::thread::sleep(Duration::from_millis(2));
     }

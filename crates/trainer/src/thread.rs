@@ -15,7 +15,8 @@ use mge_run::RunDirectory;
 #[derive(Debug)]
 pub struct Trainer {
     controls: Sender<Control>,
-    watch: Arc<Watch>,
+    /// The state for observers.
+    pub watch: Arc<Watch>,
     thread: Option<JoinHandle<Result<Ending, String>>>,
 }
 
@@ -40,11 +41,6 @@ impl Trainer {
         };
         let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work)?;
         Ok(Self { controls, watch, thread: Some(thread) })
-    }
-
-    /// The state for observers.
-    pub fn watch(&self) -> &Watch {
-        &self.watch
     }
 
     /// Sends a control; has no effect once the training has ended.

@@ -92,7 +92,8 @@ impl TrainingState {
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
 #[derive(Debug, Clone)]
 pub struct Training {
-    config: RunConfig,
+    /// The configuration.
+    pub config: RunConfig,
     parts: Composition,
     env: Environment,
     learner: Learner,
@@ -143,11 +144,6 @@ impl Training {
         Ok(Self { config, parts, env, learner, progress, stop, phase })
     }
 
-    /// The configuration.
-    pub fn config(&self) -> &RunConfig {
-        &self.config
-    }
-
     /// Number of episodes finished so far.
     pub fn episode(&self) -> u64 {
         self.progress.episode
@@ -161,18 +157,18 @@ impl Training {
     /// Number of transitions recorded so far.
     #[cfg(test)]
     pub(super) fn transitions(&self) -> u64 {
-        self.learner.recorded()
+        self.learner.recorded
     }
 
     /// The scale of the exploration noise in the latest episode.
     #[cfg(test)]
     pub(super) fn noise_scale(&self) -> f32 {
-        self.learner.noise().scale()
+        self.learner.noise.scale
     }
 
     /// The current actor and critic.
     pub fn ddpg(&self) -> &Ddpg {
-        self.learner.ddpg()
+        &self.learner.ddpg
     }
 
     /// The action prior in use.
@@ -193,7 +189,7 @@ impl Training {
 
     /// Whether the next episode does what the one before it did not: an evaluation, or the first update.
     pub fn may_take_longer(&self) -> bool {
-        let (recorded, warmup) = (self.learner.recorded(), self.config.ddpg.warmup_steps as u64);
+        let (recorded, warmup) = (self.learner.recorded, self.config.ddpg.warmup_steps as u64);
         let most = u64::from(self.env.task().rules.max_actions);
         self.is_evaluated_after(self.progress.episode + 1) || (recorded < warmup && warmup <= recorded + most)
     }
@@ -278,12 +274,12 @@ impl Training {
         let steps = trace.steps.len() as u64;
         progress.episode += 1;
         progress.take_actions(steps);
-        if matches!(self.parts.actor, Actor::FirstSuccess) && snapshot.goal_reached() {
+        if matches!(self.parts.actor, Actor::FirstSuccess) && snapshot.goal_reached {
             let actions = || trace.steps.iter().map(|step| step.action).collect();
             progress.first_success.get_or_insert_with(actions);
         }
-        let rolling_success = progress.recent.push(snapshot.goal_reached(), WINDOW);
-        let placed = snapshot.placed().len() as u32;
+        let rolling_success = progress.recent.push(snapshot.goal_reached, WINDOW);
+        let placed = snapshot.placed.len() as u32;
         let is_blocked = |placement| !matches!(placement, Placement::Placed | Placement::NoOp);
         let blocked = trace.steps.iter().filter(|step| is_blocked(step.placement)).count() as u32;
         EpisodeRecord {
@@ -291,9 +287,9 @@ impl Training {
             steps,
             environment_steps: progress.environment_steps,
             return_: trace.total_reward(),
-            goal: snapshot.goal_reached(),
-            subgoals: snapshot.reached().iter().filter(|reached| **reached).count() as u32,
-            subgoals_total: snapshot.reached().len() as u32,
+            goal: snapshot.goal_reached,
+            subgoals: snapshot.reached.iter().filter(|reached| **reached).count() as u32,
+            subgoals_total: snapshot.reached.len() as u32,
             guided: trace.steps.iter().any(|step| step.source == Source::Clusters),
             epsilon,
             noise_sigma: self.config.ddpg.ou.sigma * noise_scale,

@@ -87,9 +87,11 @@ pub struct Watch {
     wanted: AtomicBool,
     episode: AtomicU64,
     view: Mutex<Option<LiveView>>,
-    phase: SharedPhase,
+    /// The phase, for a training to set.
+    pub(crate) phase: SharedPhase,
     prior: Mutex<Option<Arc<ActionPrior>>>,
-    stop: Stop,
+    /// Requested once a [`Control::Stop`](super::Control::Stop) was sent.
+    pub(crate) stop: Stop,
 }
 
 impl Watch {
@@ -108,19 +110,9 @@ impl Watch {
         self.stop.request();
     }
 
-    /// Requested once a [`Control::Stop`](super::Control::Stop) was sent.
-    pub(crate) fn stop(&self) -> &Stop {
-        &self.stop
-    }
-
     /// What the trainer is doing.
     pub fn phase(&self) -> Phase {
         *lock(&self.phase.0)
-    }
-
-    /// The phase, for a training to set.
-    pub(super) fn shared_phase(&self) -> &SharedPhase {
-        &self.phase
     }
 
     /// Number of finished episodes.

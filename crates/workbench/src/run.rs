@@ -214,13 +214,13 @@ impl RunView {
     /// Takes over what a training shows and, once `has_ended` and all its events were read, how it ended.
     fn take_outcome(&mut self, has_ended: bool, mut changed: bool, mut events: Vec<Event>) -> (Vec<Event>, bool) {
         if let Some(trainer) = &mut self.trainer {
-            if let Some(view) = trainer.watch().take() {
+            if let Some(view) = trainer.watch.take() {
                 self.live = Some(view);
                 changed = true;
             }
             if has_ended && let Some(outcome) = trainer.outcome() {
                 let failed = outcome.err();
-                self.saved_prior.set(self.prior_changes, Ok(trainer.watch().prior()));
+                self.saved_prior.set(self.prior_changes, Ok(trainer.watch.prior()));
                 self.trainer = None;
                 self.resuming = false;
                 changed = true;
@@ -363,19 +363,19 @@ impl RunView {
     /// Requests a [`LiveView`] of the next episode.
     pub fn request_live(&self) {
         if let Some(trainer) = &self.trainer {
-            trainer.watch().request();
+            trainer.watch.request();
         }
     }
 
     /// What the trainer is doing, if this process trains the run.
     pub fn phase(&self) -> Option<Phase> {
-        self.trainer.as_ref().map(|trainer| trainer.watch().phase())
+        self.trainer.as_ref().map(|trainer| trainer.watch.phase())
     }
 
     /// The action prior of the run, if it has one: the one in use, or the saved one of an inactive run.
     pub fn prior(&self) -> Option<Arc<ActionPrior>> {
         match &self.trainer {
-            Some(trainer) => trainer.watch().prior(),
+            Some(trainer) => trainer.watch.prior(),
             None => self.saved_prior.latest(|_| true)?.1.clone().ok().flatten(),
         }
     }

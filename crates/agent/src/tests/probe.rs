@@ -166,7 +166,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
             let mut x = start as f32 / 10.0;
             regret -= (x.abs() - 0.5).max(0.0).powi(2);
             for _ in 0..10 {
-                let (next_x, reward) = push_to_the_middle(x, learner.ddpg().act(&[x])[0]);
+                let (next_x, reward) = push_to_the_middle(x, learner.ddpg.act(&[x])[0]);
                 (x, regret) = (next_x, regret - reward);
             }
         }
@@ -202,6 +202,6 @@ fn noise_follows_the_config() {
     let config = DdpgConfig { ou: OuConfig { theta: 1.0, mu: 0.3, sigma: 0.0 }, ..config() };
     let streams = LearnerStreams { noise: rng(4), replay: rng(5) };
     let mut learner = Learner::new(1, 1, &config, &mut rng(3), streams).unwrap();
-    let greedy = learner.ddpg().act(&[0.5])[0];
+    let greedy = learner.ddpg.act(&[0.5])[0];
     assert_eq!(learner.explore(&[0.5]), [(greedy + 0.3).clamp(-1.0, 1.0)]);
 }

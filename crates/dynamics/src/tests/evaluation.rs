@@ -31,7 +31,7 @@ fn evaluations_of_ablated_models_report_every_part() {
         let trained = train_to_file(&path, config.clone(), train.clone(), &tools, "test", &never, on_progress).unwrap();
         // Its file contains its configuration.
         assert_eq!(Model::load(&path).unwrap().config(), &config);
-        evaluate(trained.training.model(), &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
+        evaluate(&trained.training.model, &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
     });
     assert_eq!(epochs, 4);
     for result in &results {
@@ -56,7 +56,7 @@ fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
     for (name, model) in shipped_models() {
         let config = ModelConfig { layers: 5, ..ModelConfig::default() };
         assert_eq!((model.name().as_str(), model.config()), (*name, &config));
-        let provenance = model.provenance();
+        let provenance = &model.provenance;
         let training = TrainConfig {
             observations: 10_000,
             epochs: 400,

@@ -34,7 +34,7 @@ fn edges_belong_to_the_function_of_their_pair_of_types() {
 fn each_pair_of_types_has_its_own_edge_function() {
     // Changing the first edge function changes the effect of a box, but not that of a floor.
     let training = training(small(), quick());
-    let model = training.model();
+    let model = &training.model;
     let mut file = model.to_file();
     let (name, shape) = ("edge.0.0.bias", [16]);
     let moved = file.get(name, &shape).unwrap().iter().map(|value| value + 0.5).collect();

@@ -65,7 +65,7 @@ fn gradients_of_the_whole_network_agree_with_finite_differences() {
 #[test]
 fn predictions_do_not_depend_on_edge_order_or_scene_position() {
     let training = training(small(), quick());
-    let model = training.model();
+    let model = &training.model;
     let expected = predict(model, ball(), &tools());
     let mut turned = tools();
     turned.rotate_left(1);
@@ -83,20 +83,20 @@ fn predictions_do_not_depend_on_edge_order_or_scene_position() {
 #[test]
 fn objects_beyond_the_cutoff_have_no_effect() {
     let training = training(small(), quick());
-    let model = training.model();
+    let model = &training.model;
     let near = predict(model, ball(), &tools());
     let mut with_far = tools();
     with_far.push(Tool::new(ToolKind::Box, [70.0, 48.0]));
     assert_eq!(predict(model, ball(), &with_far), near);
     let connected = ModelConfig { edges: EdgeActivation::FullyConnected, ..small() };
     let training = self::training(connected, quick());
-    assert!(predict(training.model(), ball(), &with_far) != predict(training.model(), ball(), &tools()));
+    assert!(predict(&training.model, ball(), &with_far) != predict(&training.model, ball(), &tools()));
 }
 
 #[test]
 fn the_prediction_for_a_scene_does_not_depend_on_the_batch() {
     let training = training(small(), quick());
-    let model = training.model();
+    let model = &training.model;
     let tools = tools();
     let far = BallState::at_rest([10.0, 80.0]);
     let batch = model.advance(&[far, ball(), ball()], &[&tools, &tools, &tools[..1]]).unwrap();
@@ -109,7 +109,7 @@ fn the_prediction_for_a_scene_does_not_depend_on_the_batch() {
 #[test]
 fn predictions_follow_the_order_of_the_scenes() {
     let training = training(small(), quick());
-    let model = training.model();
+    let model = &training.model;
     let balls = [ball(), BallState { velocity: [3.0, 1.0], ..ball() }, BallState::at_rest([36.0, 52.0])];
     let tools = tools();
     let scenes = [&tools[..], &tools[..2], &tools[1..]];
@@ -123,12 +123,12 @@ fn predictions_follow_the_order_of_the_scenes() {
 fn an_unseen_edge_type_is_refused() {
     let training = training(small(), quick());
     let far_wall = [Tool::new(ToolKind::Wall, [80.0, 5.0])];
-    let error = training.model().advance(&[ball()], &[&far_wall]).unwrap_err();
+    let error = training.model.advance(&[ball()], &[&far_wall]).unwrap_err();
     assert!(error.to_string().contains("wall-to-ball") && error.to_string().contains("box-floor"), "{error}");
     let task = task::load("task1").unwrap();
-    assert!(matches!(training.model().check_task(&task), Err(DynamicsError::UnseenEdge { .. })));
+    assert!(matches!(training.model.check_task(&task), Err(DynamicsError::UnseenEdge { .. })));
     let broken = BallState { velocity: [f32::NAN, 0.0], ..ball() };
-    assert!(matches!(training.model().advance(&[broken], &[&[]]), Err(DynamicsError::NotFinite)));
+    assert!(matches!(training.model.advance(&[broken], &[&[]]), Err(DynamicsError::NotFinite)));
 }
 
 #[test]
@@ -137,11 +137,11 @@ fn a_task_with_other_physics_is_refused() {
     let training =
         Training::new(small(), TrainConfig { observations: 2, ..quick() }, &tools, "test", &Stop::default()).unwrap();
     let task = task::load("task1").unwrap();
-    assert!(training.model().check_task(&task).is_ok());
+    assert!(training.model.check_task(&task).is_ok());
     let refused = |change: &dyn Fn(&mut task::Task), expected: &str| {
         let mut other = task.clone();
         change(&mut other);
-        let error = training.model().check_task(&other).unwrap_err().to_string();
+        let error = training.model.check_task(&other).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     refused(&|task| task.ball.radius = 3.0, "task `task1`: the ball differs");
@@ -150,7 +150,7 @@ fn a_task_with_other_physics_is_refused() {
     refused(&|task| task.placeable.form.elasticity = Some(0.1), "angle, thickness or material of a tool");
     let mut larger = task.clone();
     larger.tools[0].form.size = Some(7.0);
-    assert!(training.model().check_task(&larger).is_ok());
+    assert!(training.model.check_task(&larger).is_ok());
 }
 
 #[test]
@@ -192,12 +192,12 @@ fn a_literal_model_recovers_the_velocity_of_free_fall() {
 #[test]
 fn model_files_round_trip_and_bad_ones_are_refused() {
     let training = training(small(), quick());
-    let model = training.model();
+    let model = &training.model;
     let bytes = model.to_file().to_bytes();
     let read = Model::from_bytes(&bytes, "a.safetensors").unwrap();
     assert_eq!(predict(&read, ball(), &tools()), predict(model, ball(), &tools()));
     assert_eq!(read.to_file().to_bytes(), bytes);
-    assert_eq!((read.provenance(), read.name().as_str()), (model.provenance(), "box-floor"));
+    assert_eq!((&read.provenance, read.name().as_str()), (&model.provenance, "box-floor"));
 
     let refused = |bytes: &[u8]| Model::from_bytes(bytes, "a.safetensors").unwrap_err().to_string();
     for error in [refused(&bytes[..bytes.len() - 9]), refused(&bytes[..20]), refused(b"no model"), refused(b"")] {

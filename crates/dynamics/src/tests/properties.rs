@@ -13,7 +13,7 @@ fn tiny() -> Model {
     let train = TrainConfig { observations: 2, validation: 1, epochs: 1, ..quick() };
     let mut training = Training::new(config, train, create().kinds(), "test", &Stop::default()).unwrap();
     assert_eq!(training.run(&Stop::default(), |_| ()).unwrap(), None);
-    training.model().clone()
+    training.model.clone()
 }
 
 /// The inputs of the only active edge between the ball and a tool.

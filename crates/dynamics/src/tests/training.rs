@@ -44,7 +44,7 @@ fn training_reports_the_loss_it_minimises() {
             .collect();
         let mut reported = f64::NAN;
         training.run(&never, |progress| reported = f64::from(progress.loss)).unwrap();
-        let model = training.model();
+        let model = &training.model;
         let (mut sum, mut count) = (0.0, 0.0);
         for launch in &launches {
             let (before, after) = (launch.states[0], launch.states[STEPS_PER_ACTION as usize]);

@@ -97,12 +97,12 @@ fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step
         reward: step.reward,
         terminated: step.terminated,
         truncated: step.truncated,
-        done_reasons: now.end_reasons().iter().map(|reason| in_create(*reason)).collect(),
-        goal_hit: now.goal_reached(),
-        subgoals_hit: hits(now.reached()),
-        marker_subgoals_hit: hits(now.reached_by_marker()),
-        placed_tools: now.placed().len(),
-        balls: names.iter().cloned().zip((0..).map(|ball| row(now.world().motion(ball)))).collect(),
+        done_reasons: now.reasons.iter().map(|reason| in_create(*reason)).collect(),
+        goal_hit: now.goal_reached,
+        subgoals_hit: hits(&now.reached),
+        marker_subgoals_hit: hits(&now.reached_by_marker),
+        placed_tools: now.placed.len(),
+        balls: names.iter().cloned().zip((0..).map(|ball| row(now.world.motion(ball)))).collect(),
     }
 }
 

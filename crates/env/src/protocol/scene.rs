@@ -140,13 +140,13 @@ impl Trajectory {
             }
             self.parts.entry(name).or_default().push(row(motion));
         }
-        if world.touches().iter().any(|touch| touch.ball == 0 && matches!(touch.object, ObjectId::Tool(_))) {
+        if world.touches.iter().any(|touch| touch.ball == 0 && matches!(touch.object, ObjectId::Tool(_))) {
             self.first_contact.get_or_insert(step);
         }
         if world.is_captured(0) {
             self.captured_step.get_or_insert(step);
         }
-        for &Touch { ball, object } in world.moved() {
+        for &Touch { ball, object } in &world.moved {
             if let ObjectId::Tool(tool) = object {
                 self.record_move(world, ball, tool, step);
             }

@@ -72,10 +72,10 @@ impl Info {
 
     /// Like [`of`](Self::of), but reuses its memory.
     fn update(&mut self, now: &Snapshot, placement: Option<Placement>) {
-        self.goal = now.goal_reached();
+        self.goal = now.goal_reached;
         self.subgoals.clear();
-        self.subgoals.extend_from_slice(now.reached());
-        self.placed = now.placed().len();
+        self.subgoals.extend_from_slice(&now.reached);
+        self.placed = now.placed.len();
         self.placement = placement;
         self.end = now.end();
     }

@@ -189,7 +189,7 @@ fn with_tools_every_episode_draws_an_action_set_and_observes_it() {
         assert!(set.numbers().skip(1).all(|number| ToolSplit::Train.tools().contains(&number)));
         if vector.outcomes().next().unwrap().info.placement == Some(Placement::Placed) {
             placed += 1;
-            let tool = *env.snapshot().world().tools().last().unwrap();
+            let tool = *env.snapshot().world.tools().last().unwrap();
             let chosen = *set.tools().nth(choice.tool).unwrap().unwrap();
             assert_eq!(tool.at([0.0; 2]), chosen);
         }

@@ -71,7 +71,7 @@ impl Criteria {
         };
         play(task, act, seed, stop, |env| {
             episodes += 1;
-            goals += u64::from(env.snapshot().goal_reached());
+            goals += u64::from(env.snapshot().goal_reached);
             verdict = self.judge(episodes, goals, nearest.get());
             verdict.is_none()
         })?;
@@ -225,9 +225,9 @@ fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Resul
         seed,
         stop,
         |env| {
-            taken += u64::from(env.snapshot().actions());
+            taken += u64::from(env.snapshot().actions);
             episodes += 1;
-            goals += u64::from(env.snapshot().goal_reached());
+            goals += u64::from(env.snapshot().goal_reached);
             taken < actions
         },
     )?;

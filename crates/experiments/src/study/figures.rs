@@ -126,7 +126,7 @@ fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> 
         if env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))).is_err() {
             break;
         }
-        let (world, placed) = (env.snapshot().world(), env.snapshot().placed());
+        let (world, placed) = (&env.snapshot().world, &env.snapshot().placed);
         for (step, ball) in path.iter().enumerate().skip(start) {
             let edges = world.tools().map(|tool| Edge {
                 object: to_normalised(tool.centre()),

@@ -120,7 +120,7 @@ impl HitJob {
                 let config = DdpgConfig::default();
                 let (actor, mut noise) = (self.untrained(&config), OrnsteinUhlenbeck::new(2, config.ou));
                 self.play(stop, |env, rng| {
-                    if env.snapshot().actions() == 0 {
+                    if env.snapshot().actions == 0 {
                         noise.reset();
                     }
                     let mut action = actor.act(&env.observation());
@@ -146,8 +146,8 @@ impl HitJob {
         let mut hits = HitCounts { episodes: 0, goal: 0, subgoals: vec![0; self.task.subgoals.len()] };
         play(&self.task, act, self.seed, stop, |env| {
             hits.episodes += 1;
-            hits.goal += u32::from(env.snapshot().goal_reached());
-            for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
+            hits.goal += u32::from(env.snapshot().goal_reached);
+            for (count, reached) in hits.subgoals.iter_mut().zip(&env.snapshot().reached) {
                 *count += u32::from(*reached);
             }
             hits.episodes < self.episodes

@@ -137,7 +137,7 @@ impl ModelJob {
     /// Evaluates the model.
     fn result(&self, trained: &TrainedModel, stop: &Stop) -> Result<ModelResult, ExperimentError> {
         let evaluation =
-            evaluate(trained.training.model(), &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
+            evaluate(&trained.training.model, &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
         let (one_step_error, rollout_error) = evaluation.mean_errors();
         let of_launches =
             |of: fn(&OneTool) -> Option<f64>| evaluation.launches.iter().filter_map(move |tool| of(&tool.errors.model));

@@ -353,7 +353,7 @@ fn stop_at(job: &Job, sweep: &Path, episode: u32) {
     let Work::Train(config) = &job.work else { panic!("an agent") };
     let directory = RunDirectory::create(job.folder(sweep), config).unwrap();
     let trainer = Trainer::spawn(directory.clone(), [Control::PauseAt(episode.into())]).unwrap();
-    while trainer.watch().phase() != Phase::Paused {
+    while trainer.watch.phase() != Phase::Paused {
         assert!(trainer.is_active(), "the training ended before it paused");
         std::thread::sleep(Duration::from_millis(2));
     }

@@ -54,7 +54,7 @@ struct Arrival {
 
 impl Arrival {
     fn of(state: &Snapshot) -> Self {
-        Self { actions: state.actions(), placed: state.placed().to_vec(), ball: state.ball() }
+        Self { actions: state.actions, placed: state.placed.to_vec(), ball: state.ball() }
     }
 
     /// The state at the end of a rollout from this one.
@@ -207,7 +207,7 @@ mod tests {
         let next = prediction.successor(&root, task.subgoals[0]).unwrap();
         assert_eq!((next.subgoals(), next.stages.len(), next.reached.len()), (&task.subgoals[..1], 2, 2));
         let starts = next.goal_starts();
-        assert!(!starts.is_empty() && starts.iter().all(|state| state.stage() == 1 && state.actions() > 0));
+        assert!(!starts.is_empty() && starts.iter().all(|state| state.stage() == 1 && state.actions > 0));
         let unreachable = Region { position: [0.89, 0.89], radius: 0.5 };
         let lost = prediction.successor(&root, unreachable).unwrap();
         assert!(lost.goal_starts().is_empty() && lost.rollouts().is_infinite());

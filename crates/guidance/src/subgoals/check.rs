@@ -36,7 +36,7 @@ impl Check {
                     0 => _ = env.reset(rng),
                     count => env.restore(&starts[rng.gen_range(0..count)]),
                 }
-                let is_there = |env: &Environment| env.snapshot().stage() > stage || env.snapshot().goal_reached();
+                let is_there = |env: &Environment| env.snapshot().stage() > stage || env.snapshot().goal_reached;
                 let mut left = horizon;
                 while left > 0 && !is_there(&env) && env.step_without_observation(prior.sample(rng)).is_ok() {
                     (left, check.actions) = (left - 1, check.actions + 1);

@@ -105,7 +105,8 @@ pub struct BatchProgress<'a> {
 pub struct JobHandle {
     done: AtomicU64,
     message: Mutex<Option<String>>,
-    watch: Watch,
+    /// The view of the job's training; its episodes count as work done.
+    pub watch: Watch,
     #[educe(Default = unbounded())]
     controls: (Sender<Control>, Receiver<Control>),
 }
@@ -128,12 +129,7 @@ impl JobHandle {
 
     /// The stop request behind [`is_stopped`](Self::is_stopped), for code that polls it directly.
     pub fn stop(&self) -> &Stop {
-        self.watch.stop()
-    }
-
-    /// The view of the job's training; its episodes count as work done.
-    pub(super) fn watch(&self) -> &Watch {
-        &self.watch
+        &self.watch.stop
     }
 
     /// The control channel of the job's training.

@@ -15,7 +15,7 @@ fn charged_config() -> RunConfig {
 
 fn launches() -> u64 {
     let model = dynamics::shipped_for(&charged_config().task.tool_set()).unwrap();
-    (model.tools().len() * model.provenance().training.observations) as u64
+    (model.tools().len() * model.provenance.training.observations) as u64
 }
 
 #[test]

@@ -73,7 +73,7 @@ fn a_run_that_trains_its_model_is_the_same_after_a_stop_in_each_phase() {
         [|phase| matches!(phase, Phase::TrainingModel { .. }), |phase| matches!(phase, Phase::Practising { .. })];
     for wanted in phases {
         let trainer = Trainer::spawn(broken.clone(), []).unwrap();
-        while !wanted(&trainer.watch().phase()) {
+        while !wanted(&trainer.watch.phase()) {
             assert!(trainer.is_active(), "it ended before the phase: {:?}", broken.status());
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -88,7 +88,7 @@ fn a_run_that_trains_its_model_is_the_same_after_a_stop_in_each_phase() {
     assert_eq!(lasting(&whole), lasting(&broken));
     // The run is continued with its own copy, whatever is in the cache.
     let copy = std::fs::read(whole.model_path()).unwrap();
-    assert_eq!(Model::from_bytes(&copy, "").unwrap().provenance().training.observations, 4);
+    assert_eq!(Model::from_bytes(&copy, "").unwrap().provenance.training.observations, 4);
     let read = RunConfig::of(&whole).unwrap();
     assert_eq!(read, config);
     assert!(read.trains_as(&config));
@@ -174,7 +174,7 @@ fn a_pause_is_recorded_once_until_the_run_resumes() {
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 3));
     let trainer = Trainer::spawn(run.clone(), [Control::Pause, Control::Pause]).unwrap();
     wait_for_pause(&trainer);
-    assert_eq!(trainer.watch().episode(), 0);
+    assert_eq!(trainer.watch.episode(), 0);
     trainer.send(Control::Pause);
     trainer.send(Control::Resume);
     assert_eq!(trainer.join(), Ok(Ending::Finished));
@@ -190,7 +190,7 @@ fn clusters_are_recorded_for_a_new_run_but_not_again_for_a_resumed_one() {
     let run = new_run(folder.path(), "run", &config(Method::DdpgMge, 6));
     let trainer = Trainer::spawn(run.clone(), [Control::PauseAt(4)]).unwrap();
     wait_for_pause(&trainer);
-    assert_eq!(trainer.watch().episode(), 4);
+    assert_eq!(trainer.watch.episode(), 4);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     trainer.join().unwrap();
     finish(&run);

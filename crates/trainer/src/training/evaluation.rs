@@ -44,7 +44,7 @@ impl Training {
         let (mut successes, mut total) = (0u32, 0.0f64);
         for _ in 0..episodes {
             self.stop.check()?;
-            let trace = greedy_episode(self.env.loaded_task(), self.learner.ddpg(), rng);
+            let trace = greedy_episode(self.env.loaded_task(), &self.learner.ddpg, rng);
             successes += u32::from(trace.reached_goal());
             total += f64::from(trace.total_reward());
         }

@@ -76,14 +76,14 @@ impl Training {
             (_, Some(prior)) if explorer == Explorer::Clusters => {
                 (prior.sample(now.stage(), &mut streams.guidance), Source::Clusters)
             }
-            _ if explorer == Explorer::Greedy => (action_of(&self.learner.ddpg().act(observation)), Source::Policy),
+            _ if explorer == Explorer::Greedy => (action_of(&self.learner.ddpg.act(observation)), Source::Policy),
             _ => (action_of(&self.learner.explore(observation)), Source::Policy),
         })
     }
 
     /// Holds a policy only with exploration by need, where greedy attempts measure its success.
     pub(super) fn hold_or_release(&mut self) {
-        let is_held = self.learner.ddpg().holds_policy();
+        let is_held = self.learner.ddpg.holds_policy();
         let by_need = matches!(self.schedule(), EpsilonSchedule::Need { .. });
         match by_need && self.parts.hold_tolerance.is_some() {
             true if !is_held => {

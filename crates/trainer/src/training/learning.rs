@@ -38,7 +38,7 @@ impl Training {
         let most = self.config.ddpg.updates_per_step;
         match self.needs().into_iter().reduce(f32::max) {
             None => most,
-            Some(0.0) => usize::from(self.learner.recorded().is_multiple_of(interval)),
+            Some(0.0) => usize::from(self.learner.recorded.is_multiple_of(interval)),
             Some(need) => (need * most as f32).ceil() as usize,
         }
     }

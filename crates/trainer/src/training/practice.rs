@@ -117,7 +117,7 @@ impl Training {
         let Some(prior) = self.progress.prior.clone() else { return Ok(false) };
         self.learner.start_episode();
         let stage = self.env.snapshot().stage();
-        let mut played = Played::after(self.env.snapshot().placed().len());
+        let mut played = Played::after(self.env.snapshot().placed.len());
         let mut observation = self.env.observation();
         for _ in 0..prior.horizon(stage) {
             self.stop.check()?;
@@ -169,7 +169,7 @@ mod tests {
         for (rollouts, reached) in practised.rollouts.iter().zip(&practised.reached) {
             assert!(*rollouts <= 60 && (*reached >= 10 || *rollouts == 60), "{practised:?}");
         }
-        let most = practised.rollouts.iter().sum::<u32>() * training.config().guidance.horizon as u32;
+        let most = practised.rollouts.iter().sum::<u32>() * training.config.guidance.horizon as u32;
         assert!(practised.rollouts[0] < 60, "no more rollouts than needed: {practised:?}");
         assert!(practised.reached[0] >= 10 && practised.actions <= u64::from(most), "{practised:?}");
         // Practice is learned from, counted, and refines the clusters.
@@ -193,7 +193,7 @@ mod tests {
     fn practice_reports_its_progress() {
         let mut training = training(&config());
         let (watch, stop) = (Watch::default(), Stop::default());
-        training.share_phase(watch.shared_phase());
+        training.share_phase(&watch.phase);
         training.stop_on(&stop);
         assert_eq!(watch.phase(), Phase::Waiting);
         let work = std::thread::spawn(move || training.practise().unwrap());

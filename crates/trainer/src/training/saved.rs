@@ -98,10 +98,10 @@ impl Training {
             networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
             replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
         })?;
-        if !fits(learner.ddpg(), &config) {
+        if !fits(&learner.ddpg, &config) {
             return Err(agent::StateError::ReplayMismatch.into());
         }
-        if *learner.ddpg().config() != config.ddpg {
+        if *learner.ddpg.config() != config.ddpg {
             return Err(TrainingError::OtherSettings("ddpg".to_owned()));
         }
         let progress: TrainingState = checkpoint.json(PROGRESS_SECTION)?;
@@ -119,7 +119,7 @@ impl Training {
     pub(crate) fn forked(self, config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
         config.validate()?;
         let Self { config: old, mut learner, mut progress, .. } = self;
-        if !fits(learner.ddpg(), &config) {
+        if !fits(&learner.ddpg, &config) {
             return Err(TrainingError::OtherObservations);
         }
         learner.reconfigure(&config.ddpg).map_err(|error| error.within("ddpg"))?;

@@ -28,7 +28,7 @@ fn easy() -> RunConfig {
 #[test]
 fn evaluations_are_shares_and_means_over_their_episodes() {
     let mut training = Training::new(easy(), None).unwrap();
-    let trace = greedy_episode(&training.config().task, training.ddpg(), &mut Stream::Evaluation.of(0));
+    let trace = greedy_episode(&training.config.task, training.ddpg(), &mut Stream::Evaluation.of(0));
     assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
     let expected =
         Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };
@@ -53,7 +53,7 @@ fn a_schedule_set_for_an_unguided_run_applies_once_it_has_clusters() {
             training.set_schedule(schedule.parse().unwrap());
         }
         if prior {
-            training.set_prior(Arc::new(ActionPrior::uniform(&training.config().task, &GuidanceConfig::default(), 0)));
+            training.set_prior(Arc::new(ActionPrior::uniform(&training.config.task, &GuidanceConfig::default(), 0)));
         }
         let (record, trace) = training.run_episode().unwrap();
         (record.epsilon, trace.steps[0].source)

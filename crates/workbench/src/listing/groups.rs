@@ -144,11 +144,11 @@ impl Grouping {
             |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
         let rows: Vec<LearningRow> = runs.iter().map(row).collect();
         let all = Groups::new(&rows);
-        let labels: Vec<&str> = all.labels().iter().map(String::as_str).collect();
+        let labels: Vec<&str> = all.labels.iter().map(String::as_str).collect();
         let looks = series(&labels);
         let mut found = Vec::new();
-        for task in all.tasks() {
-            for (label, look) in all.labels().iter().zip(&looks) {
+        for task in &all.tasks {
+            for (label, look) in all.labels.iter().zip(&looks) {
                 let mut indices = all.indices(task, label).to_vec();
                 indices.retain(|index| !runs[*index].damaged);
                 if !indices.is_empty() {
