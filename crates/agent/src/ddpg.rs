@@ -84,7 +84,7 @@ impl Ddpg {
         rng: &mut ChaCha8Rng,
     ) -> Result<Self, ValidationError> {
         assert!(observation_len > 0 && action_len > 0, "an agent needs vectors");
-        let init = Init::with_last_bound(InitScheme::FanIn, config.output_init_bound);
+        let init = Init { scheme: InitScheme::FanIn, last_bound: Some(config.output_init_bound) };
         let [actor, critic] = Self::shapes(observation_len, action_len, config)?
             .map(|shape| Mlp::new(shape, init, rng).expect("all sizes are at least 1"));
         Ok(Self {

@@ -92,11 +92,6 @@ impl Learner {
         Ok(())
     }
 
-    /// Multiplies the noise's sigma by `scale` from now on.
-    pub fn set_noise_scale(&mut self, scale: f32) {
-        self.noise.set_scale(scale);
-    }
-
     /// Begins an episode: resets the noise to its mean.
     pub fn start_episode(&mut self) {
         self.noise.reset();
@@ -115,11 +110,6 @@ impl Learner {
     /// Whether segments are used.
     fn has_segments(&self) -> bool {
         self.ddpg.config().imitation.share > 0.0
-    }
-
-    /// The networks, mutable, for changing the policy that acts.
-    pub fn ddpg_mut(&mut self) -> &mut Ddpg {
-        &mut self.ddpg
     }
 
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is

@@ -53,7 +53,7 @@
 //! 7. `target_clamp` [-1, 16], around the possible returns of tasks with goal reward 10 and subgoal
 //!    rewards 2. Without it, values can diverge.
 //! 8. The noise starts at its mean in every episode, its time step is 1, and it is annealed by
-//!    [`Learner::set_noise_scale`], by default to 0 over the first half of a run, because remaining
+//!    [`OrnsteinUhlenbeck::scale`], by default to 0 over the first half of a run, because remaining
 //!    noise hides a good policy (a box must be placed to about 0.035). Both methods use the same noise.
 //! 9. `updates_per_step` 1, on a fresh minibatch.
 //! 10. `critic_learning_rate` 1e-3, where table 2 has 1e-4, with which DDPG hardly learned.

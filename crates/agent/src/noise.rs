@@ -19,7 +19,7 @@ pub struct OrnsteinUhlenbeck {
     parameters: OuConfig,
     /// The factor of sigma.
     pub scale: f32,
-    state: Vec<f32>,
+    pub(super) state: Vec<f32>,
 }
 
 impl OrnsteinUhlenbeck {
@@ -31,16 +31,6 @@ impl OrnsteinUhlenbeck {
     /// Resets the process to its mean at the start of an episode. The scale is unchanged.
     pub fn reset(&mut self) {
         self.state.fill(self.parameters.mu);
-    }
-
-    /// Multiplies sigma by `scale` from now on, for annealing schedules.
-    pub fn set_scale(&mut self, scale: f32) {
-        self.scale = scale;
-    }
-
-    /// The current value, one number per action component.
-    pub fn state(&self) -> &[f32] {
-        &self.state
     }
 
     /// Makes a step and returns the new value.
@@ -70,7 +60,7 @@ mod tests {
     fn moments(parameters: OuConfig, scale: f32) -> (f32, f32, f32) {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut noise = OrnsteinUhlenbeck::new(1, parameters);
-        noise.set_scale(scale);
+        noise.scale = scale;
         let path: Vec<f64> = (0..200_000).map(|_| f64::from(noise.step(&mut rng)[0])).skip(1000).collect();
         let n = path.len() as f64;
         let mean = path.iter().sum::<f64>() / n;
@@ -110,11 +100,11 @@ mod tests {
     fn an_episode_starts_at_the_mean() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut noise = OrnsteinUhlenbeck::new(2, OuConfig { mu: 0.1, ..OuConfig::default() });
-        noise.set_scale(0.5);
+        noise.scale = 0.5;
         noise.step(&mut rng);
-        assert_ne!(noise.state(), [0.1, 0.1]);
+        assert_ne!(noise.state, [0.1, 0.1]);
         noise.reset();
-        assert_eq!((noise.state(), noise.scale), (&[0.1, 0.1][..], 0.5));
+        assert_eq!((&noise.state[..], noise.scale), (&[0.1, 0.1][..], 0.5));
     }
 
     #[test]
@@ -125,7 +115,7 @@ mod tests {
             let mut action = [0.9, -0.9];
             noise.perturb(&mut action, &mut rng);
             assert!(action.iter().all(|a| (-1.0..=1.0).contains(a)), "{action:?}");
-            assert_ne!(noise.state()[0], noise.state()[1]);
+            assert_ne!(noise.state[0], noise.state[1]);
         }
     }
 
@@ -133,7 +123,7 @@ mod tests {
     fn a_process_round_trips_through_json() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut noise = OrnsteinUhlenbeck::new(2, OuConfig::default());
-        noise.set_scale(0.3);
+        noise.scale = 0.3;
         for _ in 0..1000 {
             noise.step(&mut rng);
             let json = serde_json::to_string(&noise).unwrap();

@@ -189,7 +189,7 @@ impl Learner {
             || replay.action_len() != ddpg.action_len()
             || replay.capacity() != ddpg.config.replay_capacity
             || replay.len() as u64 != recorded.min(replay.capacity() as u64)
-            || noise.state().len() != ddpg.action_len()
+            || noise.state.len() != ddpg.action_len()
             || !segments.is_possible(recorded)
         {
             return Err(StateError::ReplayMismatch);

@@ -264,7 +264,7 @@ fn a_loaded_learner_continues_bit_for_bit() {
         live(&mut whole, 0..240);
         // Stopped within an episode, after the ring has wrapped around.
         let mut first = learner(&config, 1);
-        first.set_noise_scale(1.0);
+        first.noise.scale = 1.0;
         live(&mut first, 0..125);
         let mut second = Learner::load(&first.save()).unwrap();
         assert_eq!(second.save(), first.save());

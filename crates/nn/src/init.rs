@@ -31,11 +31,6 @@ impl From<InitScheme> for Init {
 }
 
 impl Init {
-    /// `scheme` with a last layer uniform in ±`bound`.
-    pub fn with_last_bound(scheme: InitScheme, bound: f32) -> Self {
-        Self { scheme, last_bound: Some(bound) }
-    }
-
     /// Weight (`inputs` × `outputs`, row-major) and then bias (`outputs`) of one layer.
     pub(super) fn layer<R: Rng + ?Sized>(&self, inputs: usize, outputs: usize, is_last: bool, rng: &mut R) -> Vec<f32> {
         let weights = inputs * outputs;
@@ -124,10 +119,10 @@ mod tests {
         let [weight, bias] = largest(InitScheme::FanIn.into(), true);
         near(weight, 0.1);
         near(bias, 0.1);
-        let [weight, bias] = largest(Init::with_last_bound(InitScheme::FanIn, 3e-3), true);
+        let [weight, bias] = largest(Init { scheme: InitScheme::FanIn, last_bound: Some(3e-3) }, true);
         near(weight, 3e-3);
         near(bias, 3e-3);
-        let [weight, bias] = largest(Init::with_last_bound(InitScheme::FanIn, 3e-3), false);
+        let [weight, bias] = largest(Init { scheme: InitScheme::FanIn, last_bound: Some(3e-3) }, false);
         near(weight, 0.1);
         near(bias, 0.1);
     }

@@ -97,7 +97,11 @@ const PLAIN: ToolType = ToolType {
 
 /// A regular polygon.
 const fn polygon(corners: usize, turn: f64) -> ToolType {
-    ToolType { outline: regular_polygon, corners: (corners, turn), ..PLAIN }
+    ToolType {
+        outline: |tool| (Outline::hull(&local_corners(tool)), unrotated(tool.position)),
+        corners: (corners, turn),
+        ..PLAIN
+    }
 }
 
 /// A segment.
@@ -127,7 +131,12 @@ static TYPES: [ToolType; 19] = {
         ToolType { kind: Bucket, name: "bucket", size: 6.0, pre_solve: Some(rules::capture), ..polygon(4, FRAC_PI_4) },
         ToolType { kind: Square, name: "square", ..polygon(4, 0.0) },
         ToolType { kind: Box, name: "box", outline: square, elasticity: 0.4, ..PLAIN },
-        ToolType { kind: Wall, name: "wall", outline: upright, ..SEGMENT },
+        ToolType {
+            kind: Wall,
+            name: "wall",
+            outline: |tool| segment_along(tool, tool_direction(tool.angle).perp() * tool.size),
+            ..SEGMENT
+        },
         ToolType { kind: Floor, name: "floor", ..SEGMENT },
         ToolType { kind: Ramp, name: "ramp", ..SEGMENT },
         ToolType { kind: Trampoline, name: "trampoline", outline: trampoline, elasticity: 1.2, ..SEGMENT },
@@ -254,10 +263,6 @@ pub(super) fn local_corners(tool: &Tool) -> Vec<Vector> {
     regular(count, turn + tool.angle, tool.size)
 }
 
-fn regular_polygon(tool: &Tool) -> (Outline, Frame) {
-    (Outline::hull(&local_corners(tool)), unrotated(tool.position))
-}
-
 fn square(tool: &Tool) -> (Outline, Frame) {
     (Outline::rectangle(tool.size, tool.size), Frame::new(tool.position.into(), tool.angle))
 }
@@ -274,10 +279,6 @@ fn segment_along(tool: &Tool, along: Vector) -> (Outline, Frame) {
 
 fn segment(tool: &Tool) -> (Outline, Frame) {
     segment_along(tool, tool_direction(tool.angle) * tool.size)
-}
-
-fn upright(tool: &Tool) -> (Outline, Frame) {
-    segment_along(tool, tool_direction(tool.angle).perp() * tool.size)
 }
 
 /// Beyond 90 degrees it is rotated by half a turn, so that its upper side stays up.

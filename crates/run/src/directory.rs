@@ -229,7 +229,7 @@ impl RunDirectory {
         let mut status = RunStatus::derive(&[], locked);
         for tail in TAILS {
             status = RunStatus::derive(&read_tail(&self.events_path(), tail)?, locked);
-            if status.is_decided() {
+            if status.last_episode.is_some() {
                 break;
             }
         }

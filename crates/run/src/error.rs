@@ -38,7 +38,7 @@ pub enum RunError {
     #[error("{} holds no runs: name the folder of a run, of a sweep or of a study", .0.display())]
     NoRuns(PathBuf),
     /// Another process (or another part of this one) holds the run's lock.
-    #[error("the run {} is in use{}: stop that one first, or choose another folder", path.display(), by(.process))]
+    #[error("the run {} is in use{}: stop that one first, or choose another folder", path.display(), .process.map_or_else(String::new, |id| format!(" by process {id}")))]
     InUse {
         /// The run.
         path: PathBuf,
@@ -56,7 +56,7 @@ pub enum RunError {
     #[error("{} was moved or deleted while it was being trained: the training has ended", .0.display())]
     Moved(PathBuf),
     /// The content of a file does not match its format.
-    #[error("{}{}: {reason}", path.display(), at_line(.line))]
+    #[error("{}{}: {reason}", path.display(), .line.map_or_else(String::new, |line| format!(", line {line}")))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -114,14 +114,6 @@ fn remedy(error: &io::Error) -> &'static str {
         io::ErrorKind::NotADirectory => "; a part of the path is a file: use another folder",
         _ => "",
     }
-}
-
-fn by(process: &Option<u32>) -> String {
-    process.map_or_else(String::new, |id| format!(" by process {id}"))
-}
-
-fn at_line(line: &Option<u64>) -> String {
-    line.map_or_else(String::new, |line| format!(", line {line}"))
 }
 
 #[cfg(test)]

@@ -23,15 +23,8 @@ const PATIENCE: Duration = Duration::from_millis(200);
 /// The lock on a run for writing; released when dropped or when the process ends.
 #[derive(Debug)]
 pub struct RunLock {
-    file: File,
-    path: PathBuf,
-}
-
-impl RunLock {
-    /// Whether the lock file is still in place; false if the run was moved or deleted.
-    pub(super) fn is_in_place(&self) -> bool {
-        is_at(&self.file, &self.path)
-    }
+    pub(super) file: File,
+    pub(super) path: PathBuf,
 }
 
 impl RunDirectory {
@@ -139,7 +132,7 @@ fn has_no_locks(error: &std::io::Error) -> bool {
 }
 
 /// Whether an open file is the one at a path.
-fn is_at(file: &File, path: &Path) -> bool {
+pub(super) fn is_at(file: &File, path: &Path) -> bool {
     let (Ok(held), Ok(found)) = (file.metadata(), fs::symlink_metadata(path)) else { return false };
     (held.dev(), held.ino()) == (found.dev(), found.ino())
 }

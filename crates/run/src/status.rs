@@ -67,11 +67,6 @@ impl RunStatus {
         let without_events = if locked { RunState::Running } else { RunState::NotStarted };
         Self { state: state.unwrap_or(without_events), last_episode }
     }
-
-    /// Whether the events were sufficient to determine the status.
-    pub(super) fn is_decided(&self) -> bool {
-        self.last_episode.is_some()
-    }
 }
 
 #[cfg(test)]

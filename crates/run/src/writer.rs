@@ -6,7 +6,7 @@ use super::append::AppendFile;
 use super::checkpoint::Checkpoint;
 use super::episodes::{self, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
-use super::lock::RunLock;
+use super::lock::{RunLock, is_at};
 use super::log;
 use super::projection::Projections;
 use super::retention::CheckpointName;
@@ -75,7 +75,11 @@ impl RunWriter {
     /// # Errors
     /// [`RunError::Moved`] when the run was moved or deleted.
     pub fn check_in_place(&self) -> Result<()> {
-        if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Moved(self.directory.path().to_owned())) }
+        if is_at(&self.lock.file, &self.lock.path) {
+            Ok(())
+        } else {
+            Err(RunError::Moved(self.directory.path().to_owned()))
+        }
     }
 
     /// Records the actions of an episode, so that it can be replayed.
@@ -98,16 +102,11 @@ impl RunWriter {
         self.save(names, kept, checkpoint)
     }
 
-    /// Saves `last` for a run that ends or pauses when no checkpoint is due. Records no event, so that a
-    /// run resumed from it equals an uninterrupted one.
+    /// Saves a checkpoint under these names without recording it, and removes all `episode-N` but the newest `kept`.
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
-    pub fn save_last(&mut self, kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
-        self.save(&[CheckpointName::Last], kept, checkpoint)
-    }
-
-    fn save(&mut self, names: &[CheckpointName], kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
+    pub fn save(&mut self, names: &[CheckpointName], kept: Option<usize>, checkpoint: &Checkpoint) -> Result<()> {
         self.check_in_place()?;
         // The logs first: a resume requires them to reach at least as far as the checkpoint.
         self.events.sync()?;

@@ -229,7 +229,7 @@ impl RunLoop<'_> {
             self.record_needs(&training, &[])?;
         }
         self.watch.set_phase(Phase::Training);
-        training.share_phase(&self.watch.phase);
+        training.phase = self.watch.phase.clone();
         // Pauses do not count.
         let mut trained = Duration::ZERO;
         while !training.is_finished() {
@@ -315,7 +315,7 @@ impl RunLoop<'_> {
         let kept = training.config.checkpoints.periodic_kept;
         match self.is_changed {
             true => self.writer.checkpoint(&[CheckpointName::Last], kept, &checkpoint)?,
-            false => self.writer.save_last(kept, &checkpoint)?,
+            false => self.writer.save(&[CheckpointName::Last], kept, &checkpoint)?,
         }
         (self.is_saved, self.is_changed) = (true, false);
         Ok(())

@@ -101,7 +101,8 @@ pub struct Training {
     /// Abandons the current episode when requested.
     stop: Stop,
     /// Shows the current phase to observers.
-    phase: SharedPhase,
+    /// Set during practice.
+    pub(super) phase: SharedPhase,
 }
 
 impl Training {
@@ -194,11 +195,6 @@ impl Training {
         self.is_evaluated_after(self.progress.episode + 1) || (recorded < warmup && warmup <= recorded + most)
     }
 
-    /// From now on, sets `phase` during practice.
-    pub(super) fn share_phase(&mut self, phase: &SharedPhase) {
-        self.phase = phase.clone();
-    }
-
     /// Sets the epsilon schedule from the next episode on.
     pub fn set_schedule(&mut self, schedule: EpsilonSchedule) {
         self.progress.epsilon = schedule;
@@ -221,7 +217,7 @@ impl Training {
         let needs = self.needs();
         let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
         let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
-        self.learner.set_noise_scale(noise_scale);
+        self.learner.noise.scale = noise_scale;
         self.hold_or_release();
         self.learner.start_episode();
         let mut observation = self.env.reset(&mut self.progress.streams.environment);

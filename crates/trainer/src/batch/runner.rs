@@ -108,7 +108,7 @@ pub struct JobHandle {
     /// The view of the job's training; its episodes count as work done.
     pub watch: Watch,
     #[educe(Default = unbounded())]
-    controls: (Sender<Control>, Receiver<Control>),
+    pub(super) controls: (Sender<Control>, Receiver<Control>),
 }
 
 impl JobHandle {
@@ -130,11 +130,6 @@ impl JobHandle {
     /// The stop request behind [`is_stopped`](Self::is_stopped), for code that polls it directly.
     pub fn stop(&self) -> &Stop {
         &self.watch.stop
-    }
-
-    /// The control channel of the job's training.
-    pub(super) fn controls(&self) -> &Receiver<Control> {
-        &self.controls.1
     }
 
     fn ask_to_stop(&self) {

@@ -14,7 +14,7 @@ use mge_run::RunState;
 pub fn train_to_end(path: &Path, config: &RunConfig, handle: &JobHandle) -> Result<Option<()>, TrainerError> {
     let directory = config.open_or_create_run(path)?;
     if directory.status()?.state == RunState::Finished
-        || train(&directory, handle.controls(), &handle.watch)? == Ending::Finished
+        || train(&directory, &handle.controls.1, &handle.watch)? == Ending::Finished
     {
         return Ok(Some(()));
     }

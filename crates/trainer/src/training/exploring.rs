@@ -88,9 +88,9 @@ impl Training {
         match by_need && self.parts.hold_tolerance.is_some() {
             true if !is_held => {
                 self.progress.hold = Hold::default();
-                self.learner.ddpg_mut().hold_policy();
+                self.learner.ddpg.hold_policy();
             }
-            false if is_held => self.learner.ddpg_mut().release_policy(),
+            false if is_held => self.learner.ddpg.release_policy(),
             _ => {}
         }
     }
@@ -106,7 +106,7 @@ impl Training {
             return;
         }
         let Some(failure) = progress.hold.note(reached, attempts, tolerance) else { return };
-        let ddpg = self.learner.ddpg_mut();
+        let ddpg = &mut self.learner.ddpg;
         match failure {
             Failure::Proven => {
                 ddpg.mark_policy_proven();

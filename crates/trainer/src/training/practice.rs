@@ -193,7 +193,7 @@ mod tests {
     fn practice_reports_its_progress() {
         let mut training = training(&config());
         let (watch, stop) = (Watch::default(), Stop::default());
-        training.share_phase(&watch.phase);
+        training.phase = watch.phase.clone();
         training.stop_on(&stop);
         assert_eq!(watch.phase(), Phase::Waiting);
         let work = std::thread::spawn(move || training.practise().unwrap());

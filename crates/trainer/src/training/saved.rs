@@ -134,7 +134,7 @@ impl Training {
         if config.epsilon != old.epsilon || config.task != old.task {
             // Discard the outcomes of attempts and the policies held because of them.
             (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
-            learner.ddpg_mut().release_policy();
+            learner.ddpg.release_policy();
         }
         if !old.has_model_of(&config) {
             progress.charge(config.launches());
