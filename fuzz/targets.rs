@@ -17,6 +17,7 @@ use mge_nn as nn;
 use mge_physics::ToolSplit;
 use mge_run::{RunDirectory, read_events};
 use mge_task::{self as task, Task};
+use mge_trainer::Control;
 use mge_workbench::{Command, Script};
 
 /// A parser as a function of bytes.
@@ -121,7 +122,7 @@ fn requests(input: &[u8]) {
     let run = RunDirectory::create(folder.path(), &0).expect("a run");
     let mut reader = run.requests();
     std::fs::write(run.requests_path(), input).expect("it can be written");
-    let (requests, problems) = reader.poll().expect("it can be read");
+    let (requests, problems) = reader.poll::<Control>().expect("it can be read");
     let lines = input.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count();
     assert!(requests.len() + problems.len() <= lines);
 }

@@ -136,7 +136,8 @@ pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
 
 /// The number of a line's episode, which is its first field.
 fn number_of(line: &[u8]) -> Option<u64> {
-    file::leading_number(line, b"{\"episode\":")
+    let digits = line.strip_prefix(b"{\"episode\":")?.split(|byte| *byte == b',').next()?;
+    std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
 #[cfg(test)]

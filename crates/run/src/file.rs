@@ -76,12 +76,6 @@ pub(super) fn json_line(value: &impl Serialize) -> Vec<u8> {
     line
 }
 
-/// The whole number that follows `start` at the beginning of a line, up to a comma.
-pub(super) fn leading_number(line: &[u8], start: &[u8]) -> Option<u64> {
-    let digits = line.strip_prefix(start)?.split(|byte| *byte == b',').next()?;
-    std::str::from_utf8(digits).ok()?.parse().ok()
-}
-
 /// Replaces a file by a value as indented JSON.
 pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     atomic::write(path, json::pretty(value).as_bytes()).map_err(RunError::io("write", path))

@@ -93,7 +93,7 @@ pub use lock::RunLock;
 pub use metric::{Direction, Metric, MetricInfo};
 pub use notes::Notes;
 pub use reader::{EventReader, Poll, read_events};
-pub use request::{Request, RequestReader};
+pub use request::RequestReader;
 pub use retention::{CheckpointName, Retention};
 pub use series::Series;
 pub use stamp::Stamp;

@@ -21,10 +21,57 @@ impl KeptLog {
     /// Reads the part of a log that belongs to a checkpoint of `episode`: all up to that episode's `Checkpointed`, or,
     /// without one, up to the episode itself.
     ///
+    /// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
+    /// to the log as it was before the stop or the pause.
+    ///
+    /// The rest has also the damage after the last kept episode, and the final events of a process that
+    /// was killed before it could log the checkpoint.
+    ///
     /// # Errors
     /// [`RunError::LogTooShort`] if it does not reach the episode; [`RunError::Malformed`]; [`RunError::Io`].
     pub fn read(path: &Path, episode: u64) -> Result<Self> {
-        kept_until(path, file::read(path)?, episode)
+        let mut bytes = file::read(path)?;
+        let mut events: Vec<LoggedEvent> = Vec::new();
+        // The length after a line, and the number of events until there.
+        let (mut before_end, mut after_checkpoint) = ((0, 0), None);
+        let (mut length, mut last, mut is_over) = (0, 0, false);
+        for (number, line) in complete_lines(&bytes) {
+            let logged = match parse(path, number, line) {
+                Err(_) if last >= episode => break,
+                parsed => parsed?,
+            };
+            let event = &logged.event;
+            if let Some(record) = event.record() {
+                if record.episode > episode {
+                    break;
+                }
+                check_order(path, number, last, event)?;
+                last = record.episode;
+            }
+            length += line.len() + 1;
+            let here = (length, events.len() + 1);
+            let ends = matches!(
+                event,
+                Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
+            );
+            is_over |= ends && event.episode() == episode;
+            if !ends && !is_over {
+                before_end = here;
+            }
+            if matches!(event, Event::Checkpointed { episode: at, .. } if *at == episode) {
+                after_checkpoint = Some(here);
+            }
+            events.push(logged);
+        }
+        if last < episode {
+            return Err(RunError::LogTooShort { path: path.to_path_buf(), last, checkpoint: episode });
+        }
+        // Without a checkpoint the run starts over, and so does its log.
+        let unlogged = if episode == 0 { (0, 0) } else { before_end };
+        let (length, count) = after_checkpoint.unwrap_or(unlogged);
+        events.truncate(count);
+        bytes.truncate(length);
+        Ok(Self { bytes, events })
     }
 
     /// The origin of the latest episodes; none without episodes.
@@ -43,57 +90,6 @@ pub(super) fn open(path: &Path, episode: u64) -> Result<(AppendFile, KeptLog)> {
     let kept = KeptLog::read(path, episode)?;
     file.cut(kept.bytes.len())?;
     Ok((file, kept))
-}
-
-/// The part of a log that belongs to a checkpoint of `episode`: see [`KeptLog::read`].
-///
-/// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
-/// to the log as it was before the stop or the pause.
-///
-/// The rest has also the damage after the last kept episode, and the final events of a process that
-/// was killed before it could log the checkpoint.
-fn kept_until(path: &Path, mut bytes: Vec<u8>, episode: u64) -> Result<KeptLog> {
-    let mut events: Vec<LoggedEvent> = Vec::new();
-    // The length after a line, and the number of events until there.
-    let (mut before_end, mut after_checkpoint) = ((0, 0), None);
-    let (mut length, mut last, mut is_over) = (0, 0, false);
-    for (number, line) in complete_lines(&bytes) {
-        let logged = match parse(path, number, line) {
-            Err(_) if last >= episode => break,
-            parsed => parsed?,
-        };
-        let event = &logged.event;
-        if let Some(record) = event.record() {
-            if record.episode > episode {
-                break;
-            }
-            check_order(path, number, last, event)?;
-            last = record.episode;
-        }
-        length += line.len() + 1;
-        let here = (length, events.len() + 1);
-        let ends = matches!(
-            event,
-            Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
-        );
-        is_over |= ends && event.episode() == episode;
-        if !ends && !is_over {
-            before_end = here;
-        }
-        if matches!(event, Event::Checkpointed { episode: at, .. } if *at == episode) {
-            after_checkpoint = Some(here);
-        }
-        events.push(logged);
-    }
-    if last < episode {
-        return Err(RunError::LogTooShort { path: path.to_path_buf(), last, checkpoint: episode });
-    }
-    // Without a checkpoint the run starts over, and so does its log.
-    let unlogged = if episode == 0 { (0, 0) } else { before_end };
-    let (length, count) = after_checkpoint.unwrap_or(unlogged);
-    events.truncate(count);
-    bytes.truncate(length);
-    Ok(KeptLog { bytes, events })
 }
 
 #[cfg(test)]

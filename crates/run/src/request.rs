@@ -1,10 +1,11 @@
 //! Requests to the process that trains a run: `control.jsonl` in its folder, an append-only file. Every process
 //! that may write to the folder can control the run, even from another machine over a shared file system. The
-//! trainer reads the file between episodes.
+//! trainer, which knows what they are, reads the file between episodes.
 
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::PathBuf;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::append::AppendFile;
@@ -16,38 +17,16 @@ const FORMAT: u64 = 1;
 /// Maximum number of bytes that are read at once; far more than users produce.
 const MAX_READ_BYTES: u64 = 1 << 20;
 
-/// A request to a running training. Requests take effect between two episodes, in order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "request", rename_all = "snake_case")]
-pub enum Request {
-    /// Wait until a [`Request::Resume`].
-    Pause,
-    /// Continue after a pause.
-    Resume,
-    /// Train this many more episodes, then pause.
-    Advance {
-        /// Number of episodes.
-        episodes: u32,
-    },
-    /// Save a checkpoint and end; the run can be resumed.
-    Stop,
-    /// Use another epsilon schedule.
-    Epsilon {
-        /// The schedule in text form.
-        schedule: String,
-    },
-}
-
 /// A line of the file.
 #[derive(Serialize, Deserialize)]
-struct RequestLine {
+struct RequestLine<R> {
     format: u64,
     /// Seconds since 1970-01-01 UTC.
     time: f64,
     /// Id of the requesting process.
     process: u32,
     #[serde(flatten)]
-    request: Request,
+    request: R,
 }
 
 impl RunDirectory {
@@ -55,13 +34,13 @@ impl RunDirectory {
     ///
     /// # Errors
     /// [`RunError::Refused`] if there is none; [`RunError::Io`] if the folder cannot be written.
-    pub fn request(&self, request: &Request) -> Result<()> {
+    pub fn request(&self, request: &impl Serialize) -> Result<()> {
         if !self.is_locked()? {
             let run = self.path().display();
             let what = format!("no process is training {run}: `mge resume` continues an unfinished run");
             return Err(RunError::Refused(what));
         }
-        let line = RequestLine { format: FORMAT, time: now(), process: std::process::id(), request: request.clone() };
+        let line = RequestLine { format: FORMAT, time: now(), process: std::process::id(), request };
         // A line feed first, because another process may have left its line incomplete. Readers skip empty lines.
         let line = [b"\n", &file::json_line(&line)[..]].concat();
         AppendFile::open(&self.requests_path())?.append(&line)
@@ -87,7 +66,7 @@ impl RequestReader {
     ///
     /// # Errors
     /// [`RunError::Io`] if the file cannot be read.
-    pub fn poll(&mut self) -> Result<(Vec<Request>, Vec<String>)> {
+    pub fn poll<R: DeserializeOwned>(&mut self) -> Result<(Vec<R>, Vec<String>)> {
         // This runs between any two episodes; without a request, its only cost is this system call.
         let length = match std::fs::symlink_metadata(&self.path) {
             Ok(data) => data.len(),
@@ -108,7 +87,7 @@ impl RequestReader {
         }
         let (mut requests, mut problems) = (Vec::new(), Vec::new());
         for line in whole.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
-            match serde_json::from_slice::<RequestLine>(line) {
+            match serde_json::from_slice::<RequestLine<R>>(line) {
                 Ok(line) if line.format == FORMAT => requests.push(line.request),
                 Ok(line) => problems.push(format!("format {} is not known to this program", line.format)),
                 Err(error) => problems.push(error.to_string()),
@@ -132,6 +111,15 @@ mod tests {
 
     use super::*;
 
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(tag = "request", rename_all = "snake_case")]
+    enum Request {
+        Pause,
+        Advance { episodes: u32 },
+        Stop,
+        Epsilon { schedule: String },
+    }
+
     #[test]
     fn requests_are_read_in_order_from_where_a_training_began() {
         let folder = tempfile::tempdir().unwrap();
@@ -140,15 +128,19 @@ mod tests {
         assert!(matches!(error, RunError::Refused(_)), "{error}");
         let mut first = run.requests();
         let _lock = run.lock().unwrap();
-        assert_eq!(first.poll().unwrap().0, []);
+        assert_eq!(first.poll::<Request>().unwrap().0, []);
         let epsilon = Request::Epsilon { schedule: "linear:0.5:0:100".into() };
         run.request(&Request::Pause).unwrap();
         run.request(&epsilon).unwrap();
         let mut second = run.requests();
-        assert_eq!(first.poll().unwrap().0, [Request::Pause, epsilon]);
-        assert_eq!(first.poll().unwrap().0, []);
+        assert_eq!(first.poll::<Request>().unwrap().0, [Request::Pause, epsilon]);
+        assert_eq!(first.poll::<Request>().unwrap().0, []);
         run.request(&Request::Advance { episodes: 3 }).unwrap();
-        assert_eq!(second.poll().unwrap().0, [Request::Advance { episodes: 3 }], "earlier requests are not repeated");
+        assert_eq!(
+            second.poll::<Request>().unwrap().0,
+            [Request::Advance { episodes: 3 }],
+            "earlier requests are not repeated"
+        );
     }
 
     #[test]
@@ -158,13 +150,13 @@ mod tests {
         let mut reader = run.requests();
         let mut file = std::fs::File::create(run.requests_path()).unwrap();
         file.write_all(b"{\"format\":1,\"time\":0,\"process\":1,\"requ").unwrap();
-        assert_eq!(reader.poll().unwrap(), (vec![], vec![]));
+        assert_eq!(reader.poll::<Request>().unwrap(), (vec![], vec![]));
         file.write_all(b"est\":\"stop\"}\nnonsense\n{\"format\":9,\"time\":0,\"process\":1,\"request\":\"stop\"}\n")
             .unwrap();
-        let (requests, problems) = reader.poll().unwrap();
+        let (requests, problems) = reader.poll::<Request>().unwrap();
         assert_eq!((requests, problems.len()), (vec![Request::Stop], 2));
         std::fs::write(run.requests_path(), "").unwrap();
-        assert_eq!(reader.poll().unwrap(), (vec![], vec![]));
+        assert_eq!(reader.poll::<Request>().unwrap(), (vec![], vec![]));
     }
 
     #[test]
@@ -174,10 +166,10 @@ mod tests {
         let _lock = run.lock().unwrap();
         let mut reader = run.requests();
         std::fs::write(run.requests_path(), b"{\"format\":1,\"time\":0,\"proc").unwrap();
-        assert_eq!(reader.poll().unwrap(), (vec![], vec![]));
+        assert_eq!(reader.poll::<Request>().unwrap(), (vec![], vec![]));
         run.request(&Request::Pause).unwrap();
         run.request(&Request::Stop).unwrap();
-        let (requests, problems) = reader.poll().unwrap();
+        let (requests, problems) = reader.poll::<Request>().unwrap();
         assert_eq!((requests, problems.len()), (vec![Request::Pause, Request::Stop], 1));
     }
 }

@@ -240,7 +240,7 @@ fn a_new_schedule_applies_from_the_next_episode_on() {
     let run = new_run(folder.path(), "run", &config);
     let trainer = Trainer::spawn(run.clone(), [Control::PauseAt(3)]).unwrap();
     wait_for_pause(&trainer);
-    trainer.send(Control::SetSchedule("0".parse().unwrap()));
+    trainer.send(Control::SetSchedule { schedule: "0".parse().unwrap() });
     trainer.send(Control::Resume);
     assert_eq!(trainer.join(), Ok(Ending::Finished));
     let records = RunHistory::read(&run).unwrap().records;

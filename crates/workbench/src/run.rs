@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use mge_guidance::ActionPrior;
 use mge_run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, LoggedEvent, Poll, Request, RunDirectory, RunError,
-    RunHistory, RunState,
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, LoggedEvent, Poll, RunDirectory, RunError, RunHistory,
+    RunState,
 };
 use mge_trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer};
 
@@ -304,18 +304,15 @@ impl RunView {
             return Err(SessionError::Failed(reason));
         }
         let request = match control {
-            Control::Pause => Request::Pause,
-            Control::Resume => Request::Resume,
             Control::PauseAt(episode) => match episode.saturating_sub(self.episodes()) {
-                0 => Request::Pause,
-                more => Request::Advance { episodes: u32::try_from(more).unwrap_or(u32::MAX) },
+                0 => Control::Pause,
+                more => Control::Advance { episodes: u32::try_from(more).unwrap_or(u32::MAX) },
             },
-            Control::Stop { .. } => Request::Stop,
-            Control::SetSchedule(schedule) => Request::Epsilon { schedule: schedule.to_string() },
             Control::SetPrior(_) => {
                 let reason = format!("{} is trained by another process, which cannot be given clusters", self.name);
                 return Err(SessionError::Failed(reason));
             }
+            request => request,
         };
         Ok(self.directory.request(&request)?)
     }

@@ -11,7 +11,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use mge::run::{Request, RunDirectory, RunState};
+use mge::run::{RunDirectory, RunState};
+use mge::trainer::Control;
 use portable_pty::{CommandBuilder, PtySize, native_pty_system};
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -259,7 +260,7 @@ fn a_stop_of_one_run_ends_only_this_run_of_a_sweep() {
     let stopped = "task1-ddpg-seed0";
     let run = at("sweep/runs").join(stopped);
     wait_until("episodes", || has_episodes(&run));
-    RunDirectory::open(&run).unwrap().request(&Request::Stop).unwrap();
+    RunDirectory::open(&run).unwrap().request(&Control::Stop { reason: String::new() }).unwrap();
     let message = fail(ended(child), "1 of 3 not finished");
     assert!(message.contains(stopped) && message.contains("the same command continues it"), "{message}");
     let state = |seed: u32| {

@@ -74,11 +74,8 @@ pub enum JobFailure<E: JobError> {
 
 /// A batch cannot be started.
 #[derive(Debug, thiserror::Error)]
-pub enum BatchError {
-    /// The system cannot start another thread.
-    #[error("cannot start a thread: {0}: raise the limit on processes (`ulimit -u`) or end other programs")]
-    Threads(String),
-}
+#[error("cannot start a thread: {0}: raise the limit on processes (`ulimit -u`) or end other programs")]
+pub struct BatchError(String);
 
 /// The progress of a batch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -186,7 +183,7 @@ impl Batch<'_> {
                     thread.map_err(|error| error.to_string())
                 });
                 match spawned {
-                    Err(reason) if started == 0 => return Err(BatchError::Threads(reason)),
+                    Err(reason) if started == 0 => return Err(BatchError(reason)),
                     Err(_) => break,
                     Ok(_) => {}
                 }

@@ -4,29 +4,43 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crossbeam_channel::RecvTimeoutError;
+use serde::{Deserialize, Serialize};
 
 use super::{RunLoop, TrainerError};
 use crate::training::Training;
 use crate::watch::Phase;
 use mge_guidance::{ActionPrior, EpsilonSchedule};
-use mge_run::{Event, Request, RunError};
+use mge_run::{Event, RunError};
 
 /// A control of a running training. Controls take effect between two episodes, in the order
-/// of sending.
-#[derive(Debug, Clone)]
+/// of sending. Those of other processes are lines of `control.jsonl`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(tag = "request", rename_all = "snake_case")]
 pub enum Control {
     /// Wait until [`Control::Resume`].
     Pause,
     /// Continue after a pause.
     Resume,
     /// Continue, and pause once this many episodes of the run are finished; at once if they are.
+    #[serde(skip)]
     PauseAt(u64),
+    /// Continue, and pause after this many more episodes, at least one.
+    Advance { episodes: u32 },
     /// Save a checkpoint and end; the run can be resumed later.
-    Stop { reason: String },
+    Stop {
+        #[serde(skip, default = "of_another_process")]
+        reason: String,
+    },
     /// Use another epsilon schedule.
-    SetSchedule(EpsilonSchedule),
+    #[serde(rename = "epsilon")]
+    SetSchedule { schedule: EpsilonSchedule },
     /// Use another action prior.
+    #[serde(skip)]
     SetPrior(Arc<ActionPrior>),
+}
+
+fn of_another_process() -> String {
+    "requested by another process".to_owned()
 }
 
 /// What the loop does after handling controls.
@@ -78,16 +92,20 @@ impl RunLoop<'_> {
                     self.pause(training)?;
                 }
                 Control::Pause => {}
-                Control::Resume | Control::PauseAt(_) => {
-                    if let Control::PauseAt(episode) = control {
-                        self.pause_after = Some(episode);
+                Control::Resume | Control::PauseAt(_) | Control::Advance { .. } => {
+                    match control {
+                        Control::PauseAt(episode) => self.pause_after = Some(episode),
+                        Control::Advance { episodes } => {
+                            self.pause_after = Some(training.episode() + u64::from(episodes.max(1)));
+                        }
+                        _ => {}
                     }
                     if std::mem::take(&mut paused) {
                         self.writer.record(&Event::Resumed { episode: training.episode() })?;
                         self.watch.set_phase(Phase::Training);
                     }
                 }
-                Control::SetSchedule(schedule) => {
+                Control::SetSchedule { schedule } => {
                     let event = Event::ScheduleChanged { episode: training.episode(), schedule: schedule.to_string() };
                     self.writer.record(&event)?;
                     let needs = training.needs();
@@ -106,17 +124,12 @@ impl RunLoop<'_> {
 
     /// Receives new requests of other processes after `episode` episodes.
     fn take_requests(&mut self, episode: u64) -> Result<(), RunError> {
-        let (requests, mut problems) = match self.requests.poll() {
+        let (requests, problems) = match self.requests.poll() {
             Ok(found) => found,
             // Unreadable requests do not end a training.
             Err(error) => (Vec::new(), vec![error.to_string()]),
         };
-        for request in requests {
-            match control(request, episode) {
-                Ok(control) => self.received.push_back(control),
-                Err(problem) => problems.push(problem),
-            }
-        }
+        self.received.extend(requests);
         for problem in problems {
             let problem = format!("a request cannot be carried out: {problem}");
             // A file that cannot be read is found again and again.
@@ -142,15 +155,30 @@ impl RunLoop<'_> {
     }
 }
 
-/// The control for a request of another process after `episode` episodes, or a line about what is wrong with the request.
-fn control(request: Request, episode: u64) -> Result<Control, String> {
-    Ok(match request {
-        Request::Pause => Control::Pause,
-        Request::Resume => Control::Resume,
-        Request::Advance { episodes } => Control::PauseAt(episode + u64::from(episodes.max(1))),
-        Request::Stop => Control::Stop { reason: "requested by another process".to_owned() },
-        Request::Epsilon { schedule } => {
-            Control::SetSchedule(schedule.parse().map_err(|error| format!("epsilon: {error}"))?)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn controls_of_other_processes_are_lines_of_json() {
+        for (control, text) in [
+            (Control::Pause, r#"{"request":"pause"}"#),
+            (Control::Resume, r#"{"request":"resume"}"#),
+            (Control::Advance { episodes: 3 }, r#"{"request":"advance","episodes":3}"#),
+            (Control::Stop { reason: "here".to_owned() }, r#"{"request":"stop"}"#),
+            (
+                Control::SetSchedule { schedule: "linear:0.5:0:100".parse().unwrap() },
+                r#"{"request":"epsilon","schedule":"linear:0.5:0:100"}"#,
+            ),
+        ] {
+            assert_eq!(serde_json::to_string(&control).unwrap(), text);
+            let read: Control = serde_json::from_str(text).unwrap();
+            assert_eq!(serde_json::to_string(&read).unwrap(), text);
         }
-    })
+        let stop: Control = serde_json::from_str(r#"{"request":"stop"}"#).unwrap();
+        assert!(matches!(stop, Control::Stop { reason } if reason == "requested by another process"));
+        for other in [r#"{"request":"pause_at"}"#, r#"{"request":"epsilon","schedule":"up"}"#] {
+            assert!(serde_json::from_str::<Control>(other).is_err());
+        }
+    }
 }

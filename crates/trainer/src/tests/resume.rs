@@ -115,7 +115,7 @@ fn a_resumed_run_keeps_the_schedule_and_clusters_set_during_training() {
     config.epsilon = "1".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
     let given = Arc::new(ActionPrior::uniform(&config.task, &GuidanceConfig::default(), 77));
-    let schedule = Control::SetSchedule("step:0.8:0.5:4".parse().unwrap());
+    let schedule = Control::SetSchedule { schedule: "step:0.8:0.5:4".parse().unwrap() };
     let first = [schedule, Control::SetPrior(given.clone()), Control::PauseAt(3)];
     let trainer = Trainer::spawn(run.clone(), first).unwrap();
     wait_for_pause(&trainer);

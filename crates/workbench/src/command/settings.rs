@@ -51,7 +51,7 @@ command! {
     execute = |this, session| {
         let report = session.change(|setup| this.prepare(setup))?;
         let Some(run) = session.run_mut() else { return Ok(report) };
-        if run.send(Control::SetSchedule(this.0.clone())).is_err() {
+        if run.send(Control::SetSchedule { schedule: this.0.clone() }).is_err() {
             return Ok(report);
         }
         let (has_prior, config) = (run.prior().is_some(), RunConfig::clone(run.config()));
