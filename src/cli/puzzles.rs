@@ -63,7 +63,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     }
     let runs: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(&out.path)).filter(|run| run.exists()).collect();
     if failures.len() < sweep.jobs.len() {
-        { studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.jobs.quiet) }?;
+        studies::report_runs(&runs, &out, &Bootstrap::default(), None, arguments.print.dpi, arguments.jobs.quiet)?;
     }
     Ok(sweep::no_failure(&sweep, &failures)?)
 }

@@ -192,12 +192,10 @@ impl LearningCurves {
     fn caption(&self, legend: &Legend<'_>) -> String {
         let window = self.window;
         let what = match self.measure {
-            Success::Training => format!("Share of the last {window} training episodes that reached the goal."),
-            Success::Greedy => {
-                format!("Success of the actor without noise, mean of the last {window} evaluations.")
-            }
+            Success::Training => format!("Share of the last {window} training episodes that reached the goal"),
+            Success::Greedy => format!("Success of the actor without noise, mean of the last {window} evaluations"),
         };
-        let what = what + self.against.words()[2];
+        let what = what + "; of fewer at the start." + self.against.words()[2];
         let mark = if legend.banded { "band" } else { "in the CSV only" };
         format!("{what} {}.", self.statistics.caption(mark))
     }
