@@ -113,13 +113,16 @@ impl ReadRuns {
     }
 }
 
+/// What the curves of a figure show.
+type CurvesOf = (Vec<TrainedRun>, Against, Success);
+
 /// Reads runs, caching those that have not changed.
 #[derive(Debug, Default)]
 pub struct RunReader {
     known: HashMap<PathBuf, (Stamp, FoundRun)>,
     /// The curves of the latest figure, and of what they are: a figure is drawn often while its style is chosen, and
     /// resampling takes most of its time.
-    pub(super) curves: Option<((Vec<TrainedRun>, Against, Success), LearningCurves)>,
+    pub(super) curves: Option<(CurvesOf, LearningCurves)>,
 }
 
 impl RunReader {

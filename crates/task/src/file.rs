@@ -201,7 +201,7 @@ pub fn save(task: &Task, to: impl Into<Target>) -> Result<(), TaskError> {
 /// As for [`save`], and when the file has another task.
 pub fn save_as(task: &Task, to: impl Into<Target>) -> Result<(), TaskError> {
     let (to, text) = (to.into(), to_json(task));
-    let same = Format { name: "the same task", is: &|found| found == text.as_bytes(), ..FORMAT };
+    let same = Format { name: "the same task", is: &|found| found == text.as_bytes() };
     to.check(&same).map_err(|source| TaskError::Io { path: to.path.clone(), source })?;
     save(task, to)
 }

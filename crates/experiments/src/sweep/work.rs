@@ -72,7 +72,7 @@ impl Job {
             match &self.work {
                 Work::Train(config) => Ok(train_to_end(&folder, config, handle)?),
                 Work::Dynamics(model) => model.run(&folder, &plan::provenance(self), handle).map(Some),
-                Work::Hits(count) => once(&folder, || Ok(count.count(handle.stop())?)).map(Some),
+                Work::Hits(count) => once(&folder, || count.count(handle.stop())).map(Some),
             }
         })
     }

@@ -46,7 +46,6 @@ mod tests {
             max_q,
             actor_loss: 2.0 * critic_loss,
             action_saturation: 0.5 * critic_loss,
-            ..UpdateMetrics::default()
         };
         for (loss, max_q) in [(0.5, -3.0), (1.0, -1.0), (3.0, -2.0)] {
             means.add(&update(loss, max_q));
