@@ -101,7 +101,8 @@ fn register() -> io::Result<()> {
             first = first.or_else(|| Some(Instant::now()));
         }
     };
-    thread::Builder::new().name("mge-signals".to_owned()).spawn(receive).map(drop)
+    let started = thread::Builder::new().name("mge-signals".to_owned()).spawn(receive).map(drop);
+    started.map_err(|error| io::Error::new(error.kind(), format!("cannot start a thread: {error}")))
 }
 
 /// A command was ended by a signal.

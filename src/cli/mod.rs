@@ -84,8 +84,13 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
     if let Some(word) = std::env::args_os().nth(1).map(PathBuf::from).filter(|word| runs::is_unknown(word)) {
         return Err(runs::no_such(&word).into());
     }
-    // Writing fails if the terminal is closed.
-    let _ = error.print();
+    // Escape sequences in what was typed stay text. Writing fails if the terminal is closed.
+    let plain = error.to_string();
+    if output::shown_lines(&plain) == plain {
+        let _ = error.print();
+    } else {
+        output::message_lines(&plain);
+    }
     Ok(ExitCode::from(2))
 }
 

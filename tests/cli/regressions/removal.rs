@@ -277,11 +277,6 @@ fn a_script_command_replaces_a_file_of_the_user_only_by_force() {
             succeed(mge(here, script(here, &format!("{line}\n"))));
         }
     }
-    for line in ["save s.tex force", "clusters s.tex force", "model train box s.tex force"] {
-        fs::write(here.join("s.tex"), "mine").unwrap();
-        fail(mge(here, script(here, line)), "s.tex");
-        assert_eq!(fs::read_to_string(here.join("s.tex")).unwrap(), "mine", "{line}");
-    }
     // The mistake is found before anything is done.
     fs::write(here.join("mine.tex"), "mine").unwrap();
     fail(mge(here, script(here, "save first.json\nrecord mine.tex\n")), "script.mge:2: ");
