@@ -172,11 +172,22 @@ pub fn check_settings(config: &impl Serialize, settings: &[Setting]) -> Result<(
     for Setting { path, range, .. } in settings {
         let place = path.split('.').try_fold(&config, |value, name| value.get(name));
         if let Some(value) = place.filter(|value| !range.contains(value)) {
-            let value = if value.is_null() { "not a number".to_owned() } else { json::text(value) };
+            let value = if value.is_null() { "not a number".to_owned() } else { shortest(value) };
             return Err(ValidationError::new(path, format_args!("is {value}, but must be {range}")));
         }
     }
     Ok(())
+}
+
+/// The text of a value; numbers in their shortest single-precision form.
+fn shortest(value: &Value) -> String {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            number.as_f64().map_or_else(String::new, |x| Short(x as f32).to_string())
+        }
+        Value::Array(values) => format!("[{}]", values.iter().map(shortest).collect::<Vec<_>>().join(", ")),
+        _ => value.to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -207,7 +218,7 @@ mod tests {
             (
                 "/clamp",
                 json!([2, 1]),
-                "clamp: is [2,1], but must be two numbers from -10 to 10, the lower first, or null",
+                "clamp: is [2, 1], but must be two numbers from -10 to 10, the lower first, or null",
             ),
             (
                 "/clamp",
