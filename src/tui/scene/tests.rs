@@ -132,6 +132,20 @@ fn the_heat_map_colours_the_background_from_low_to_high() {
 }
 
 #[test]
+fn the_heat_map_has_no_bands_with_256_colours() {
+    let heat = Heat { side: 2, values: vec![0.0, 1.0, 0.0, 1.0] };
+    let theme = Theme::new(Palette::Dark, Depth::Ansi256, Marker::Braille);
+    let (buffer, view) = drawn_in(WHOLE, &theme, |content| {
+        content.heat = Some(&heat);
+        content.overlays.critic = true;
+    });
+    let row = view.area.y + 1;
+    let colours: Vec<Color> = (view.area.x..view.area.right()).map(|x| buffer[(x, row)].bg).collect();
+    let changes = colours.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert!(changes > 12, "{colours:?}");
+}
+
+#[test]
 fn without_colours_or_unicode_the_heat_map_is_characters_between_the_objects() {
     let heat = Heat { side: 2, values: vec![0.0, 1.0, 2.0, f32::NAN] };
     for (depth, marker) in [(Depth::None, Marker::Braille), (Depth::True, Marker::Ascii)] {

@@ -237,6 +237,17 @@ impl Theme {
         let mix = |channel: usize| (low[channel] + (high[channel] - low[channel]) * share) as u32;
         fit(mix(0) << 16 | mix(1) << 8 | mix(2), self.depth)
     }
+
+    /// The colour of the heat map for a value from 0 to 1 in a cell. With 256 colours neighbouring cells alternate between
+    /// the nearest two, in proportion, so that there are no bands.
+    pub fn dithered_heat(&self, share: f32, [column, row]: [u16; 2]) -> Color {
+        /// The order in which the cells of a square take the higher colour.
+        const ORDER: [[f32; 4]; 4] =
+            [[0.0, 8.0, 2.0, 10.0], [12.0, 4.0, 14.0, 6.0], [3.0, 11.0, 1.0, 9.0], [15.0, 7.0, 13.0, 5.0]];
+        let threshold = (ORDER[usize::from(row % 4)][usize::from(column % 4)] + 0.5) / 16.0 - 0.5;
+        // There are about six colours.
+        self.heat(if self.depth == Depth::Ansi256 { share + threshold / 6.0 } else { share })
+    }
 }
 
 /// The nearest colour at a depth.
