@@ -25,6 +25,23 @@ pub use arguments::{Arguments, Value, matching};
 use mge_base::text::counted;
 use mge_workbench::{Command, Verb, verbs};
 
+/// Actions, and other words for each.
+const SYNONYMS: [(&str, &str); 13] = [
+    ("train", "new start run"),
+    ("stop", "kill end cancel"),
+    ("undo", "revert"),
+    ("quit", "exit close leave"),
+    ("screen-log", "history messages"),
+    ("help", "keys shortcuts"),
+    ("set", "settings parameters hyperparameters options"),
+    ("restore", "undelete trash recover"),
+    ("delete-run", "remove"),
+    ("filter-runs", "search find"),
+    ("export-figure", "plot picture"),
+    ("theme", "colours colors dark light"),
+    ("task", "level load"),
+];
+
 /// Lines per page.
 const PAGE: usize = 10;
 
@@ -37,9 +54,11 @@ struct Item {
 }
 
 impl Item {
-    /// The names by which it is found: its own, and that of its command.
+    /// The names by which it is found: its own, that of its command, and other words for the same.
     fn names(&self) -> impl Iterator<Item = &'static str> {
-        [self.entry.name].into_iter().chain(self.entry.same_verb().map(|verb| verb.name))
+        let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
+        let synonyms = SYNONYMS.iter().filter(move |(of, _)| *of == name).flat_map(|(_, words)| words.split(' '));
+        [name].into_iter().chain(verb).chain(synonyms)
     }
 
     /// The usage of its command, or its name, with a description, in one line.
@@ -228,7 +247,9 @@ impl CommandPalette {
             |pattern: &Pattern, text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
         let scored = self.items.iter().filter_map(|item| {
             let name = item.names().filter_map(|name| score(&fuzzy, name)).max();
-            name.map(|score| 2 * score).max(score(&part, item.entry.about())).map(|score| (score, *item))
+            // Each word may be of a name or of the description.
+            let words = item.names().chain([item.entry.about()]).collect::<Vec<_>>().join(" ");
+            name.map(|score| 2 * score).max(score(&part, &words)).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
@@ -438,7 +459,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_can_be_done_is_listed_on_every_screen() {
+    fn everything_that_can_be_done_is_listed_on_every_screen_and_found_by_other_words() {
         let listed = palette(&[Context::Runs, Context::Everywhere, Context::Typed], &[]);
         assert_eq!(listed.found.len(), entries().len());
         let found = |typed: &str| {
@@ -446,8 +467,17 @@ mod tests {
             palette.paste(typed);
             palette.selected_item().map(|item| item.entry.name)
         };
-        assert_eq!((found("q"), found("restore")), (Some("quit"), Some("restore")));
+        assert_eq!((found("q"), found("exit")), (Some("quit"), Some("quit")));
+        for (word, name) in [("new", "train"), ("undelete", "restore"), ("settings", "set"), ("history", "screen-log")]
+        {
+            assert_eq!(found(word), Some(name), "{word}");
+        }
         assert_eq!(found("hand-place"), Some("hand-place"), "of another screen");
+        for (words, name) in [("backgrounds", "theme"), ("svg export", "export-svg"), ("critic value", "show-critic")] {
+            let mut palette = palette(&[Context::Everywhere], &[]);
+            palette.paste(words);
+            assert_eq!(palette.found.first().map(|item| item.entry.name), Some(name), "{words}");
+        }
     }
 
     #[test]
