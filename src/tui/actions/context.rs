@@ -25,6 +25,8 @@ pub enum Context {
     Models,
     /// The Figures screen.
     Figures,
+    /// The Log screen.
+    Log,
     /// The Runs, Models, Figures and Log screens.
     List,
     /// Typed into the palette or a script; no default key.
@@ -41,6 +43,7 @@ impl Context {
             Self::Runs | Self::List => Some(Tab::Runs),
             Self::Models => Some(Tab::Models),
             Self::Figures => Some(Tab::Figures),
+            Self::Log => Some(Tab::Log),
             Self::Everywhere | Self::Typed => None,
         }
     }

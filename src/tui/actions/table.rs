@@ -1,6 +1,8 @@
 //! The table of actions with keys.
 
-use super::Context::{self, Curves, Everywhere, Figures, Hand, List, Models, Move, Playback, Runs, Scene, Schedule};
+use super::Context::{
+    self, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
+};
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
 use crate::tui::app::App;
@@ -133,6 +135,10 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG", Do(|app| app.export_selected("png"))),
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
+    ]),
+    (Log, &[
+        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, _| s.lists.log.next_level())),
+        ("filter-log", "/", "filter", "", "show only lines with words, such as the name of a run", Effects(|s, ui| s.lists.log.ask_for_words(ui))),
     ]),
     (List, &[
         ("above", "up k", "", "", "select the line above", Do(|app| app.select_line(|now, _| now.saturating_sub(1)))),

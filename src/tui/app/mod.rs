@@ -188,7 +188,7 @@ impl App {
             Tab::Runs => vec![Context::Runs, Context::List],
             Tab::Models => vec![Context::Models, Context::List],
             Tab::Figures => vec![Context::Figures, Context::List],
-            Tab::Log => vec![Context::List],
+            Tab::Log => vec![Context::Log, Context::List],
         };
         inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
     }

@@ -277,6 +277,7 @@ impl App {
             Tab::Training if self.screens.curves.leave() => None,
             Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
+            Tab::Log if self.screens.lists.log.leave() => None,
             _ => {
                 let text = fill("nothing is open: {screen-scene} shows the scene, {quit} leaves");
                 return self.show_message(Level::Info, text);

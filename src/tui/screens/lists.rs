@@ -1,5 +1,6 @@
 //! The selected lines of the Models, Figures and Log screens.
 
+use super::log::LogState;
 use super::{Screens, Ui};
 use crate::tui::actions::Tab;
 use mge_results::Composition;
@@ -14,8 +15,8 @@ pub struct Lists {
     pub figure: usize,
     /// What the figure of learning curves shows, and how, apart from its runs.
     pub composition: Composition,
-    /// Of the Log screen.
-    pub log: usize,
+    /// Of the Log screen, and which lines it shows.
+    pub log: LogState,
 }
 
 /// Selects the line of the list on a screen that `line` returns for the selected and the last one, or the last one.
@@ -27,9 +28,9 @@ pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize
         Tab::Models => lists.model = line(lists.model, ui.view.models.len().saturating_sub(1)),
         Tab::Figures => lists.figure = line(lists.figure, FigureKind::ALL.len() - 1),
         Tab::Log => {
-            let last = ui.view.log.len().saturating_sub(1);
+            let last = lists.log.lines(ui.view).len().saturating_sub(1);
             // Counted from the end.
-            lists.log = last - line(last - lists.log.min(last), last);
+            lists.log.selected = last - line(last - lists.log.selected.min(last), last);
         }
         Tab::Scene | Tab::Edit | Tab::Schedule | Tab::Training => {}
     }

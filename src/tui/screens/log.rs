@@ -1,4 +1,4 @@
-//! The Log screen: what happened, the latest line last.
+//! The Log screen: what happened, the latest line last, or those lines that matter or have some words.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -8,23 +8,85 @@ use ratatui::widgets::Widget;
 use super::Ui;
 use super::lists::Lists;
 use super::pane::{hint, level_style, pane};
-use crate::tui::view::LogLine;
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Form, Value};
+use crate::tui::view::{Level, LogLine, ViewModel};
 use crate::tui::widgets::popup::wrap;
 
 /// Columns of the time of day and the space after it.
 const TIME: usize = 9;
 
+/// Which lines of the log are shown.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct LogState {
+    /// Number of lines after the selected one.
+    pub selected: usize,
+    /// The least level.
+    least: Level,
+    /// Words that all lines have, in lower case.
+    words: String,
+}
+
+impl LogState {
+    /// Shows all lines from the latest one; false if they are shown already.
+    pub fn leave(&mut self) -> bool {
+        std::mem::take(self) != Self::default()
+    }
+
+    /// Shows the lines from the next level on, or all of them after the last.
+    pub fn next_level(&mut self) {
+        self.selected = 0;
+        self.least = match self.least {
+            Level::Info => Level::Good,
+            Level::Good => Level::Warning,
+            Level::Warning | Level::Error => Level::Info,
+        };
+    }
+
+    /// Asks for the words of the lines to show.
+    pub fn ask_for_words(&self, ui: &Ui) -> Vec<Effect> {
+        let read = |text: &str| {
+            let words = text.trim().to_lowercase();
+            Ok(Effect::call(|app| (app.screens.lists.log.words, app.screens.lists.log.selected) = (words, 0)))
+        };
+        let runs = ui.view.runs.iter().rev().map(|run| Value::new(&*run.name, &*run.label)).collect();
+        let prompt = Form::prompt("show lines with", "words, such as the name of a run", &*self.words, read);
+        vec![Effect::open(prompt.completing(runs))]
+    }
+
+    /// The lines that are shown, the oldest first.
+    pub fn lines<'a>(&self, view: &'a ViewModel) -> Vec<&'a LogLine> {
+        let is_shown = |line: &&LogLine| {
+            let text = line.text.to_lowercase();
+            line.level >= self.least && self.words.split_whitespace().all(|word| text.contains(word))
+        };
+        view.log.iter().filter(is_shown).collect()
+    }
+
+    fn title(&self) -> String {
+        let level = match self.least {
+            Level::Info => "",
+            Level::Good => " · successes, warnings and errors",
+            Level::Warning | Level::Error => " · warnings and errors",
+        };
+        let words = if self.words.is_empty() { String::new() } else { format!(" · with `{}`", self.words) };
+        let all = if level.is_empty() && words.is_empty() { "" } else { ", esc shows all" };
+        format!("log{level}{words}{all}")
+    }
+}
+
 /// Draws the screen.
 pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let view = ui.view;
     let theme = ui.theme;
-    let inside = pane("log", area, theme, buffer);
+    let inside = pane(&lists.log.title(), area, theme, buffer);
     if view.log.is_empty() {
         let text = "Nothing has happened yet. Everything you do and everything a run reports appears here.";
         return hint(text, inside, theme, buffer);
     }
-    let end = view.log.len() - lists.log.min(view.log.len() - 1);
-    let of_entry = |entry: &LogLine| {
+    let shown = lists.log.lines(view);
+    let end = shown.len() - lists.log.selected.min(shown.len().saturating_sub(1));
+    let of_entry = |entry: &&LogLine| {
         let (mark, style) = level_style(entry.level, theme);
         let time = entry.time.strftime("%H:%M:%S ").to_string();
         let times = std::iter::once(time).chain(std::iter::repeat(" ".repeat(TIME)));
@@ -32,8 +94,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         let line = |(time, text)| Line::from(vec![Span::styled(time, theme.faint()), Span::styled(text, style)]);
         times.zip(text).map(line).collect::<Vec<Line>>().into_iter().rev()
     };
-    let mut lines: Vec<Line> =
-        view.log[..end].iter().rev().flat_map(of_entry).take(usize::from(inside.height)).collect();
+    let mut lines: Vec<Line> = shown[..end].iter().rev().flat_map(of_entry).take(usize::from(inside.height)).collect();
     lines.reverse();
     Text::from(lines).render(inside, buffer);
 }

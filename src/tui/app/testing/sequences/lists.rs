@@ -22,6 +22,24 @@ fn the_log_scrolls_by_line_and_page() {
 }
 
 #[test]
+fn the_log_shows_what_matters_or_lines_with_words() {
+    let shown = |keys: &str| {
+        let (mut app, _) = app(typical());
+        press(&mut app, &format!("8 {keys}"));
+        let screen = text(&shot(&mut app, 120, 40));
+        ["training in runs/task1", "the action clusters are there"].map(|line| screen.contains(line))
+    };
+    assert_eq!(shown(""), [true, true]);
+    assert_eq!(shown("v"), [false, true]);
+    assert_eq!(shown("v v"), [false, false]);
+    assert_eq!(shown("v v v"), [true, true]);
+    assert_eq!(shown("/ S e e d 0 enter"), [true, false]);
+    assert_eq!(shown("/ t a s k tab enter"), [true, false], "the run's name is completed");
+    assert_eq!(shown("v v esc"), [true, true]);
+    check(typical(), "8 v v", &[], "warnings and errors, esc shows all");
+}
+
+#[test]
 fn a_removed_model_is_no_longer_selected() {
     let mut view = empty();
     let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true };
