@@ -20,7 +20,8 @@ use crate::tui::layers::{Form, Value};
 use crate::tui::widgets::layout::WIDE;
 use crate::tui::widgets::list;
 use crate::tui::widgets::preview::PreviewRequest;
-use mge_base::paths::fitting;
+use mge_base::paths::{fitting, suffix};
+use mge_figures::EXTENSIONS;
 use mge_results::{Composition, OPTIONS};
 use mge_workbench::{Command, FigureKind, command};
 
@@ -56,9 +57,11 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
 /// The command that exports a figure in a format.
 pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
     let composition = composition(kind, lists, runs, ui);
-    let about = Some(&*ui.view.task.name).filter(|_| kind != FigureKind::Learning);
-    let name = format!("{}.{format}", kind.name());
-    let name = about.map_or_else(|| name.clone(), |about| fitting(about, &format!("-{name}")));
+    let name = match kind {
+        FigureKind::Learning if !lists.file.is_empty() => format!("{}.{format}", lists.file),
+        FigureKind::Learning => format!("{}.{format}", kind.name()),
+        _ => fitting(&ui.view.task.name, &format!("-{}.{format}", kind.name())),
+    };
     let path = Path::new("figures").join(name);
     command::Figure { composition, ..command::Figure::with_defaults(kind, &path) }.into()
 }
@@ -146,20 +149,26 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     hasher.finish()
 }
 
-/// Selects the learning figure and asks for its options.
+/// Selects the learning figure and asks for its options, and for the name of its file.
 pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     let lists = &mut screens.lists;
     lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
-    let options = lists.composition.options().into_iter().map(|(key, value)| format!("{key}={value}"));
+    let file = Some(("file", lists.file.clone())).filter(|(_, name)| !name.is_empty());
+    let options = lists.composition.options().into_iter().chain(file).map(|(key, value)| format!("{key}={value}"));
     let runs = ui.text("The runs are those marked on the Runs screen ({screen-runs}), or all.");
     let exports = ui.text("{export-figure} exports it as PNG, {export-svg} as SVG");
     let prompt = Form::prompt("compose the learning figure", runs, shell_words::join(options), move |text| {
         let words = shell_words::split(text).map_err(|error| error.to_string())?;
         let pair = |word| str::split_once(word, '=').ok_or_else(|| format!("`{word}`: write KEY=VALUE"));
         let options = words.iter().map(|word| pair(word)).collect::<Result<Vec<_>, _>>()?;
+        let (files, options): (Vec<_>, Vec<_>) = options.into_iter().partition(|(key, _)| *key == "file");
+        let file = files.last().map_or_else(String::new, |(_, name)| (*name).to_owned());
+        if file.contains(['/', '\\']) || EXTENSIONS.contains(&suffix(file.as_ref()).as_str()) {
+            return Err(format!("`{file}`: write a name without folder and suffix, which the export adds"));
+        }
         let composition = Composition::default().with_options(options)?;
         let report = Effect::info(format!("composed: {text}; {exports}"));
-        let change = |app: &mut App| app.screens.lists.composition = composition;
+        let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
         Ok(Effect::all(vec![Effect::call(change), report]))
     });
     vec![Effect::open(prompt.completing(completions(ui)))]
@@ -169,9 +178,10 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
 fn completions(ui: &Ui) -> Vec<Value> {
     let keys = OPTIONS.iter().filter(|(name, _)| *name != "runs");
     let keys = keys.map(|(name, about)| Value::new(format!("{name}="), *about));
+    let file = Value::new("file=", "name of the figure in the folder figures, without its suffix");
     let values = ["success=greedy", "against=actions", "against=charged", "width=single", "bands=off"];
     let labels: BTreeSet<&str> =
         ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
     let curves = labels.into_iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));
-    keys.chain(values.map(|value| Value::new(value, ""))).chain(curves).collect()
+    keys.chain([file]).chain(values.map(|value| Value::new(value, ""))).chain(curves).collect()
 }

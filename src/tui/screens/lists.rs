@@ -15,6 +15,8 @@ pub struct Lists {
     pub figure: usize,
     /// What the figure of learning curves shows, and how, apart from its runs.
     pub composition: Composition,
+    /// The name of its file without suffix; empty for the usual one.
+    pub file: String,
     /// Of the Log screen, and which lines it shows.
     pub log: LogState,
 }

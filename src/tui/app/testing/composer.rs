@@ -37,7 +37,13 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
     assert!(screen.contains("in a script: figure learning") && screen.contains("width=single"), "{screen}");
     let (_, line) = composed("curve=DDPG name='of before' reference=DDPG", "tab end enter enter");
     assert_eq!(line, format!("{figure}.png curve=DDPG name='of before' reference=DDPG"), "the prompt keeps them");
-    for (options, why) in [("width", "write KEY=VALUE"), ("widt=single", "`width`?"), ("font=x", "not a number")] {
+    for (options, why) in [
+        ("width", "write KEY=VALUE"),
+        ("widt=single", "`width`?"),
+        ("font=x", "not a number"),
+        ("file=../a", "without folder"),
+        ("file=a.svg", "without folder and suffix"),
+    ] {
         assert!(composed(options, "").0.contains(why), "{options}");
     }
 }
@@ -46,14 +52,18 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
 fn the_prompt_explains_every_option_and_names_the_curves() {
     let (mut app, _) = app(grouped());
     press(&mut app, "7 tab");
-    for (typed, shown) in [("wid", "single or double"), ("ban", "on or off"), ("curve=D", "a curve")] {
+    for (typed, shown) in
+        [("wid", "single or double"), ("ban", "on or off"), ("curve=D", "a curve"), ("fi", "name of the figure")]
+    {
         app.event(Event::Paste(typed.to_owned()));
         let screen = text(&shot(&mut app, 120, 40));
         assert!(screen.contains(shown), "{shown}\n{screen}");
         press(&mut app, "ctrl-u");
     }
-    let completed = exported("7 tab w i d tab s i n tab enter enter");
-    assert_eq!(completed, "figure learning figures/learning.png width=single");
+    let completed = exported("7 tab w i d tab s i n tab f i tab m i n e enter enter");
+    assert_eq!(completed, "figure learning figures/mine.png width=single");
+    let kept = exported("7 tab f i tab m i n e enter tab enter s");
+    assert_eq!(kept, "figure learning figures/mine.svg", "the prompt keeps the name");
 }
 
 #[test]
