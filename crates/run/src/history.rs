@@ -48,6 +48,8 @@ pub struct RunHistory {
     pub interventions: Vec<Event>,
     /// The latest event from which the state of the run follows, such as its pause.
     pub last: Option<Event>,
+    /// The time of the first event, in seconds since 1970.
+    pub began: Option<f64>,
     /// The seconds of training so far, and the time of the latest event.
     clock: (f64, f64),
 }
@@ -94,6 +96,7 @@ impl RunHistory {
 
     /// Adds the next event, written at a time in seconds.
     pub fn add(&mut self, time: f64, event: &Event) {
+        self.began.get_or_insert(time);
         let (mut seconds, before) = self.clock;
         // What precedes the other events is training, unless they are changes during a pause.
         let is_training = !matches!(event, Event::Started { .. } | Event::Resumed { .. })

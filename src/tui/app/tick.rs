@@ -7,8 +7,9 @@ use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Range;
 use crate::tui::screens::{runs, training};
-use crate::tui::view::{Choice, Level, Subject};
+use crate::tui::view::{Choice, Level, Subject, measured};
 use mge_run::RunState;
+use mge_trainer::Method;
 
 /// How long a message other than an error is shown.
 const MESSAGE: Duration = Duration::from_secs(6);
@@ -97,11 +98,17 @@ impl App {
     /// Requests the curves of the visible runs.
     fn request_curves(&mut self) {
         let ui = self.ui();
-        let wanted = match self.tab {
+        let mut wanted = match self.tab {
             Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
+        // They tell what further runs will cost.
+        for method in Method::ALL {
+            let others = measured(&ui.view.runs, &ui.view.task.name, method).into_iter().map(|run| &run.path);
+            let others: Vec<_> = others.filter(|path| !wanted.contains(path)).cloned().collect();
+            wanted.extend(others);
+        }
         self.workspace.request_curves(wanted);
     }
 

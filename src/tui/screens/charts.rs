@@ -89,6 +89,18 @@ impl<'a> Charts<'a> {
         Self { state, shown, names, colours, reference, ui }
     }
 
+    /// The curves that have one value throughout, the same for all that is shown, with that value.
+    pub fn constants(&self) -> Vec<(Metric, String)> {
+        let constant = |metric: &Metric| {
+            let values = self.shown.iter().flat_map(|shown| shown.curves().get(*metric));
+            let mut values = values.filter(|value| value.is_finite());
+            let first = *values.next().unwrap_or(&f32::NAN);
+            values.all(|value| *value == first).then(|| (*metric, number(first)))
+        };
+        let is_begun = episodes(&self.shown) > 0;
+        Metric::CURVES.iter().filter(|_| is_begun).filter_map(constant).collect()
+    }
+
     /// The episode at the crosshair, or under the mouse.
     pub fn crosshair(&self) -> Option<f32> {
         self.state.hovered.or(self.state.crosshair)

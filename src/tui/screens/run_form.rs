@@ -1,12 +1,15 @@
-//! The form that starts a training: the settings of the next run, and what each means.
+//! The form that starts a training: the settings of the next run, what each means, and what the runs will cost.
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::Ui;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Field, Form, tool_text};
+use crate::tui::view::{RunSummary, measured, of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
+use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig, warnings};
 use mge_workbench::{Command, check_settings, free_name, usual_name};
 
@@ -46,6 +49,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     fields[0].input = TextInput::new(view.settings.method.to_string());
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
+    let runs = view.runs.clone();
     let (settings, folder) = (view.settings.clone(), view.folder.clone());
     let (now, before, runs_folder) = (settings.method, settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
@@ -64,9 +68,11 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         };
         let episodes = texts[1].parse().unwrap_or(settings.episodes);
         let epsilon = texts[EPSILON].parse().unwrap_or_else(|_| settings.epsilon.clone());
+        let count = texts[SEEDS].parse().unwrap_or(seeds);
+        let cost = cost(&runs, &settings, episodes, count);
         let doubts = warnings([(&RunConfig { episodes, epsilon, ..settings }, &BTreeSet::new())]);
         let doubts: String = doubts.iter().map(|doubt| format!("\n! {doubt}")).collect();
-        [value, format!("{about}\nThe agent places: {tool}.{doubts}")]
+        [value, format!("{about}\nThe agent places: {tool}.\n{cost}{doubts}")]
     };
     let title = format!("train on {}", view.task.name);
     Form::new(title, fields, explain, move |texts| read(texts, (&before, seeds), &folder)).with_enter("start")
@@ -112,4 +118,18 @@ fn value(settings: &RunConfig, place: usize) -> String {
         "minutes" => settings.stop.minutes.map_or_else(|| NONE.to_owned(), |minutes| minutes.to_string()),
         _ => usual_name(settings),
     }
+}
+
+/// What runs with these settings will cost together, from the latest ones.
+fn cost(runs: &[Arc<RunSummary>], settings: &RunConfig, episodes: u32, seeds: u32) -> String {
+    let measured = measured(runs, &settings.task.name, settings.method);
+    let all = format!("{seeds} x {episodes} episodes");
+    let Some([actions, seconds]) = of_an_episode(&measured) else {
+        return format!("{all}: no run has got far enough to tell what they cost");
+    };
+    let (episodes, known) = (f64::from(seeds) * f64::from(episodes), counted(measured.len(), "run"));
+    let is_own = measured.iter().all(|run| run.config.method == settings.method);
+    let others = if is_own { "of this method" } else { "of other methods" };
+    let (actions, time) = (actions * episodes, span(seconds * episodes));
+    format!("{all}: about {actions:.0} charged actions, {time} of training (from {known} {others})")
 }

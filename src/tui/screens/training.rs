@@ -143,14 +143,19 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     if curves.alone {
         return charts.draw(curves.metric(), inside, buffer, regions);
     }
+    let constants = charts.constants();
+    let is_varying = |metric: &Metric| constants.iter().all(|(constant, _)| constant != metric);
     // All values at the crosshair: some curves have no room, and the legends of others are cut.
-    let value = |at: f32, metric: Metric| format!("{} {}", metric.title(), charts.values_at(metric, at));
-    let values = charts.crosshair().map_or(Vec::new(), |at| Metric::CURVES.map(|metric| value(at, metric)).into());
+    let (values, most) = match charts.crosshair() {
+        Some(at) => (Metric::CURVES.map(|metric| (metric, charts.values_at(metric, at))).into(), inside.height / 4),
+        None => (constants.clone(), 1),
+    };
+    let values: Vec<String> = values.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect();
     let text: Vec<_> = lines(&values.join(" · "), inside.width, ui.theme.faint()).collect();
-    let rows = Constraint::Length((inside.height / 4).min(if values.is_empty() { 0 } else { text.len() as u16 }));
+    let rows = Constraint::Length(if values.is_empty() { 0 } else { most.min(text.len() as u16) });
     let [inside, below] = Layout::vertical([Constraint::Fill(1), rows]).areas(inside);
     Text::from(text).render(below, buffer);
-    for (metric, place) in places(inside, curves.metric()) {
+    for (metric, place) in places(inside, curves.metric(), is_varying) {
         charts.draw(metric, Rect { x: place.x + 1, width: place.width - 1, ..place }, buffer, regions);
         if metric == curves.metric() {
             buffer.set_string(place.x, place.y, "›", ui.theme.strong());
@@ -163,10 +168,11 @@ const LARGE: [Metric; 2] = [Metric::Success, Metric::Return];
 /// Least rows and columns of a small chart.
 const SMALL: [u16; 2] = [6, 36];
 
-/// Where each curve is drawn: success and return large, below them the small charts that fit, with the selected
-/// one.
-fn places(area: Rect, selected: Metric) -> Vec<(Metric, Rect)> {
-    let others: Vec<Metric> = Metric::CURVES.into_iter().filter(|metric| !LARGE.contains(metric)).collect();
+/// Where each curve is drawn: success and return large, below them the small charts that fit, of those that vary, with
+/// the selected one.
+fn places(area: Rect, selected: Metric, is_varying: impl Fn(&Metric) -> bool) -> Vec<(Metric, Rect)> {
+    let is_small = |metric: &Metric| !LARGE.contains(metric) && is_varying(metric);
+    let others: Vec<Metric> = Metric::CURVES.into_iter().filter(is_small).collect();
     let side_by_side = area.width >= WIDE;
     let columns = (area.width / SMALL[1]).max(1);
     let all_rows = (others.len() as u16).div_ceil(columns);

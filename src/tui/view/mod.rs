@@ -20,7 +20,9 @@ use mge_guidance::ActionPrior;
 use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, Trace};
-pub use mge_workbench::listing::{Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, span};
+pub use mge_workbench::listing::{
+    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, measured, of_an_episode, span,
+};
 use mge_workbench::{PriorState, SavedAgent};
 
 use playback::Episode;

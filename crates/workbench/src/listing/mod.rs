@@ -1,5 +1,6 @@
 //! What is known of the runs of a session and of its folder: their summaries, curves and groups, read in the background.
 
+mod cost;
 mod curves;
 mod folder;
 mod groups;
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use cost::{measured, of_an_episode};
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
@@ -141,7 +143,20 @@ impl Listing {
         let begun = session.runs().iter().map(|run| run.directory().path());
         let begun = begun.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path).cloned());
         self.runs = listed.chain(begun).collect();
+        self.expect();
         self.grouper.stale = true;
+    }
+
+    /// Sets what the other runs tell of the speed of those being trained, which matters while these are young.
+    fn expect(&mut self) {
+        for index in 0..self.runs.len() {
+            let run = &self.runs[index];
+            if run.state == RunState::Running && run.is_young() {
+                let measured = measured(&self.runs, &run.config.task.name, run.config.method);
+                let expected = of_an_episode(&measured).map(|[_, seconds]| seconds);
+                Arc::make_mut(&mut self.runs[index]).expected = expected;
+            }
+        }
     }
 
     /// The summary of a run with its curves, as far as they have been read.

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::Curves;
+use super::{Curves, XAxis};
 use crate::run_label;
 use mge_run::{Metric, RunHistory, RunState};
 use mge_trainer::RunConfig;
@@ -42,6 +42,10 @@ pub struct RunSummary {
     pub success: Option<f32>,
     /// One value per episode for every metric, as far as they have been read.
     pub curves: Arc<Curves>,
+    /// When it began, in seconds since 1970, as far as that has been read.
+    pub began: Option<f64>,
+    /// The seconds that an episode of it will take, as others tell.
+    pub expected: Option<f64>,
     /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
 }
@@ -73,6 +77,8 @@ impl RunSummary {
             done: 0,
             success: None,
             curves: Arc::default(),
+            began: None,
+            expected: None,
             evaluations: Vec::new(),
             tags: Vec::new(),
             note: String::new(),
@@ -82,7 +88,8 @@ impl RunSummary {
 
     /// The same run with what its log says, and the curves of that.
     pub(super) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
-        Self { curves, evaluations: log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect(), ..self }
+        let evaluations = log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
+        Self { curves, evaluations, began: log.began, ..self }
     }
 
     /// The name of its folder, which files about it are named after: two runs may have been given the same name.
@@ -118,9 +125,21 @@ impl RunSummary {
         self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
     }
 
-    /// Seconds until the run is finished at its present rate.
+    /// Whether its own rate tells little about the rest: in its first two fifths, it becomes faster by learning.
+    pub(super) fn is_young(&self) -> bool {
+        5 * self.done < 2 * self.episodes()
+    }
+
+    /// Seconds until the run is finished: as others tell while it is young, or else at its present rate.
     pub fn seconds_left(&self) -> Option<f64> {
-        Some(self.episodes().saturating_sub(self.done) as f64 / self.rate()?)
+        let expected = self.expected.filter(|_| self.is_young() && self.state == RunState::Running);
+        let one = expected.or_else(|| Some(1.0 / self.rate()?))?;
+        Some(self.episodes().saturating_sub(self.done) as f64 * one)
+    }
+
+    /// The seconds that it has been trained, as far as they have been read.
+    pub fn seconds(&self) -> Option<f64> {
+        Some(*self.curves.positions(XAxis::Time).last()? as f64 / 1000.0)
     }
 
     /// The latest finite value of a metric.

@@ -1,51 +1,105 @@
 //! The columns of the list after mark, name and state.
 
-use super::super::status::bar;
+use std::collections::BTreeSet;
+
+use super::super::Ui;
 use super::line::Line;
-use crate::tui::view::span;
-use crate::tui::widgets::theme::Theme;
+use crate::tui::view::{RunSummary, span};
+use jiff::{Timestamp, tz::TimeZone};
+use mge_base::json;
+use mge_base::text::printable;
+use mge_run::Metric;
+
+/// The text of a column for a line, given the heading; empty if there is none.
+type Cell = fn(&Line, &Ui, &str) -> String;
 
 /// A column.
-#[derive(Debug)]
 pub struct Column {
     /// Its name.
-    pub heading: &'static str,
+    pub heading: String,
     /// Its width.
     pub width: u16,
-    /// Width of the list from which it is shown.
-    from: u16,
-    /// Whether its text is at the right.
-    pub is_number: bool,
     /// Its text for a line of the list.
-    pub cell: fn(&Line, &Theme) -> String,
+    pub cell: Cell,
 }
 
-const COLUMNS: [Column; 3] = [
-    column("episodes", 18, 60, false, episodes),
-    column("success", 7, 0, true, |line, _| percent(line.success())),
-    column("remaining", 10, 110, true, |line, _| line.seconds_left().map_or_else(String::new, span)),
+/// Those that are not settings, the most important ones first.
+const COMMON: [(&str, u16, Cell); 7] = [
+    ("success", 7, |line, _, _| {
+        line.success().map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+    }),
+    ("episodes", 10, |line, _, _| line.progress().map(|count| count.to_string()).join("/")),
+    ("time left", 9, |line, _, _| line.seconds_left().map_or_else(String::new, span)),
+    ("charged", 8, |line, _, _| total(line, charged).map_or_else(String::new, |actions| format!("{actions:.0}"))),
+    ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map_or_else(String::new, span)),
+    ("start", 11, |line, _, _| start(line).unwrap_or_default()),
+    ("speed", 9, |line, _, _| speed(line.foremost()).unwrap_or_default()),
 ];
 
-const fn column(
-    heading: &'static str,
-    width: u16,
-    from: u16,
-    is_number: bool,
-    cell: fn(&Line, &Theme) -> String,
-) -> Column {
-    Column { heading, width, from, is_number, cell }
+/// The columns that fit into `room` and say something of some line: settings in which the runs differ, in at most half
+/// of it, then the others.
+pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
+    let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
+        let fits = |column: &Column| {
+            let left = room.checked_sub(column.width + 1);
+            let is_told = || lines.iter().any(|line| !(column.cell)(line, ui, &column.heading).is_empty());
+            let left = left.filter(|_| is_told());
+            *room = left.unwrap_or(*room);
+            left.is_some()
+        };
+        columns.into_iter().filter(fits).collect()
+    };
+    let [success, others @ ..] = COMMON.map(|(heading, width, cell)| Column { heading: heading.into(), width, cell });
+    let room = room.saturating_sub(success.width + 1);
+    let mut half = room / 2;
+    let settings = fitting(settings(lines, ui), &mut half);
+    let others = fitting(others.into(), &mut (room - room / 2 + half));
+    settings.into_iter().chain([success]).chain(others).collect()
 }
 
-/// The columns of a list of this width.
-pub fn of_width(width: u16) -> Vec<&'static Column> {
-    COLUMNS.iter().filter(|column| width >= column.from).collect()
+/// Columns of the settings in which runs of the list differ.
+fn settings(lines: &[Line], ui: &Ui) -> Vec<Column> {
+    let own = lines.iter().filter_map(|line| ui.view.groups.settings(&line.foremost().path));
+    let mut paths: BTreeSet<&str> = own.flat_map(|settings| settings.keys().map(String::as_str)).collect();
+    paths.extend(["epsilon", "method"]);
+    paths.remove("episodes");
+    let varies = |path: &&str| lines.iter().any(|line| setting(line, ui, path) != setting(&lines[0], ui, path));
+    let column = |path: &str| Column { heading: path.into(), width: (path.len() as u16).clamp(8, 16), cell: setting };
+    paths.into_iter().filter(varies).map(column).collect()
 }
 
-fn episodes(line: &Line, theme: &Theme) -> String {
-    let [done, all] = line.progress();
-    format!("{} {done}/{all}", bar(done, all, 6, theme))
+/// The value of a setting; empty if the method does not use it.
+fn setting(line: &Line, ui: &Ui, path: &str) -> String {
+    let run = line.foremost();
+    match path {
+        "method" => run.config.method.name().to_owned(),
+        "epsilon" if run.config.method.uses(path) => run.config.epsilon.describe(),
+        _ => {
+            let value = ui.view.groups.setting(run, path);
+            value.map_or_else(String::new, |value| printable(&json::text(value)).into_owned())
+        }
+    }
 }
 
-fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+/// The sum over the runs of a line, if it is known of all of them.
+fn total(line: &Line, of: impl Fn(&RunSummary) -> Option<f64>) -> Option<f64> {
+    line.runs().into_iter().map(of).sum()
+}
+
+fn charged(run: &RunSummary) -> Option<f64> {
+    run.latest(Metric::ChargedActions).map(f64::from)
+}
+
+/// When the first run of a line began, in local time.
+fn start(line: &Line) -> Option<String> {
+    let first = line.runs().into_iter().filter_map(|run| run.began).reduce(f64::min)?;
+    let first = Timestamp::from_second(first as i64).ok()?.to_zoned(TimeZone::system());
+    Some(first.strftime("%m-%d %H:%M").to_string())
+}
+
+/// Episodes a second, now or on the whole.
+fn speed(run: &RunSummary) -> Option<String> {
+    let whole = || run.seconds().filter(|seconds| *seconds > 0.0).map(|seconds| run.done as f64 / seconds);
+    let rate = run.rate().or_else(whole)?;
+    Some(if rate < 1.0 { format!("{:.1}/min", 60.0 * rate) } else { format!("{rate:.1}/s") })
 }

@@ -10,7 +10,7 @@ use ratatui::widgets::{Row, Table, Widget};
 
 use super::super::{HitRegions, Ui};
 use super::Runs;
-use super::columns;
+use super::columns::{self, Column};
 use super::line::Line;
 use crate::tui::view::RunGroup;
 use crate::tui::widgets::columns::shortened;
@@ -56,8 +56,8 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
 /// Widths of the mark with the colour, and of the state.
 const MARK: u16 = 3;
 const STATE: u16 = 11;
-/// Greatest width of a name.
-const NAME: u16 = 70;
+/// Least width of a name beside the columns, and greatest one.
+const NAME: [u16; 2] = [16, 70];
 
 /// Draws headings and lines, with the selected one highlighted.
 pub fn draw(
@@ -71,19 +71,18 @@ pub fn draw(
 ) {
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
-    let shown = columns::of_width(area.width);
+    let shown = columns::fitting(lines, area.width.saturating_sub(MARK + STATE + NAME[0] + 3), ui);
     let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
-    let name = area.width.saturating_sub(taken).min(NAME);
+    let name = area.width.saturating_sub(taken).min(NAME[1]);
     let widths: Vec<Constraint> = [MARK, name, STATE]
         .into_iter()
         .chain(shown.iter().map(|column| column.width))
         .map(Constraint::Length)
         .collect();
     let headings = ["", "run", "state"].map(Text::from).into_iter();
-    let aligned = |text: String, is_number: bool| {
-        if is_number { Text::from(text).right_aligned() } else { Text::from(text) }
-    };
-    let headings = headings.chain(shown.iter().map(|column| aligned(column.heading.to_owned(), column.is_number)));
+    let cell =
+        |text: &str, column: &Column| Text::from(shortened(text, usize::from(column.width), true)).right_aligned();
+    let headings = headings.chain(shown.iter().map(|column| cell(&column.heading, column)));
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let row = |index: usize| {
@@ -101,9 +100,7 @@ pub fn draw(
             Text::from(line.named(usize::from(name), several_tasks)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
-        let others = shown.iter().map(|column| {
-            aligned(shortened(&(column.cell)(line, theme), usize::from(column.width), false), column.is_number)
-        });
+        let others = shown.iter().map(|column| cell(&(column.cell)(line, ui, &column.heading), column));
         Row::new(first.into_iter().chain(others))
     };
     regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));

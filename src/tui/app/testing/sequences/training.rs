@@ -1,6 +1,8 @@
 //! Trainings and their settings, clusters, models and figures, by keys.
 
 use super::*;
+use crate::tui::view::Curves;
+use mge_run::Metric;
 
 #[test]
 fn training_is_started_paused_resumed_and_stopped() {
@@ -229,4 +231,26 @@ fn clusters_and_the_actions_behind_them_are_switched() {
     assert!(["", "a a"].iter().all(|keys| colours(keys).contains('+')));
     assert!(!colours("a").contains('+'));
     assert_ne!(colours("a"), colours("a z"), "an action is a dot");
+}
+
+#[test]
+fn the_run_dialog_estimates_the_cost_from_the_latest_runs() {
+    check(empty(), "t", &[], "1 x 2000 episodes: no run has got far enough");
+    let known = |done: u64| {
+        let mut curves = Curves::default();
+        // Each episode takes half a second and five actions.
+        for episode in 1..=done {
+            curves.push(episode, 0.5 * episode as f32, [5.0 * episode as f32; Metric::KEPT.len()]);
+        }
+        let mut view = typical();
+        view.runs.truncate(1);
+        view.watched = None;
+        change_run(&mut view, 0, |run| (run.done, run.curves) = (done, Arc::new(curves)));
+        view
+    };
+    check(known(2000), "t", &[], "1 x 2000 episodes: about 10000 charged actions, 16:40 of training");
+    check(known(1000), "t down ctrl-u 1 0 0", &[], "1 x 100 episodes: about 500 charged actions, 50 s of");
+    check(known(900), "t", &[], "no run has got far enough");
+    check(known(2000), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 charged actions, 33:20");
+    check(known(2000), "t left", &[], "(from 1 run of other methods)");
 }
