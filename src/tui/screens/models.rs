@@ -59,9 +59,9 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
 }
 
 /// What the marks and columns of the list mean.
-pub const COLUMNS: &str = "> chosen; grey: does not know the task's tools";
+pub const COLUMNS: &str = "> chosen; grey: wrong tools";
 
-const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here.";
+const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here; `mge dynamics evaluate FILE > FILE.evaluation.json` adds their errors.";
 
 fn selected<'a>(lists: &Lists, ui: &Ui<'a>) -> Option<&'a ModelSummary> {
     ui.view.models.get(lists.model).or(ui.view.models.last())

@@ -38,8 +38,8 @@ pub fn lines(text: &str, width: u16, style: Style) -> impl Iterator<Item = Line<
     popup::wrap(text, usize::from(width)).into_iter().map(move |line| Line::styled(line, style))
 }
 
-/// The lines that fit into the rows; if some do not, the last row says how many.
-pub fn fitted(ui: &Ui, mut text: Vec<Line<'static>>, rows: u16) -> Vec<Line<'static>> {
+/// The lines that fit into the rows; if some do not, the last row says how many, and what shows them.
+pub fn fitted(ui: &Ui, mut text: Vec<Line<'static>>, rows: u16, shown_by: &str) -> Vec<Line<'static>> {
     // The space below the last section.
     if text.last().is_some_and(|line| line.width() == 0) {
         text.pop();
@@ -47,7 +47,7 @@ pub fn fitted(ui: &Ui, mut text: Vec<Line<'static>>, rows: u16) -> Vec<Line<'sta
     let rows = usize::from(rows);
     if text.len() > rows {
         let shown = rows.saturating_sub(1);
-        let more = format!("+{} more lines", text.len() - shown);
+        let more = format!("+{} more lines{}", text.len() - shown, ui.text(shown_by));
         text.truncate(shown);
         text.push(Line::styled(more, ui.theme.faint()));
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::MODELS;
 use mge_base::paths::{entries, suffix};
-use mge_dynamics::{Model, shipped_models};
+use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped, shipped_models};
 use mge_task::Task;
 
 /// An available dynamics model.
@@ -56,12 +56,38 @@ impl ModelSummary {
         Self { name: name.to_owned(), about: about.to_owned(), fits: true }
     }
 
-    /// A model, described by why it does not fit the task, or by `fitting` if it does.
+    /// A model, described by why it does not fit the task, or by `fitting` if it does, by its training and its errors.
     fn checked(name: &str, model: &Model, task: &Task, fitting: &str) -> Self {
+        let tools = task.tool_set().into_iter().filter(|kind| !model.tools().contains(kind));
+        let lacking: Vec<&str> = tools.map(|kind| kind.name()).collect();
         let checked = model.check_task(task);
-        let about = checked.as_ref().map_or_else(|error| error.to_string(), |()| fitting.to_owned());
+        let about = match &checked {
+            Ok(()) => fitting.to_owned(),
+            Err(_) if !lacking.is_empty() => format!("wrong tools: lacks {}", lacking.join(", ")),
+            Err(error) => error.to_string(),
+        };
+        let (launches, epochs) = (model.provenance().training.observations, model.provenance().epoch);
+        let errors = errors(name, model).unwrap_or_default();
+        let about = format!("{about}; {launches} launches of each tool, {epochs} epochs{errors}");
         Self { fits: checked.is_ok(), ..Self::new(name, &about) }
     }
+}
+
+/// The errors of a model by tool as `mge dynamics evaluate` wrote them beside its file, or into the folder of models for
+/// a shipped one, if they are of this very model.
+fn errors(name: &str, model: &Model) -> Option<String> {
+    let beside = format!("{name}.evaluation.json");
+    let path = if shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() };
+    let evaluation: Evaluation = serde_json::from_str(&mge_base::bounded::read_text(&path).ok()?).ok()?;
+    let of_tool = |launches: &LaunchErrors| {
+        let mean = |errors: &OneTool| errors.rollout.last().map_or(f64::NAN, |errors| errors.mean);
+        let [own, velocity] = [&launches.errors.model, &launches.errors.constant_velocity].map(mean);
+        let warning = if own >= velocity { " ! no better" } else { "" };
+        format!("{} {own:.4} (constant velocity {velocity:.4}{warning})", launches.tool)
+    };
+    let tools: Vec<String> = evaluation.launches.iter().map(of_tool).collect();
+    let is_own = evaluation.model_sha256 == model.id().sha256;
+    is_own.then(|| format!("; error after one action: {}", tools.join(", ")))
 }
 
 #[cfg(test)]
@@ -76,5 +102,14 @@ mod tests {
         let found = ModelSummary::in_folder(folder.path(), &mge_task::load("task1").unwrap());
         assert!(found.len() == 1 && found[0].name.ends_with("mine.safetensors"));
         assert!(!found[0].about.contains("trained by you"), "{}", found[0].about);
+    }
+
+    #[test]
+    fn a_model_tells_how_it_was_trained_and_what_it_lacks() {
+        let all = ModelSummary::all(&mge_task::load("task3").unwrap());
+        let of = |name: &str| all.iter().find(|model| model.name == name).unwrap();
+        let wrong = of("bucket-box");
+        assert!(!wrong.fits && wrong.about.starts_with("wrong tools: lacks "), "{}", wrong.about);
+        assert!(of("square-floor").about.contains(" launches of each tool, "), "{}", of("square-floor").about);
     }
 }

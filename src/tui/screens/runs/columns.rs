@@ -23,6 +23,9 @@ pub struct Column {
     pub cell: Cell,
 }
 
+/// Lines that decide which columns are shown: judging thousands for every key would take milliseconds.
+const JUDGED: usize = 500;
+
 /// Those that are not settings, the most important ones first.
 const COMMON: [(&str, u16, Cell); 7] = [
     ("success", 7, |line, _, _| {
@@ -39,6 +42,7 @@ const COMMON: [(&str, u16, Cell); 7] = [
 /// The columns that fit into `room` and say something of some line: settings in which the runs differ, in at most half
 /// of it, then the others.
 pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
+    let lines = &lines[..lines.len().min(JUDGED)];
     let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
         let fits = |column: &Column| {
             let left = room.checked_sub(column.width + 1);
@@ -55,6 +59,12 @@ pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
     let settings = fitting(settings(lines, ui), &mut half);
     let others = fitting(others.into(), &mut (room - room / 2 + half));
     settings.into_iter().chain([success]).chain(others).collect()
+}
+
+/// What the columns of time and cost say of a line, which may have no room for them.
+pub fn costs(line: &Line, ui: &Ui) -> Vec<String> {
+    let told = |(heading, _, cell): &(&str, u16, Cell)| format!("{heading} {}", cell(line, ui, heading));
+    COMMON[2..].iter().map(told).filter(|text| !text.ends_with(' ')).collect()
 }
 
 /// Columns of the settings in which runs of the list differ.

@@ -57,7 +57,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
 const MARK: u16 = 3;
 const STATE: u16 = 11;
 /// Least width of a name beside the columns, and greatest one.
-const NAME: [u16; 2] = [16, 70];
+const NAME: [u16; 2] = [20, 70];
 
 /// Draws headings and lines, with the selected one highlighted.
 pub fn draw(

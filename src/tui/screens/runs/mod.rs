@@ -41,6 +41,8 @@ pub struct Runs {
     filter: Filter,
     /// The highest success comes first, not the latest run.
     pub by_success: bool,
+    /// The preview leaves out the curves.
+    pub whole: bool,
     /// Groups whose runs are shown one by one.
     unfolded: HashSet<LineKey>,
     marked: HashSet<PathBuf>,
@@ -133,11 +135,11 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     let selected = state.selected_row(&lines);
     let mut area = area;
     // Details in the preview beside the list are not repeated below it.
-    let mut details = lines.get(selected).map_or_else(String::new, about);
+    let mut details = lines.get(selected).map_or_else(String::new, |line| about(line, ui));
     if let Some(line) = lines.get(selected).filter(|_| area.width >= BESIDE) {
         let share = Constraint::Percentage(58);
         let [left, right] = Layout::horizontal([share, Constraint::Fill(1)]).areas(area);
-        preview::draw(ui, line, &details, right, buffer);
+        preview::draw(ui, line, &details, state.whole, right, buffer);
         details.clear();
         area = left;
     }
@@ -191,11 +193,12 @@ fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
 pub const EXPLANATION: &str = "> watched, * marked; success: latest episodes (groups: interquartile mean)";
 
 /// A summary of a line.
-fn about(line: &Line) -> String {
-    match line {
+fn about(line: &Line, ui: &Ui) -> String {
+    let text = match line {
         Line::Run(run, _) => about_run(run),
         Line::Group(group, runs) => about_group(group, runs),
-    }
+    };
+    [vec![text], columns::costs(line, ui)].concat().join("; ")
 }
 
 fn about_run(run: &RunSummary) -> String {

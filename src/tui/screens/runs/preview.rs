@@ -18,28 +18,29 @@ use mge_run::Metric;
 
 /// Least height of a chart.
 const CHART: u16 = 6;
-/// Draws the preview.
-pub fn draw(ui: &Ui, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
+/// Draws the preview, `whole` without its curves, which leaves more room for the text.
+pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: &mut Buffer) {
     let name = match line {
         Line::Run(run, _) => run.name.clone(),
         Line::Group(group, _) => group.title(),
     };
     let inside = pane(&name, area, ui.theme, buffer);
     let about = Text::from_iter(lines(about, inside.width, Style::new()));
-    let chart = Constraint::Length((inside.height / 4).max(CHART));
+    let chart = Constraint::Length(if whole { 0 } else { (inside.height / 4).max(CHART) });
     let heights = [Constraint::Length(about.height() as u16), chart, chart, Constraint::Fill(1)];
     let [head, first, second, rest] = Layout::vertical(heights).areas(inside);
     about.render(head, buffer);
     // Window, axis and crosshair of the Training screen stay there; these charts do not react to the mouse.
     let curves = CurvesState::default();
-    for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
+    let charts = [(Metric::Success, first), (Metric::Return, second)];
+    for (metric, place) in charts.into_iter().filter(|_| !whole) {
         Charts::new(&curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::default());
     }
     let text = match line {
         Line::Run(run, _) => of_run(ui, run, rest.width),
         Line::Group(_, runs) => section(ui, SETTINGS, settings(ui, runs[0], rest.width), rest.width),
     };
-    Text::from(fitted(ui, text, rest.height)).render(rest, buffer);
+    Text::from(fitted(ui, text, rest.height, if whole { "" } else { ": {whole-preview}" })).render(rest, buffer);
 }
 
 /// The curves of a line: one for a group as soon as it is known, before that one for each of its runs.

@@ -189,7 +189,7 @@ fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
     super::super::wanted();
     press(&mut app, "5 tab 4");
     let curves = super::super::wanted().pop().unwrap();
-    assert_eq!(curves, "curves of plain-0 plain-1 plain-2", "each run once");
+    assert_eq!(curves, "curves of plain-0 plain-1 plain-2 guided-2 guided-1 guided-0", "each once");
 }
 
 #[test]

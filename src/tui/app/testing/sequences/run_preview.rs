@@ -36,5 +36,8 @@ fn a_note_comes_before_the_settings() {
     let (mut app, _) = app(view);
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 120, 40));
-    assert!(screen.contains("it holds") && screen.contains(" more lines"), "{screen}");
+    assert!(screen.contains("it holds") && screen.contains(" more lines: +"), "{screen}");
+    press(&mut app, "+");
+    let whole = text(&shot(&mut app, 120, 40));
+    assert!(whole.matches("it holds").count() > screen.matches("it holds").count(), "{whole}");
 }

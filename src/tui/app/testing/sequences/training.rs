@@ -234,6 +234,21 @@ fn clusters_and_the_actions_behind_them_are_switched() {
 }
 
 #[test]
+fn curves_that_are_constant_are_one_line() {
+    let mut curves = Curves::default();
+    (1..=9).for_each(|episode| {
+        curves.push(
+            episode,
+            1.0,
+            Metric::KEPT.map(|metric| if metric == Metric::Epsilon { 0.25 } else { episode as f32 }),
+        )
+    });
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.curves = Arc::new(curves));
+    check(view, "4", &[], "epsilon 0.25  ");
+}
+
+#[test]
 fn the_run_dialog_estimates_the_cost_from_the_latest_runs() {
     check(empty(), "t", &[], "1 x 2000 episodes: no run has got far enough");
     let known = |done: u64| {
@@ -252,5 +267,5 @@ fn the_run_dialog_estimates_the_cost_from_the_latest_runs() {
     check(known(1000), "t down ctrl-u 1 0 0", &[], "1 x 100 episodes: about 500 charged actions, 50 s of");
     check(known(900), "t", &[], "no run has got far enough");
     check(known(2000), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 charged actions, 33:20");
-    check(known(2000), "t left", &[], "(from 1 run of other methods)");
+    check(known(2000), "t left", &[], "run of other methods)");
 }
