@@ -66,7 +66,7 @@ impl ModelSummary {
             Err(_) if !lacking.is_empty() => format!("wrong tools: lacks {}", lacking.join(", ")),
             Err(error) => error.to_string(),
         };
-        let (launches, epochs) = (model.provenance().training.observations, model.provenance().epoch);
+        let (launches, epochs) = (model.provenance.training.observations, model.provenance.epoch);
         let errors = errors(name, model).unwrap_or_default();
         let about = format!("{about}; {launches} launches of each tool, {epochs} epochs{errors}");
         Self { fits: checked.is_ok(), ..Self::new(name, &about) }
