@@ -10,8 +10,8 @@ use mge_base::json;
 use mge_base::text::printable;
 use mge_run::Metric;
 
-/// The text of a column for a line, given the heading; empty if there is none.
-type Cell = fn(&Line, &Ui, &str) -> String;
+/// The text of a column for a line, given the heading, if there is one.
+type Cell = fn(&Line, &Ui, &str) -> Option<String>;
 
 /// A column.
 pub struct Column {
@@ -28,15 +28,15 @@ const JUDGED: usize = 500;
 
 /// Those that are not settings, the most important ones first.
 const COMMON: [(&str, u16, Cell); 7] = [
-    ("success", 7, |line, _, _| {
-        line.success().map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+    ("success", 7, |line, _, _| Some(line.success().map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)))),
+    ("episodes", 10, |line, _, _| Some(line.progress().map(|count| count.to_string()).join("/"))),
+    ("time left", 9, |line, _, _| line.seconds_left().map(span)),
+    ("charged", 8, |line, _, _| {
+        Some(total(line, |run| Some(run.latest(Metric::ChargedActions)?.into()))?.round().to_string())
     }),
-    ("episodes", 10, |line, _, _| line.progress().map(|count| count.to_string()).join("/")),
-    ("time left", 9, |line, _, _| line.seconds_left().map_or_else(String::new, span)),
-    ("charged", 8, |line, _, _| total(line, charged).map_or_else(String::new, |actions| format!("{actions:.0}"))),
-    ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map_or_else(String::new, span)),
-    ("start", 11, |line, _, _| start(line).unwrap_or_default()),
-    ("speed", 9, |line, _, _| speed(line.foremost()).unwrap_or_default()),
+    ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map(span)),
+    ("start", 11, |line, _, _| start(line)),
+    ("speed", 9, |line, _, _| speed(line.foremost())),
 ];
 
 /// The columns that fit into `room` and say something of some line: settings in which the runs differ, in at most half
@@ -46,7 +46,7 @@ pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
     let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
         let fits = |column: &Column| {
             let left = room.checked_sub(column.width + 1);
-            let is_told = || lines.iter().any(|line| !(column.cell)(line, ui, &column.heading).is_empty());
+            let is_told = || lines.iter().any(|line| (column.cell)(line, ui, &column.heading).is_some());
             let left = left.filter(|_| is_told());
             *room = left.unwrap_or(*room);
             left.is_some()
@@ -63,8 +63,8 @@ pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
 
 /// What the columns of time and cost say of a line, which may have no room for them.
 pub fn costs(line: &Line, ui: &Ui) -> Vec<String> {
-    let told = |(heading, _, cell): &(&str, u16, Cell)| format!("{heading} {}", cell(line, ui, heading));
-    COMMON[2..].iter().map(told).filter(|text| !text.ends_with(' ')).collect()
+    let told = |(heading, _, cell): &(&str, u16, Cell)| Some(format!("{heading} {}", cell(line, ui, heading)?));
+    COMMON[2..].iter().filter_map(told).collect()
 }
 
 /// Columns of the settings in which runs of the list differ.
@@ -78,26 +78,19 @@ fn settings(lines: &[Line], ui: &Ui) -> Vec<Column> {
     paths.into_iter().filter(varies).map(column).collect()
 }
 
-/// The value of a setting; empty if the method does not use it.
-fn setting(line: &Line, ui: &Ui, path: &str) -> String {
+/// The value of a setting, unless the method does not use it.
+fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
-        "method" => run.config.method.name().to_owned(),
-        "epsilon" if run.config.method.uses(path) => run.config.epsilon.describe(),
-        _ => {
-            let value = ui.view.groups.setting(run, path);
-            value.map_or_else(String::new, |value| printable(&json::text(value)).into_owned())
-        }
+        "method" => Some(run.config.method.name().to_owned()),
+        "epsilon" if run.config.method.uses(path) => Some(run.config.epsilon.describe()),
+        _ => ui.view.groups.setting(run, path).map(|value| printable(&json::text(value)).into_owned()),
     }
 }
 
 /// The sum over the runs of a line, if it is known of all of them.
 fn total(line: &Line, of: impl Fn(&RunSummary) -> Option<f64>) -> Option<f64> {
     line.runs().into_iter().map(of).sum()
-}
-
-fn charged(run: &RunSummary) -> Option<f64> {
-    run.latest(Metric::ChargedActions).map(f64::from)
 }
 
 /// When the first run of a line began, in local time.

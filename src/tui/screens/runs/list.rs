@@ -100,7 +100,8 @@ pub fn draw(
             Text::from(line.named(usize::from(name), several_tasks)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
-        let others = shown.iter().map(|column| cell(&(column.cell)(line, ui, &column.heading), column));
+        let others =
+            shown.iter().map(|column| cell(&(column.cell)(line, ui, &column.heading).unwrap_or_default(), column));
         Row::new(first.into_iter().chain(others))
     };
     regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));
