@@ -11,7 +11,7 @@ use super::error::exception;
 use super::pool::{abandonable, abandonable_on_threads};
 use mge_figures::DEFAULT_DPI;
 use mge_results::{FoundRun, find_runs, read_runs};
-use mge_run::{EpisodeRecord, RunDirectory, RunError, RunHistory};
+use mge_run::{EpisodeRecord, EvaluationRecord, RunDirectory, RunError, RunHistory};
 use mge_stats::Bootstrap;
 use mge_trainer::RunConfig;
 
@@ -27,15 +27,13 @@ pub fn read_run(py: Python<'_>, path: PathBuf) -> PyResult<String> {
             Err(error) if error.is_not_found() => RunHistory::default(),
             read => read?,
         };
-        let evaluation = |episode: u64, success: f64, mean_return: f64| json!({"episode": episode, "success": success, "mean_return": mean_return});
-        let evaluations = history.evaluations.iter().map(|one| evaluation(one.episode, one.success, one.mean_return));
         let run = json!({
             "config": config,
             "state": directory.status()?.state.name(),
             "episodes": history.records.iter().collect::<Vec<_>>(),
             "episode": EpisodeRecord { charged_actions: Some(0), ..EpisodeRecord::default() },
-            "evaluations": evaluations.collect::<Vec<_>>(),
-            "evaluation": evaluation(0, 0.0, 0.0),
+            "evaluations": history.evaluations.iter().collect::<Vec<_>>(),
+            "evaluation": EvaluationRecord::default(),
         });
         Ok(run.to_string())
     };

@@ -140,5 +140,5 @@ pub fn in_batch<T>(
         progress.set(now.done, now.total, &(message + &failed));
     });
     drop(progress);
-    interrupt.result(outcome, ExperimentError::is_interruption)
+    interrupt.result(outcome, |error| matches!(error, ExperimentError::Interrupted { .. }))
 }

@@ -56,13 +56,6 @@ pub enum ExperimentError {
     Refused(String),
 }
 
-impl ExperimentError {
-    /// Whether an interruption was requested.
-    pub fn is_interruption(&self) -> bool {
-        matches!(self, Self::Interrupted { .. })
-    }
-}
-
 impl From<Stopped> for ExperimentError {
     fn from(stopped: Stopped) -> Self {
         Self::Dynamics(stopped.into())

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
-use mge_run::{EpisodeRecord, RunHistory};
+use mge_run::RunHistory;
 use mge_stats::efficiency::{Efficiency, efficiency};
 use mge_stats::rolling::{WINDOW, rolling_mean};
 use mge_trainer::RunConfig;
@@ -128,7 +128,11 @@ impl LearningRow {
             actions_to_80: at_80.map(|record| record.environment_steps),
             charged_to_80: at_80.and_then(|record| record.charged_actions),
             charged_area: None,
-            charged: history.records.last().and_then(outside_training),
+            // Charged, but not taken in episodes or practice.
+            charged: history
+                .records
+                .last()
+                .and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
         }
     }
@@ -144,11 +148,6 @@ impl LearningRow {
     pub fn with_progress(self, episodes: u64, success: Option<f64>) -> Self {
         Self { episodes, efficiency: Efficiency { final_success: success, ..Efficiency::default() }, ..self }
     }
-}
-
-/// Actions that are charged, but were not taken in episodes or practice.
-fn outside_training(record: &EpisodeRecord) -> Option<u64> {
-    Some(record.charged_actions?.saturating_sub(record.environment_steps))
 }
 
 #[cfg(test)]

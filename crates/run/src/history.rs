@@ -2,6 +2,8 @@
 
 use std::num::NonZeroUsize;
 
+use serde::Serialize;
+
 use super::event::{EpisodeRecord, Event, Practised};
 use super::reader::for_each_event;
 use super::retention::CheckpointName;
@@ -9,7 +11,7 @@ use super::series::{Numbered, Series};
 use super::{Result, RunDirectory, RunError, RunState};
 
 /// A greedy evaluation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct EvaluationRecord {
     /// Episodes finished before it.
     pub episode: u64,

@@ -4,10 +4,10 @@ use rand::Rng;
 
 use super::effect::Effect;
 use super::features;
-use super::flight::{Flight, NO_OP, is_on_screen};
+use super::flight::{Flight, NO_OP};
 use mge_base::streams::index;
 use mge_env::{Choice, Environment, Placement, Snapshot, uniform_action};
-use mge_physics::{Tool, to_normalised, to_units};
+use mge_physics::{SCREEN, Tool, to_normalised, to_units};
 
 /// Share of places drawn anywhere on the screen; the others are near the flight of a ball.
 const ANYWHERE: f64 = 0.1;
@@ -69,7 +69,7 @@ fn draw_place(state: &Snapshot, flight: &Flight, tool: &Tool, rng: &mut impl Rng
     }
     let ball = moving[index(rng, moving.len())];
     let path = &flight.paths[ball];
-    let on_screen = path.iter().take_while(|ball| is_on_screen(ball.position)).count();
+    let on_screen = path.iter().take_while(|ball| ball.position.iter().all(|p| (0.0..SCREEN).contains(p))).count();
     let share: f32 = rng.gen_range(0.0..1.0);
     let passed = path[(share * share.sqrt() * on_screen as f32) as usize].position;
     let (halves, radius) = (tool.half_extents(), state.world.ball_material(ball).radius);

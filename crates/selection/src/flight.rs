@@ -100,11 +100,6 @@ pub(super) fn at(path: &[BallState], step: usize) -> &BallState {
     &path[step.min(path.len() - 1)]
 }
 
-/// Whether a position, in units, is on the screen.
-pub(super) fn is_on_screen(position: [f32; 2]) -> bool {
-    position.iter().all(|p| (0.0..SCREEN).contains(p))
-}
-
 pub(super) fn difference(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }

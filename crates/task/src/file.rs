@@ -179,11 +179,8 @@ pub fn to_json(task: &Task) -> String {
 }
 
 /// The format of tasks.
-pub const FORMAT: Format<'static> = Format { name: "a task", is: &is_task };
-
-fn is_task(found: &[u8]) -> bool {
-    str::from_utf8(found).is_ok_and(|text| parse(text, "").is_ok())
-}
+pub const FORMAT: Format<'static> =
+    Format { name: "a task", is: &|found| str::from_utf8(found).is_ok_and(|text| parse(text, "").is_ok()) };
 
 /// Writes the task atomically.
 ///

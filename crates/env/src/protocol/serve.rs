@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
-use crate::{Action, Choice, Environment, Info, ObservationPart, Placement};
+use crate::{Action, Choice, Environment, Info, ObservationPart};
 use mge_base::streams::Stream;
 use mge_physics::ACTION_SET;
 
@@ -128,7 +128,7 @@ impl Server {
                 self.begun = true;
                 let observation = self.env.reset(&mut self.rng);
                 let tools = self.env.action_set().map(|set| set.numbers().collect());
-                Answer::Reset { observation, tools, info: self.info(None) }
+                Answer::Reset { observation, tools, info: Info::of(self.env.snapshot(), None) }
             }
             Request::Step { .. } if !self.begun => {
                 Answer::Error { error: "the first episode has not begun: reset the environment first".to_owned() }
@@ -151,12 +151,8 @@ impl Server {
             reward: step.reward,
             terminated: step.terminated,
             truncated: step.truncated,
-            info: self.info(Some(step.placement)),
+            info: Info::of(self.env.snapshot(), Some(step.placement)),
         })
-    }
-
-    fn info(&self, placement: Option<Placement>) -> Info {
-        Info::of(self.env.snapshot(), placement)
     }
 
     /// Infinite bounds are given as null.
