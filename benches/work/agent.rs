@@ -47,7 +47,7 @@ pub fn environment_step() -> Box<dyn FnMut()> {
         };
         // Lengths fit, and bounded data with a clamped target keep the loss finite.
         learner.record(transition).expect("lengths fit");
-        learner.learn().expect("the loss is finite");
+        learner.update(learner.ddpg.config().updates_per_step).expect("the loss is finite");
     })
 }
 

@@ -3,6 +3,7 @@
 //! ends it, and its files are written atomically.
 
 use std::io;
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicI32, Ordering};
@@ -18,7 +19,7 @@ use super::output::Outcome;
 use super::progress::Progress;
 use mge_base::stop::{ENDING_SIGNALS, SAME_SIGNAL, Stop};
 use mge_experiments::ExperimentError;
-use mge_trainer::batch::{Batch, BatchProgress, default_threads};
+use mge_trainer::batch::{Batch, BatchProgress};
 
 /// Whether a signal has asked the program to end: one for the whole program, so that no signal is lost between two
 /// parts of a command.
@@ -127,7 +128,10 @@ pub fn in_batch<T>(
 ) -> Outcome<T> {
     let mut progress = Progress::new(1, jobs.quiet);
     let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: jobs.threads.unwrap_or_else(default_threads), interrupt: &interrupt.stop };
+    let batch = Batch {
+        threads: jobs.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get)),
+        interrupt: &interrupt.stop,
+    };
     let outcome = work(&batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name}: {reason}"));

@@ -133,15 +133,6 @@ impl Learner {
         Ok(())
     }
 
-    /// Makes the configured number of updates on fresh minibatches and returns the metrics of each; none until the
-    /// warm-up is over.
-    ///
-    /// # Errors
-    /// If learning has diverged.
-    pub fn learn(&mut self) -> Result<Vec<UpdateMetrics>, UpdateError> {
-        self.update(self.ddpg.config().updates_per_step)
-    }
-
     /// Like [`learn`](Self::learn), with another number of updates.
     ///
     /// # Errors

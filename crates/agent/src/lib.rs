@@ -22,9 +22,9 @@
 //!     let a = learner.explore(&s);
 //!     let reward = -(a[0] - 0.3).abs();
 //!     learner.record(Transition { observation: &s, action: &a, reward, next_observation: &s, terminated: true })?;
-//!     learner.learn()?;
+//!     learner.update(config.updates_per_step)?;
 //! }
-//! assert_eq!(learner.ddpg().updates(), 5);
+//! assert_eq!(learner.ddpg.updates(), 5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

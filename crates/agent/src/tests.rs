@@ -47,7 +47,7 @@ fn live(learner: &mut Learner, steps: std::ops::Range<usize>) {
         if step % 10 == 6 {
             learner.reach(step / 10 % 2);
         }
-        learner.learn().unwrap();
+        learner.update(learner.ddpg.config().updates_per_step).unwrap();
     }
 }
 
@@ -221,12 +221,12 @@ fn an_origin_outside_the_observation_is_refused() {
 fn updates_start_after_the_warm_up() {
     let config = DdpgConfig { updates_per_step: 3, ..small() };
     let mut learner = learner(&config, 1);
-    assert!(learner.learn().unwrap().is_empty());
+    assert!(learner.update(learner.ddpg.config().updates_per_step).unwrap().is_empty());
     live(&mut learner, 0..19);
     assert_eq!((learner.recorded, learner.ddpg.updates()), (19, 0));
     live(&mut learner, 19..30);
     assert_eq!((learner.recorded, learner.ddpg.updates()), (30, 33));
-    assert_eq!(learner.learn().unwrap().len(), 3);
+    assert_eq!(learner.update(learner.ddpg.config().updates_per_step).unwrap().len(), 3);
 }
 
 #[test]

@@ -188,7 +188,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
                 terminated: false,
             };
             learner.record(transition).unwrap();
-            learner.learn().unwrap();
+            learner.update(learner.ddpg.config().updates_per_step).unwrap();
             x = next_x;
         }
     }

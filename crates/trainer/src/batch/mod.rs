@@ -16,7 +16,7 @@ mod runner;
 mod tests;
 mod training;
 
-pub use runner::{Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle, default_threads};
+pub use runner::{Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle};
 pub use training::train_to_end;
 
 /// Starts the global pool of threads, on as many as there are cores or `RAYON_NUM_THREADS` says.

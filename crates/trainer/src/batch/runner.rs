@@ -1,7 +1,6 @@
 //! The runner of a batch: threads, progress, failures, interruption.
 
 use std::collections::VecDeque;
-use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -151,11 +150,6 @@ pub struct Batch<'a> {
     pub threads: usize,
     /// Interrupts the batch.
     pub interrupt: &'a Stop,
-}
-
-/// Default number of threads of a batch: one per processor.
-pub fn default_threads() -> usize {
-    thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
 impl Batch<'_> {
