@@ -113,7 +113,7 @@ impl Learner {
     }
 
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
-    /// `self.ddpg().act(observation)`.
+    /// `self.ddpg.act(observation)`.
     ///
     /// # Panics
     /// If the observation has the wrong length.

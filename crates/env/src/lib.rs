@@ -24,7 +24,7 @@
 //!         break end;
 //!     }
 //! };
-//! println!("{end}; the goal was reached: {}", env.snapshot().goal_reached());
+//! println!("{end}; the goal was reached: {}", env.snapshot().goal_reached);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

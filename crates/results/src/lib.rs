@@ -14,7 +14,7 @@
 //! let row = |seed| LearningRow { task: "task1".into(), method: "ddpg".into(), seed, ..LearningRow::default() };
 //! let rows = [row(0), row(1)];
 //! let groups = Groups::new(&rows);
-//! assert_eq!(groups.of("task1", &groups.labels()[0]).len(), 2);
+//! assert_eq!(groups.of("task1", &groups.labels[0]).len(), 2);
 //! ```
 
 #![deny(unsafe_code)]
