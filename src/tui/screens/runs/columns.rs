@@ -45,9 +45,8 @@ pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
     let lines = &lines[..lines.len().min(JUDGED)];
     let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
         let fits = |column: &Column| {
-            let left = room.checked_sub(column.width + 1);
-            let is_told = || lines.iter().any(|line| (column.cell)(line, ui, &column.heading).is_some());
-            let left = left.filter(|_| is_told());
+            let is_told = |line: &Line| (column.cell)(line, ui, &column.heading).is_some();
+            let left = room.checked_sub(column.width + 1).filter(|_| lines.iter().any(is_told));
             *room = left.unwrap_or(*room);
             left.is_some()
         };
