@@ -40,8 +40,8 @@ fn a_whole_session_trains_edits_exports_resizes_and_quits() {
     terminal.type_text("S");
     terminal.wait_for("proposed: 1; Y accepts");
     terminal.type_text("7\rjj\r");
-    terminal.wait_for("drawing figures/task1-learning.png");
-    let figures = ["task1-scene.png", "task1-learning.csv"].map(|name| folder.path().join("figures").join(name));
+    terminal.wait_for("drawing figures/learning.png");
+    let figures = ["task1-scene.png", "learning.csv"].map(|name| folder.path().join("figures").join(name));
     terminal.wait_until("two figures", |_| figures.iter().all(|path| path.is_file()));
     terminal.type_text("1");
     terminal.resize(80, 24);

@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use super::config::RunConfig;
 use super::parts::{Fork, PastTask};
-use super::prior::{PriorError, build_prior};
-use super::run_loop::play;
+use super::prior::build_prior;
+use super::run_loop::{TrainerError, play};
 use super::training::{Training, TrainingError};
 use mge_base::stop::Stop;
-use mge_run::{Branch, Event, RunDirectory, RunError, RunHistory};
+use mge_run::{Branch, Event, RunDirectory, RunHistory};
 use mge_task::Task;
 
 impl RunConfig {
@@ -36,23 +36,6 @@ impl RunConfig {
     }
 }
 
-/// Why a run could not be forked.
-#[derive(Debug, thiserror::Error)]
-pub enum ForkError {
-    /// The run's files cannot be used.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The training failed.
-    #[error(transparent)]
-    Training(#[from] TrainingError),
-    /// There is no action prior.
-    #[error(transparent)]
-    Prior(#[from] PriorError),
-    /// It cannot be forked there, for the reason that the text gives.
-    #[error("{0}")]
-    Refused(String),
-}
-
 /// Creates a run in `place` that continues from `source` with `config`; `config.fork` names the episode.
 /// `progress` receives the numbers of episodes repeated so far and to be repeated in total.
 ///
@@ -65,13 +48,13 @@ pub fn fork(
     config: RunConfig,
     progress: impl Fn(u64, u64),
     stop: &Stop,
-) -> Result<RunDirectory, ForkError> {
+) -> Result<RunDirectory, TrainerError> {
     let episode = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let old = RunConfig::of(source)?;
     old.check_supported().map_err(TrainingError::from)?;
     let done = RunHistory::read(source)?.records.len() as u64;
     if done < episode {
-        return Err(ForkError::Refused(format!("the run has {done} episodes, not {episode}")));
+        return Err(TrainerError::Refused(format!("the run has {done} episodes, not {episode}")));
     }
     let branch = Branch::new(source, place, episode)?;
     let mut training = begin(source, &old, episode, stop)?;
@@ -96,13 +79,13 @@ pub fn fork(
 
 /// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own
 /// checkpoints begin at its first episode: an earlier one is of the run that it comes from, with other settings.
-fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, ForkError> {
+fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, TrainerError> {
     let store = source.checkpoints();
     let first = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let nearest = store.episodes()?.into_iter().rfind(|(at, _)| (first..=episode).contains(at));
     if nearest.is_none() && config.fork.is_some() {
         let remedy = "fork the run that it comes from";
-        return Err(ForkError::Refused(format!(
+        return Err(TrainerError::Refused(format!(
             "no checkpoint of this fork is as early as episode {episode}: {remedy}"
         )));
     }
@@ -116,7 +99,7 @@ fn repeat(
     branch: &Branch,
     episode: u64,
     progress: impl Fn(u64, u64),
-) -> Result<(), ForkError> {
+) -> Result<(), TrainerError> {
     let first = training.episode();
     let mut history = RunHistory::default();
     // Times are of no use here.
@@ -127,7 +110,7 @@ fn repeat(
             && episode > first
             && (given || !training.config.is_refined_after(episode))
         {
-            return Err(ForkError::Refused(format!(
+            return Err(TrainerError::Refused(format!(
                 "the run was given other clusters after episode {episode}, which are not kept: fork it before that, or \
                  at the episode of a later checkpoint"
             )));
@@ -148,7 +131,7 @@ fn repeat(
         progress(now - first, episode - first);
         let record = play(training)?.record;
         if history.records.get(now as usize) != Some(&record) {
-            return Err(ForkError::Refused(format!(
+            return Err(TrainerError::Refused(format!(
                 "episode {} differs when it is repeated: the run was trained by another version of the program or on \
                  another kind of machine; fork it at the episode of a checkpoint",
                 now + 1

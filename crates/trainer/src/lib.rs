@@ -67,7 +67,7 @@ mod watch;
 
 pub use config::{RunConfig, settings};
 pub use effect::{Chosen, warnings};
-pub use fork::{ForkError, fork};
+pub use fork::fork;
 pub use method::{Method, PriorSource};
 pub use mge_run::Source;
 pub use model_file::ModelFile;

@@ -37,7 +37,7 @@ pub enum Ending {
     Stopped,
 }
 
-/// Why a training failed.
+/// Why a run could not be trained or forked.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainerError {
     /// The run's files cannot be used.
@@ -52,6 +52,9 @@ pub enum TrainerError {
     /// A run of a batch was stopped by itself, and the others go on.
     #[error("it was stopped by another process: the same command continues it")]
     StoppedAlone,
+    /// It cannot be forked there, for the reason that the text gives.
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Trains the run in `directory` to its end, from its newest checkpoint if it has one.

@@ -40,6 +40,8 @@ pub struct Arguments {
 
 /// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
+/// Maximum number of commands with arguments that contain a text, of each kind.
+const LINES: usize = 50;
 
 impl Arguments {
     /// The completions for the current view.
@@ -58,6 +60,21 @@ impl Arguments {
             settings: described(&view.settings),
             watched: view.watched_run().map(|run| described(&run.config)).unwrap_or_default(),
         }
+    }
+
+    /// Commands on the tasks, runs, settings and models whose names or descriptions contain a text.
+    pub fn lines_with(&self, text: &str) -> Vec<Value> {
+        let lower = text.trim().to_lowercase();
+        let settings: Vec<Value> = self.settings.iter().map(|(setting, _)| setting.clone()).collect();
+        let kinds = [("task", &self.tasks), ("open", &self.runs), ("set", &settings), ("model", &self.models)];
+        let has_text = |known: &&Value| {
+            !lower.is_empty() && format!("{}\n{}", known.text, known.about).to_lowercase().contains(&lower)
+        };
+        let lines = kinds.into_iter().flat_map(|(verb, known)| {
+            let line = move |of: &Value| Value::new(format!("{verb} {}", shell_words::quote(&of.text)), &*of.about);
+            known.iter().filter(has_text).take(LINES).map(line)
+        });
+        lines.collect()
     }
 
     /// Completions of the last of the words after a verb; those that begin with it come first.

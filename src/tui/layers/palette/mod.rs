@@ -77,7 +77,7 @@ pub struct CommandPalette {
     found: Vec<Item>,
     /// Everything that can be completed.
     arguments: Arguments,
-    /// Completions of the command being typed; listed below `found`.
+    /// Completions of the command being typed, or commands with arguments that contain the text; listed below `found`.
     values: Vec<Value>,
     /// Commands entered so far, oldest first, and the index of the recalled one.
     history: Vec<String>,
@@ -254,10 +254,12 @@ impl CommandPalette {
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
         self.found = found.into_iter().map(|(_, item)| item).collect();
+        self.values = self.arguments.lines_with(text);
         self.selected = self.named(text);
     }
 
-    /// The place of the action that a text names: in full, or as the only one that begins so.
+    /// The place of the action that a text names: in full, or as the only one that begins so; or of the task, run or
+    /// setting of this name.
     fn named(&self, text: &str) -> Option<usize> {
         let begins = |index: &usize| self.found[*index].names().any(|name| name.starts_with(text));
         let mut begun = (0..self.found.len()).filter(begins);
@@ -265,7 +267,9 @@ impl CommandPalette {
         if self.found.first().is_some_and(|item| item.names().any(|name| name == text)) {
             return Some(0);
         }
-        begun.next().filter(|_| !text.is_empty() && begun.next().is_none())
+        let is_named = |value: &Value| value.text.split_once(' ').is_some_and(|(_, argument)| argument == text);
+        let argument = self.values.iter().position(is_named).map(|place| self.found.len() + place);
+        argument.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
     }
 }
 
@@ -459,6 +463,21 @@ mod tests {
     }
 
     #[test]
+    fn tasks_runs_and_settings_are_found_by_their_names() {
+        let offered = |typed: &str| {
+            let mut palette = palette(&[Context::Everywhere], &[]);
+            palette.paste(typed);
+            palette.values.iter().map(|value| value.text.clone()).collect::<Vec<_>>()
+        };
+        assert!(offered("gamma").contains(&"set ddpg.gamma".to_owned()));
+        assert!(offered("task3").contains(&"task task3".to_owned()));
+        assert!(offered("old").contains(&"open old".to_owned()));
+        assert!(offered("").is_empty());
+        assert!(offered("discount").contains(&"set ddpg.gamma".to_owned()), "by its description");
+        assert_eq!(offered("a").iter().filter(|line| line.starts_with("set ")).count().min(20), 20, "not only tasks");
+    }
+
+    #[test]
     fn everything_that_can_be_done_is_listed_on_every_screen_and_found_by_other_words() {
         let listed = palette(&[Context::Runs, Context::Everywhere, Context::Typed], &[]);
         assert_eq!(listed.found.len(), entries().len());
@@ -473,6 +492,9 @@ mod tests {
             assert_eq!(found(word), Some(name), "{word}");
         }
         assert_eq!(found("hand-place"), Some("hand-place"), "of another screen");
+        let mut task = palette(&[Context::Everywhere], &[]);
+        task.paste("task3");
+        assert!(matches!(task.key(KeyCode::Enter.into()), Response::Try(_)), "it is opened");
         for (words, name) in [("backgrounds", "theme"), ("svg export", "export-svg"), ("critic value", "show-critic")] {
             let mut palette = palette(&[Context::Everywhere], &[]);
             palette.paste(words);
