@@ -223,7 +223,7 @@ mod tests {
             (
                 "/clamp",
                 json!([1, 11]),
-                "clamp: is [1,11], but must be two numbers from -10 to 10, the lower first, or null",
+                "clamp: is [1, 11], but must be two numbers from -10 to 10, the lower first, or null",
             ),
         ] {
             let mut wrong = right.clone();
