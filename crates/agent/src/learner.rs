@@ -23,7 +23,7 @@ pub struct LearnerStreams {
 ///
 /// For each episode, an environment loop calls [`start_episode`](Self::start_episode), and then for
 /// each step [`explore`](Self::explore) (or chooses an action in another way),
-/// [`record`](Self::record) and [`learn`](Self::learn).
+/// [`record`](Self::record) and [`update`](Self::update).
 #[derive(Clone, Debug)]
 pub struct Learner {
     /// The networks.
@@ -133,7 +133,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Like [`learn`](Self::learn), with another number of updates.
+    /// Makes a number of updates, once the warm-up is over; returns what each reports.
     ///
     /// # Errors
     /// If learning has diverged.

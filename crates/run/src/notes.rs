@@ -63,7 +63,7 @@ impl RunDirectory {
     /// The notes on the run; empty if there are none.
     ///
     /// # Errors
-    /// [`RunError::Io`], [`RunError::UnknownFormat`], [`RunError::Malformed`].
+    /// [`RunError::Io`], [`RunError::Malformed`], and [`RunError::Refused`] of another format.
     pub fn notes(&self) -> Result<Notes> {
         let path = self.notes_path();
         let Some(bytes) = file::read_optional(&path)? else { return Ok(Notes::default()) };
@@ -93,7 +93,7 @@ impl RunDirectory {
     /// processes at the same time, none is lost.
     ///
     /// # Errors
-    /// [`RunError::Notes`] if they are invalid, [`RunError::Io`] if they cannot be written.
+    /// [`RunError::Refused`] if they are invalid, [`RunError::Io`] if they cannot be written.
     pub fn change_notes(&self, change: impl FnOnce(&mut Notes)) -> Result<()> {
         self.in_turn(|| {
             let mut notes = self.notes()?;

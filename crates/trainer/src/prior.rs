@@ -92,7 +92,7 @@ pub(super) fn model_of(
 /// As [`rollout_model`], for work that needs predictions.
 ///
 /// # Errors
-/// As [`rollout_model`]; [`PriorError::PredictsNothing`].
+/// As [`rollout_model`]; [`PriorError::NoModel`] if there is none.
 pub fn required_model(
     config: &RunConfig,
     on_phase: impl FnMut(Phase),

@@ -105,8 +105,9 @@ impl App {
         };
         // They tell what further runs will cost.
         for method in Method::ALL {
-            let others = measured(&ui.view.runs, &ui.view.task.name, method).into_iter().map(|run| &run.path);
-            let others: Vec<_> = others.filter(|path| !wanted.contains(path)).cloned().collect();
+            let episodes = ui.view.settings.episodes.into();
+            let others = measured(&ui.view.runs, &ui.view.task.name, method, episodes).into_iter();
+            let others: Vec<_> = others.map(|run| &run.path).filter(|path| !wanted.contains(path)).cloned().collect();
             wanted.extend(others);
         }
         self.workspace.request_curves(wanted);

@@ -122,7 +122,7 @@ fn value(settings: &RunConfig, place: usize) -> String {
 
 /// What runs with these settings will cost together, from the latest ones.
 fn cost(runs: &[Arc<RunSummary>], settings: &RunConfig, episodes: u32, seeds: u32) -> String {
-    let measured = measured(runs, &settings.task.name, settings.method);
+    let measured = measured(runs, &settings.task.name, settings.method, episodes.into());
     let all = format!("{seeds} x {episodes} episodes");
     let Some([actions, seconds]) = of_an_episode(&measured) else {
         return format!("{all}: no run has got far enough to tell what they cost");

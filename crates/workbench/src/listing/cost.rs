@@ -8,9 +8,10 @@ use mge_trainer::Method;
 /// Most runs that count.
 const MEASURED: usize = 5;
 
-/// The latest runs that got at least halfway: those of a method on a task, or else any.
-pub fn measured<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method) -> Vec<&'a RunSummary> {
-    let all = || runs.iter().rev().map(|run| &**run).filter(|run| run.done > 0 && 2 * run.done >= run.episodes());
+/// The latest runs that tell what one of `episodes` costs, those of a method on a task, or else any: they got at least
+/// half as far, because the first episodes, before the networks learn, cost little time.
+pub fn measured<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method, episodes: u64) -> Vec<&'a RunSummary> {
+    let all = || runs.iter().rev().map(|run| &**run).filter(|run| run.done > 0 && 2 * run.done >= episodes);
     let is_own = |run: &&RunSummary| run.config.task.name == task && run.config.method == method;
     let own: Vec<_> = all().filter(is_own).take(MEASURED).collect();
     if own.is_empty() { all().take(MEASURED).collect() } else { own }

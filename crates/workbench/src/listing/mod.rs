@@ -152,7 +152,8 @@ impl Listing {
         for index in 0..self.runs.len() {
             let run = &self.runs[index];
             if run.state == RunState::Running && run.is_young() {
-                let expected = of_an_episode(&measured(&self.runs, &run.config.task.name, run.config.method));
+                let expected =
+                    of_an_episode(&measured(&self.runs, &run.config.task.name, run.config.method, run.episodes()));
                 Arc::make_mut(&mut self.runs[index]).expected = expected.map(|[_, seconds]| seconds);
             }
         }

@@ -130,10 +130,10 @@ impl RunSummary {
         5 * self.done < 2 * self.episodes()
     }
 
-    /// Seconds until the run is finished: as others tell while it is young, or else at its present rate.
+    /// Seconds until the run is finished: while it is young, as others tell, if any; later at its present rate.
     pub fn seconds_left(&self) -> Option<f64> {
-        let expected = self.expected.filter(|_| self.is_young() && self.state == RunState::Running);
-        let one = expected.or_else(|| Some(1.0 / self.rate()?))?;
+        let expected = || self.expected.filter(|_| self.state == RunState::Running);
+        let one = if self.is_young() { expected()? } else { 1.0 / self.rate()? };
         Some(self.episodes().saturating_sub(self.done) as f64 * one)
     }
 

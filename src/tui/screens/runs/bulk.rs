@@ -15,15 +15,16 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     {
         return vec![Effect::info(format!("{} is {}: there is nothing to pause", run.name, run.state_word()))];
     }
-    let all_paused = runs.iter().all(|run| run.state == RunState::Paused);
-    let wanted = runs.iter().filter(|run| runs.len() == 1 || all_paused || run.state == RunState::Running);
+    let going = || runs.iter().copied().filter(|run| is_going(run));
+    let all_paused = going().all(|run| run.state == RunState::Paused);
+    let wanted = going().filter(|run| runs.len() == 1 || all_paused || run.state == RunState::Running);
     let command = |run: &RunSummary| -> Command {
         match run.state {
             RunState::Running => command::Pause.into(),
             _ => command::Resume { until: None }.into(),
         }
     };
-    on_each(wanted.map(|run| (*run, command(run))), ui)
+    on_each(wanted.map(|run| (run, command(run))), ui)
 }
 
 /// Whether a run is queued, being trained or paused.

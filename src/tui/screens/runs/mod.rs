@@ -226,7 +226,7 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
     if let Some(success) = group.success {
         let [value, lower, upper] = success.values().map(|share| 100.0 * share);
         text = format!("{text}: success {value:.0} %");
-        if group.seeds() > 1 {
+        if group.seeds() > 1 && lower.is_finite() {
             text = format!("{text} (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
         }
     }
