@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicI32, Ordering};
 use std::thread;
 use std::time::Instant;
 
+use nix::sys::signal::{SigSet, SigmaskHow, Signal};
 use signal_hook::consts::SIGHUP;
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
@@ -39,7 +40,7 @@ impl Interrupt {
     /// # Errors
     /// When the handlers cannot be registered.
     pub fn listen() -> io::Result<&'static Self> {
-        static REGISTERED: LazyLock<io::Result<()>> = LazyLock::new(register);
+        static REGISTERED: LazyLock<io::Result<()>> = LazyLock::new(|| blocked(register));
         match &*REGISTERED {
             Ok(()) => Ok(&INTERRUPT),
             Err(error) => Err(io::Error::new(error.kind(), error.to_string())),
@@ -83,6 +84,16 @@ fn ends_at_hang_up() -> bool {
     };
     let status = std::fs::read_to_string("/proc/self/status").ok();
     status.and_then(is_ignored) == Some(false)
+}
+
+/// Runs `work` with the signals blocked: one that arrived while the handlers are being registered would be lost.
+fn blocked<T>(work: impl FnOnce() -> T) -> T {
+    let signals: SigSet = ENDING_SIGNALS.into_iter().filter_map(|number| Signal::try_from(number).ok()).collect();
+    // These calls fail only for an invalid operation on the mask.
+    let before = signals.thread_swap_mask(SigmaskHow::SIG_BLOCK);
+    let done = work();
+    let _ = before.map(|before| before.thread_set_mask());
+    done
 }
 
 /// Starts the thread that receives the signals.
