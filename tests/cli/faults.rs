@@ -140,6 +140,8 @@ fn a_second_signal_ends_the_program_at_once() {
     // Earlier, it would count as the same signal.
     std::thread::sleep(mge::stop::SAME_SIGNAL * 2);
     assert!(child.try_wait().unwrap().is_none(), "the first signal ended it at once");
+    // Open until it has ended: otherwise the task would be read to its end.
+    let _task = child.stdin.take();
     signal(&child, Signal::TERM);
     assert_eq!(child.wait().unwrap().code(), Some(143));
 }
