@@ -226,7 +226,7 @@ def test_environments_are_pickled_as_they_are(settings):
         with pytest.raises(Exception, match="closed"):
             pickle.loads(pickle.dumps(one)).reset()
     fresh = pickle.loads(pickle.dumps(mge.PuzzleEnv(**settings)))
-    with pytest.raises(Exception, match="reset it before the first step"):
+    with pytest.raises(Exception, match="reset that environment before the next step"):
         fresh.step(fresh.action_space.sample())
 
 

@@ -355,7 +355,7 @@ def test_misuse_raises_exceptions_that_say_what_to_do():
         for _ in range(100):
             envs.step(np.full((2, 2), 0.9))
     env = mge.PuzzleEnv()
-    with pytest.raises(ResetNeeded, match="reset it before"):
+    with pytest.raises(ResetNeeded, match="reset that environment before"):
         env.step(np.zeros(2))
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"shape \(3,\)"):
