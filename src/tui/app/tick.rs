@@ -7,7 +7,7 @@ use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Range;
 use crate::tui::screens::{runs, training};
-use crate::tui::view::{Choice, Level, Subject, measured};
+use crate::tui::view::{Choice, Level, Subject, comparable};
 use mge_run::RunState;
 use mge_trainer::Method;
 
@@ -105,9 +105,9 @@ impl App {
         };
         // They tell what further runs will cost.
         for method in Method::ALL {
-            let episodes = ui.view.settings.episodes.into();
-            let others = measured(&ui.view.runs, &ui.view.task.name, method, episodes).into_iter();
-            let others: Vec<_> = others.map(|run| &run.path).filter(|path| !wanted.contains(path)).cloned().collect();
+            let runs = comparable(&ui.view.runs, &ui.view.task.name, method, ui.view.settings.episodes.into());
+            let others: Vec<_> =
+                runs.iter().map(|run| &run.path).filter(|path| !wanted.contains(path)).cloned().collect();
             wanted.extend(others);
         }
         self.workspace.request_curves(wanted);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::Ui;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Field, Form, tool_text};
-use crate::tui::view::{RunSummary, measured, of_an_episode, span};
+use crate::tui::view::{RunSummary, comparable, cost_of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig, warnings};
@@ -122,9 +122,9 @@ fn value(settings: &RunConfig, place: usize) -> String {
 
 /// What runs with these settings will cost together, from the latest ones.
 fn cost(runs: &[Arc<RunSummary>], settings: &RunConfig, episodes: u32, seeds: u32) -> String {
-    let measured = measured(runs, &settings.task.name, settings.method, episodes.into());
+    let measured = comparable(runs, &settings.task.name, settings.method, episodes.into());
     let all = format!("{seeds} x {episodes} episodes");
-    let Some([actions, seconds]) = of_an_episode(&measured) else {
+    let Some([actions, seconds]) = cost_of_an_episode(&measured) else {
         return format!("{all}: no run has got far enough to tell what they cost");
     };
     let (episodes, known) = (f64::from(seeds) * f64::from(episodes), counted(measured.len(), "run"));

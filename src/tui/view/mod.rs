@@ -21,7 +21,7 @@ use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, Trace};
 pub use mge_workbench::listing::{
-    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, measured, of_an_episode, span,
+    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, comparable, cost_of_an_episode, span,
 };
 use mge_workbench::{PriorState, SavedAgent};
 

@@ -78,7 +78,8 @@ impl Criteria {
         Ok(verdict.flatten())
     }
 
-    /// The verdict after some episodes, of which some reached the goal, and in which the ball came this near to the goal; None as long as it is open.
+    /// The verdict after some episodes, of which some reached the goal, and in which the ball came this near to the goal;
+    /// None as long as it is open.
     fn judge(&self, episodes: u64, goals: u64, nearest: f32) -> Option<Option<Refusal>> {
         let share = episodes as f64 / self.episodes as f64;
         let limit = share * self.most as f64;

@@ -7,18 +7,21 @@ use mge_trainer::Method;
 
 /// Most runs that count.
 const MEASURED: usize = 5;
+/// The latest runs among which they are looked for: a folder may hold thousands, and screens ask often.
+const RECENT: usize = 500;
 
 /// The latest runs that tell what one of `episodes` costs, those of a method on a task, or else any: they got at least
 /// half as far, because the first episodes, before the networks learn, cost little time.
-pub fn measured<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method, episodes: u64) -> Vec<&'a RunSummary> {
-    let all = || runs.iter().rev().map(|run| &**run).filter(|run| run.done > 0 && 2 * run.done >= episodes);
+pub fn comparable<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method, episodes: u64) -> Vec<&'a RunSummary> {
+    let recent = || runs.iter().rev().take(RECENT).map(|run| &**run);
+    let all = || recent().filter(|run| run.done > 0 && 2 * run.done >= episodes);
     let is_own = |run: &&RunSummary| run.config.task.name == task && run.config.method == method;
     let own: Vec<_> = all().filter(is_own).take(MEASURED).collect();
     if own.is_empty() { all().take(MEASURED).collect() } else { own }
 }
 
 /// The medians of the charged actions and seconds of an episode of runs; `None` before any of them has been read.
-pub fn of_an_episode(runs: &[&RunSummary]) -> Option<[f64; 2]> {
+pub fn cost_of_an_episode(runs: &[&RunSummary]) -> Option<[f64; 2]> {
     let median = |axis: XAxis| {
         let cost = |run: &&RunSummary| {
             Some(*run.curves.positions(axis).last()? as f64 / *run.curves.episodes().last()? as f64)

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use cost::{measured, of_an_episode};
+pub use cost::{comparable, cost_of_an_episode};
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
@@ -152,8 +152,8 @@ impl Listing {
         for index in 0..self.runs.len() {
             let run = &self.runs[index];
             if run.state == RunState::Running && run.is_young() {
-                let expected =
-                    of_an_episode(&measured(&self.runs, &run.config.task.name, run.config.method, run.episodes()));
+                let (task, method) = (&run.config.task.name, run.config.method);
+                let expected = cost_of_an_episode(&comparable(&self.runs, task, method, run.episodes()));
                 Arc::make_mut(&mut self.runs[index]).expected = expected.map(|[_, seconds]| seconds);
             }
         }
