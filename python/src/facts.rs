@@ -11,18 +11,15 @@ use mge_env::{EndReason, Info, Placement, VectorEnvironment};
 /// that a new variant before the last does not compile unless it is listed.
 const PLACEMENTS: [Placement; Placement::NoOp as usize + 1] =
     [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
-/// Why an episode ended, in the order of the codes, from 1; 0 means "not ended". The length is checked as above.
-const ENDS: [EndReason; EndReason::MaxActions as usize + 1] =
-    [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
 
-/// The names of the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
+/// The names of the codes of `placement` and `end`, as in `mge env serve`; None for code 0, "not yet".
 #[pyfunction]
 pub fn words() -> [Vec<Option<String>>; 2] {
     fn names(values: &[impl serde::Serialize]) -> Vec<Option<String>> {
         let name = |value| serde_json::to_value(value).ok().and_then(|name| name.as_str().map(str::to_owned));
         std::iter::once(None).chain(values.iter().map(name)).collect()
     }
-    [names(&PLACEMENTS), names(&ENDS)]
+    [names(&PLACEMENTS), names(&EndReason::ALL)]
 }
 
 /// Facts about some episodes, as columns.

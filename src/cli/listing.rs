@@ -10,7 +10,8 @@ use super::session::RUNS;
 use mge_base::json;
 use mge_base::text::counted;
 use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
-use mge_run::{RunDirectory, RunError, RunHistory, RunState};
+use mge_run::{RunDirectory, RunError, RunHistory};
+use mge_task::is_edited;
 use mge_trainer::non_default_settings;
 use mge_workbench::listing::{self, RunSummary, read_run, span};
 use mge_workbench::run_label;
@@ -57,7 +58,8 @@ fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
     let label = if run.is_named() { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
-    let task = run.config.task.name.clone();
+    let edited = if is_edited(&run.config.task) { " (edited)" } else { "" };
+    let task = format!("{}{edited}", run.config.task.name);
     [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
 }
 
@@ -67,6 +69,7 @@ fn entry(run: &RunSummary) -> Value {
         "name": run.name,
         "state": run.state.name(),
         "task": run.config.task.name,
+        "task_edited": is_edited(&run.config.task),
         "method": run.config.method.name(),
         "seed": run.config.seed,
         "label": run.label,
@@ -94,16 +97,13 @@ pub fn show(arguments: &Show) -> Outcome {
     let notes = directory.notes()?;
     let settings: Map<String, Value> =
         non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
-    let reason = match &run.state {
-        RunState::Stopped(reason) | RunState::Failed(reason) => Some(reason),
-        _ => None,
-    };
     let shown = json!({
         "run": run.path.display().to_string(),
         "name": directory.name(),
         "state": run.state.name(),
-        "reason": reason,
+        "reason": run.state.reason(),
         "task": run.config.task.name,
+        "task_edited": Some(true).filter(|_| is_edited(&run.config.task)),
         "label": run_label(&run.config),
         "settings": settings,
         "seconds": history.times.last().map(|last| last.seconds.round()),
@@ -115,10 +115,14 @@ pub fn show(arguments: &Show) -> Outcome {
     if arguments.format.json {
         return output::json(&shown);
     }
-    let lines = json::leaf_values(&shown).into_iter().filter(|(_, value)| !value.is_null());
+    let text = |value: &Value| match value.as_array() {
+        Some(all) => all.iter().map(json::text).collect::<Vec<_>>().join("; "),
+        None => json::text(value),
+    };
+    let lines = json::leaf_values(&shown).into_iter().filter(|(_, value)| !value.is_null() && !text(value).is_empty());
     let line = |(path, value): (String, &Value)| match path.strip_prefix("results.") {
         Some(key) => [result_label(key).to_owned(), result_text(value)],
-        None => [path, json::text(value)],
+        None => [path, text(value)],
     };
     output::table(&lines.map(line).collect::<Vec<_>>())
 }

@@ -113,8 +113,10 @@ pub fn resume(arguments: &Resume) -> Outcome {
         session.apply(command::Episodes(episodes))?;
     }
     for run in &arguments.runs {
-        let before = RunView::open(run)?.config().episodes;
-        if let Some(episodes) = arguments.episodes.filter(|episodes| *episodes < before) {
+        if let Some(episodes) = arguments.episodes
+            && let before = RunView::open(run)?.config().episodes
+            && episodes < before
+        {
             let run = run.display();
             return Err(format!("--episodes {episodes}: {run} has {before} episodes, which cannot become fewer").into());
         }

@@ -80,7 +80,9 @@ pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Inte
         // Checked before polling, so that the final events are not missed. A run that another process has
         // paused is waited for, too.
         let idle = session.is_idle() && !session.runs().iter().any(RunView::is_active);
-        session.poll().iter().for_each(|notice| viewer.show(notice));
+        // A failure is the outcome of its run.
+        let is_shown = |notice: &&Notice| !matches!(notice, Notice::Run { event: Event::Failed { .. }, .. });
+        session.poll().iter().filter(is_shown).for_each(|notice| viewer.show(notice));
         if idle {
             break;
         }
@@ -127,7 +129,7 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
         "episodes": run.episodes(),
         "charged_actions": last.map(|record| record.charged_actions),
         "rolling_success": last.map(|record| record.rolling_success),
-        "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
+        "latest_evaluation": run.evaluations().last().map(|evaluation| evaluation.success),
     });
     Ok(output::line(result)?)
 }

@@ -21,6 +21,12 @@ fn runs_are_listed_with_their_states_and_damaged_ones_named() {
     let here = folder.path();
     train(here, "runs/a", &["--seed", "3"]);
     train(here, "runs/b", &[]);
+    let mut task = mge::task::load("task1").unwrap();
+    task.goal.position[0] += 0.1;
+    mge::task::save(&task, &*here.join("mine.json")).unwrap();
+    succeed(mge(here, ["train", "mine.json", "--method", "ddpg", "--episodes", "1", "--quiet", "--out", "other/a"]));
+    assert!(succeed(mge(here, ["runs", "other"])).ends_with(" task1 (edited)\n"));
+    assert_eq!(json_of(here, &["show", "other/a", "--json"])["task_edited"], json!(true));
     let listed = succeed(mge(here, ["runs"]));
     let lines: Vec<&str> = listed.lines().collect();
     assert!(lines.len() == 3 && lines[0].starts_with("run ") && lines[1].starts_with("runs/a"), "{listed}");

@@ -1,7 +1,7 @@
 //! An action and its outcome.
 
 use rand::Rng;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// A tool placement: normalised x and y in [-1, 1].
 pub type Action = [f32; 2];
@@ -27,9 +27,8 @@ pub enum Placement {
     NoOp,
 }
 
-/// Why an episode is over; of several reasons the first here is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Why an episode is over; of several reasons the first here is given. Logs, JSON and Python have its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EndReason {
     /// The goal was reached (terminated).
     Goal,
@@ -47,6 +46,12 @@ mge_base::by_name!(EndReason, "end of an episode", {
     Goal = "goal", OutOfBounds = "left the screen", MarkerOut = "marker left the screen",
     Standstill = "standstill", MaxActions = "out of actions"
 });
+
+impl Serialize for EndReason {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
 
 /// The outcome of one action.
 #[derive(Debug, Clone, PartialEq)]

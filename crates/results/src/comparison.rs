@@ -11,7 +11,6 @@ use super::found::FoundRun;
 use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score};
 use super::row::LearningRow;
 use super::settings::training_key;
-use mge_run::RunState;
 use mge_stats::aggregate::{iqm, mean, median, optimality_gap};
 use mge_stats::comparison::improvement_interval;
 use mge_stats::{Bootstrap, Estimate, StatsError, TaskScores};
@@ -139,10 +138,7 @@ pub(super) fn without_duplicates(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<Exc
 
 pub(super) fn left_out(run: &FoundRun) -> ExcludedRun {
     let episodes = format!("{} of {} episodes", run.trained.row.episodes, run.config.episodes);
-    let why = match &run.state {
-        RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
-        _ => String::new(),
-    };
+    let why = run.state.reason().map_or_else(String::new, |reason| format!(": {reason}"));
     ExcludedRun { run: run.path.clone(), reason: format!("{}{why} ({episodes})", run.state.name()) }
 }
 

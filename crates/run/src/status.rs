@@ -35,6 +35,14 @@ impl RunState {
         }
     }
 
+    /// Why it was stopped or has failed.
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Self::Stopped(reason) | Self::Failed(reason) => Some(reason),
+            _ => None,
+        }
+    }
+
     /// The state after an event, if it follows from that event and from whether a process holds the lock.
     pub(super) fn after(event: &Event, locked: bool) -> Option<Self> {
         match event {

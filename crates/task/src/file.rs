@@ -151,11 +151,10 @@ pub fn load_regular(name: &str) -> Result<Task, TaskError> {
     }
 }
 
-/// The name by which [`load`] loads an equal task, if it is within the program.
-pub fn name_of(task: &Task) -> Option<String> {
-    let levels = level_names().flat_map(|level| ["", "-random"].map(|end| format!("create/{level}{end}")));
-    let mut names = built_in().map(|(name, _)| (*name).to_owned()).chain(levels);
-    names.find(|name| load(name).is_ok_and(|known| known == *task))
+/// Whether a task has the name of a task or level within the program, from which it differs.
+pub fn is_edited(task: &Task) -> bool {
+    let names = [task.name.clone(), format!("create/{}", task.name)];
+    names.iter().filter(|name| is_built_in(name)).any(|name| load(name).is_ok_and(|known| known != *task))
 }
 
 /// Parses a task from JSON; `origin` names the text in errors.
@@ -208,12 +207,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tasks_are_known_by_the_name_they_were_loaded_by_until_edited() {
+    fn a_task_within_the_program_is_known_to_be_edited() {
         for name in ["task4", "tune4", "create/Push", "create/Push-random"] {
             let mut task = load(name).unwrap();
-            assert_eq!(name_of(&task).as_deref(), Some(name));
+            assert!(!is_edited(&task), "{name}");
             task.goal.position[0] += 0.1;
-            assert_eq!(name_of(&task), None, "{name}");
+            assert!(is_edited(&task), "{name}");
+            task.name = "mine".to_owned();
+            assert!(!is_edited(&task), "it has another name");
         }
     }
 

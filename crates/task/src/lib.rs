@@ -30,7 +30,7 @@ mod validate;
 
 pub use edit::{Draft, Edit, Editor};
 pub use file::{
-    FORMAT, TaskError, file_of, is_built_in, level_names, load, load_regular, name_of, parse, save, save_as, shipped,
+    FORMAT, TaskError, file_of, is_built_in, is_edited, level_names, load, load_regular, parse, save, save_as, shipped,
     shipped_names, to_json,
 };
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};

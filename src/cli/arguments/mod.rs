@@ -91,7 +91,7 @@ pub struct Print {
 
 #[derive(Debug, Args)]
 pub struct Workbench {
-    /// Run to open, on its task: its folder
+    /// Folder of a run to open, with its task
     #[arg(value_name = "RUN")]
     pub run: Option<PathBuf>,
     /// Task to open: the name of a shipped task, or a file
@@ -100,7 +100,7 @@ pub struct Workbench {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// Forget what earlier sessions with the folder of runs have chosen: settings of runs and screen
+    /// Ignore the settings and the screen that earlier sessions with this folder of runs have left
     #[arg(long)]
     pub fresh: bool,
     /// Do not capture the mouse
@@ -150,7 +150,7 @@ pub enum Command {
     Fork(Fork),
     /// List runs: their states, progress, success and the time since they last changed
     Runs(Runs),
-    /// Show a run: state, settings that are not the usual ones, results, notes
+    /// Show a run: its state, the settings that differ from the defaults, results and notes
     Show(Show),
     /// Compare two runs: the settings in which they differ, and their results
     Compare(Compare),

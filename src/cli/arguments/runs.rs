@@ -64,7 +64,7 @@ pub struct Resume {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
-    /// New number of episodes, for runs that have fewer or ended before at the success of `stop.success`
+    /// New number of episodes, for runs that have fewer, or that ended early by `stop.success`
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub episodes: Option<u32>,
 }
@@ -173,10 +173,10 @@ pub struct Export {
 
 #[derive(Debug, Args)]
 pub struct Figures {
-    /// Run folders
+    /// Folders of runs
     #[arg(required = true)]
     pub runs: Vec<PathBuf>,
-    /// Folder for the figures [default: the first run's own]
+    /// Folder for the figures [default: figures/ in that of the first run]
     #[arg(long)]
     pub out: Option<PathBuf>,
     #[command(flatten)]

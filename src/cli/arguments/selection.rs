@@ -27,7 +27,7 @@ pub struct SelectionTrain {
     /// Episodes, half of them demonstrations by a lookahead
     #[arg(long, default_value_t = 200, value_parser = count(5000))]
     pub episodes: usize,
-    /// Most tools and places that are considered before an action
+    /// Maximum number of tools and places considered before an action
     #[arg(long, default_value_t = 48, value_parser = count(1000))]
     pub candidates: usize,
     /// Seed of starts, action sets, candidates and weights
@@ -51,7 +51,7 @@ pub struct SelectionEvaluate {
     /// Episodes
     #[arg(long, default_value_t = 200, value_parser = count(1_000_000))]
     pub episodes: usize,
-    /// Most tools and places that are considered before an action
+    /// Maximum number of tools and places considered before an action
     #[arg(long, default_value_t = 100, value_parser = count(1000))]
     pub candidates: usize,
     /// Seed of starts, action sets and candidates

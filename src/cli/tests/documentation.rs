@@ -12,6 +12,7 @@ use crate::cli::arguments::{Arguments, Command};
 use crate::cli::manual;
 use mge_base::json;
 use mge_dynamics::EvaluationConfig;
+use mge_env::EndReason;
 use mge_experiments::sweep::Sweep;
 use mge_task as task;
 use mge_trainer::{self as trainer, Method, RunConfig, warnings};
@@ -226,6 +227,16 @@ fn every_setting_of_the_reference_is_accepted_with_its_default_and_at_both_ends_
             [low, high].into_iter().for_each(|value| accepted(key, value));
         }
     }
+}
+
+#[test]
+fn the_ends_of_episodes_have_one_name_each() {
+    for page in ["docs/json.md", "docs/metrics.md"] {
+        let text = fs::read_to_string(root().join(page)).unwrap();
+        assert!(EndReason::ALL.iter().all(|end| text.contains(&format!("`{end}`"))), "{page}");
+    }
+    let names = EndReason::ALL.map(EndReason::name);
+    assert_eq!(json::to_value(&EndReason::ALL), json::to_value(&names), "in JSON as in logs");
 }
 
 #[test]

@@ -109,6 +109,17 @@ fn damage_is_found_by_its_readers() {
 }
 
 #[test]
+fn a_refused_resume_gives_its_reason_once() {
+    let (folder, run) = finished();
+    let is_end = |line: &&str| line.contains("\"type\":\"finished\"");
+    edit(&run.join("events.jsonl"), |text| {
+        text.lines().filter(|line| !is_end(line)).map(|l| l.to_owned() + "\n").collect()
+    });
+    edit(&run.join("config.json"), |text| text.replacen("\"method\": \"ddpg\"", "\"method\": \"ddpg-uniform\"", 1));
+    fail(mge(&folder, ["resume", "run"]), "began with another `method`");
+}
+
+#[test]
 fn what_only_shows_the_log_is_written_anew() {
     let (folder, run) = finished();
     let lines = |text: &str| Vec::from_iter(text.lines().filter(|line| line.contains("] episode ")).map(str::to_owned));

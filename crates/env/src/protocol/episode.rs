@@ -28,8 +28,8 @@ pub struct StepLine {
     pub terminated: bool,
     /// The maximum number of actions ended the episode.
     pub truncated: bool,
-    /// Why the episode is over, in CREATE's terms.
-    pub done_reasons: Vec<&'static str>,
+    /// All reasons why the episode is over.
+    pub done_reasons: Vec<EndReason>,
     /// The goal has been reached in this episode.
     pub goal_hit: bool,
     /// Indices of the subgoals reached so far.
@@ -97,22 +97,12 @@ fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step
         reward: step.reward,
         terminated: step.terminated,
         truncated: step.truncated,
-        done_reasons: now.reasons.iter().map(|reason| in_create(*reason)).collect(),
+        done_reasons: now.reasons.clone(),
         goal_hit: now.goal_reached,
         subgoals_hit: hits(&now.reached),
         marker_subgoals_hit: hits(&now.reached_by_marker),
         placed_tools: now.placed.len(),
         balls: names.iter().cloned().zip((0..).map(|ball| row(now.world.motion(ball)))).collect(),
-    }
-}
-
-fn in_create(reason: EndReason) -> &'static str {
-    match reason {
-        EndReason::Goal => "goal",
-        EndReason::OutOfBounds => "target_out",
-        EndReason::MarkerOut => "marker_out",
-        EndReason::Standstill => "motion_stopped",
-        EndReason::MaxActions => "max_steps",
     }
 }
 

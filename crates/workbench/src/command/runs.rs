@@ -144,7 +144,7 @@ command! {
 command! {
     /// Chooses the checkpoint of the current run whose agent plays.
     Checkpoint(name: CheckpointName = Parsed("a checkpoint")):
-        "checkpoint" "last|best|EPISODE" "choose the checkpoint whose agent `evaluate` and `figure episode` play";
+        "checkpoint" "last|best|EPISODE" "choose the checkpoint whose agent `evaluate` plays";
     execute = |this, session| session.choose_checkpoint(this.0);
     script_role = |_| ScriptRole { depends_on: DependsOn::Checkpoint, ..ScriptRole::default() };
 }

@@ -28,7 +28,6 @@ pub use actions::{
 pub use bulk::{delete, go_on, pause, stop};
 use filter::Filter;
 use line::{Line, LineKey};
-use mge_run::RunState;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
 
@@ -202,10 +201,7 @@ fn about(line: &Line, ui: &Ui) -> String {
 }
 
 fn about_run(run: &RunSummary) -> String {
-    let reason = match &run.state {
-        RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
-        _ => String::new(),
-    };
+    let reason = run.state.reason().map_or_else(String::new, |reason| format!(": {reason}"));
     let done = format!("{} of {} episodes", run.done, run.episodes());
     let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
     let state = run.state_word();
