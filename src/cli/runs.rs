@@ -165,7 +165,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
         returns += f64::from(trace.total_reward());
         let mut line = json!({
             "episode": episode + 1,
-            "checkpoint": player.trained(),
+            "checkpoint": player.trained,
             "goal": trace.reached_goal(),
             "subgoals": trace.steps.iter().map(|step| step.subgoals.len()).sum::<usize>(),
             "return": trace.total_reward(),

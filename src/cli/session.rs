@@ -72,7 +72,7 @@ pub fn perform(session: &mut Session, command: impl Into<Command>, what: &str, q
 
 /// Shows the progress of the session's runs from number `first` on, on stderr, and their results on stdout.
 pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
-    let followed = |run: &&RunView| run.number() >= first;
+    let followed = |run: &&RunView| run.number >= first;
     let episodes = session.runs().iter().filter(followed).map(|run| u64::from(run.config().episodes)).sum();
     let mut viewer = Viewer::new(episodes, quiet);
     let mut stopping = false;
@@ -89,7 +89,7 @@ pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Inte
         session.runs().iter().filter(followed).filter_map(RunView::phase).for_each(|now| viewer.progress.show(&now));
         if interrupt.stop.is_requested() && !stopping {
             stopping = true;
-            let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();
+            let runs: Vec<usize> = session.runs().iter().filter(followed).map(|run| run.number).collect();
             for run in runs {
                 // Fails if the run has just ended.
                 let _ = session.apply(command::Watch(run)).and_then(|_| session.apply(command::Stop));

@@ -86,7 +86,7 @@ pub enum ReplayError {
     #[error("a transition has a number that is not finite: nothing can be learned from it")]
     NotFinite,
     /// The bytes are not a replay buffer written by [`ReplayBuffer::to_bytes`].
-    #[error("the saved replay buffer is damaged ({0}): `mge fork` can continue from an earlier checkpoint")]
+    #[error("the saved replay buffer is damaged ({0}): a fork can continue from an earlier checkpoint")]
     Damaged(&'static str),
 }
 

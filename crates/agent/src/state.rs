@@ -42,7 +42,7 @@ pub enum StateError {
     Replay(#[from] ReplayError),
     /// The replay buffer belongs to another learner.
     #[error(
-        "the saved replay buffer does not belong to the saved agent: `mge fork` can continue from an earlier checkpoint"
+        "the saved replay buffer does not belong to the saved agent: a fork can continue from an earlier checkpoint"
     )]
     ReplayMismatch,
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::ResultsError;
 use super::found::FoundRun;
-use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score};
+use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score, check_label};
 use super::row::LearningRow;
 use super::settings::training_key;
 use mge_stats::aggregate::{iqm, mean, median, optimality_gap};
@@ -170,7 +170,7 @@ impl Comparison {
             improvements: Vec::new(),
         };
         let groups = Groups::new(&report.learning);
-        reference.map_or(Ok(()), |label| groups.check_label(label))?;
+        reference.map_or(Ok(()), |label| check_label(&groups.labels, label))?;
         report.reference = reference.or(groups.baseline()).unwrap_or_default().to_owned();
         let common_tasks = groups.common_tasks();
         if common_tasks.is_empty() {

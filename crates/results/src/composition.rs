@@ -13,7 +13,7 @@ use super::comparison::without_duplicates;
 use super::error::ResultsError;
 use super::figures::{action_curves, learning_curves};
 use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
-use super::groups::Groups;
+use super::groups::{Groups, check_label};
 use super::row::{LearningRow, TrainedRun};
 use super::settings::distinguish;
 use mge_base::atomic::parent_of;
@@ -229,13 +229,24 @@ impl Composition {
         Ok(Composed { figure: LearningCurves { legend, reference, style, known, ..curves }, seeds, config_hash })
     }
 
+    /// The labels of the chosen curves and of the reference.
+    fn asked(&self) -> impl Iterator<Item = &String> {
+        self.curves.iter().map(|(label, _)| label).chain(&self.reference)
+    }
+
+    /// Checks that the chosen curves are among those known.
+    ///
+    /// # Errors
+    /// [`ResultsError::NoLabel`].
+    pub fn check_labels(&self, known: &[String]) -> Result<(), ResultsError> {
+        self.asked().try_for_each(|label| check_label(known, label))
+    }
+
     /// The runs of the chosen curves.
     fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, ResultsError> {
-        let groups = Groups::new(runs.iter().map(|run| &run.trained.row));
-        let asked = || self.curves.iter().map(|(label, _)| label).chain(&self.reference);
-        asked().try_for_each(|label| groups.check_label(label))?;
+        self.check_labels(&Groups::new(runs.iter().map(|run| &run.trained.row)).labels)?;
         if !self.curves.is_empty() {
-            runs.retain(|run| asked().any(|asked| *asked == run.trained.row.label()));
+            runs.retain(|run| self.asked().any(|asked| *asked == run.trained.row.label()));
         }
         if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
     }

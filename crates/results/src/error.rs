@@ -8,7 +8,7 @@ use mge_stats::StatsError;
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// No run is finished yet.
-    #[error("none of the {runs} runs is finished: continue them, such as with `mge resume`")]
+    #[error("none of the {runs} runs is finished: continue them")]
     NothingFinished {
         /// Number of runs found.
         runs: usize,

@@ -22,6 +22,20 @@ pub const FINAL: Score = |row| row.efficiency.final_success;
 /// Minimum rolling success over the last quarter of the episodes, 0 to 1.
 pub const HELD: Score = |row| row.efficiency.held_success;
 
+/// Checks that a label is one of those known.
+///
+/// # Errors
+/// [`ResultsError::NoLabel`].
+pub(super) fn check_label(known: &[String], label: &str) -> Result<(), ResultsError> {
+    if known.iter().any(|known| known == label) {
+        return Ok(());
+    }
+    let mut known = known.to_vec();
+    known.sort();
+    let hint = did_you_mean(known.iter().map(String::as_str), label);
+    Err(ResultsError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
+}
+
 /// Rows of runs in groups. A group is the runs on one task with one label, which differ only in the
 /// seed.
 #[derive(Debug, Clone)]
@@ -108,20 +122,6 @@ impl<'a> Groups<'a> {
         let unusual = |label: &&String| runs(label).map_or(usize::MAX, |row| row.unusual);
         let plain = self.labels.iter().filter(is_plain).min_by_key(unusual);
         plain.or(self.labels.first()).map(String::as_str)
-    }
-
-    /// Checks that there are runs with this label.
-    ///
-    /// # Errors
-    /// [`ResultsError::NoLabel`].
-    pub(super) fn check_label(&self, label: &str) -> Result<(), ResultsError> {
-        if self.labels.iter().any(|known| known == label) {
-            return Ok(());
-        }
-        let mut known = self.labels.clone();
-        known.sort();
-        let hint = did_you_mean(known.iter().map(String::as_str), label);
-        Err(ResultsError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
     }
 
     /// A score of one group, compared with the group of the label `baseline` on the same task. None if

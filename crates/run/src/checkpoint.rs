@@ -164,7 +164,7 @@ impl Checkpoint {
             }
             let bytes = file::read(&file)?;
             if sha256(&bytes) != section.sha256 {
-                let reason = "it is damaged (its checksum differs): `mge fork` can continue from an earlier checkpoint";
+                let reason = "it is damaged (its checksum differs): a fork can continue from an earlier checkpoint";
                 return Err(RunError::malformed(&file, None, reason));
             }
             checkpoint.sections.insert(section.name.clone(), bytes);

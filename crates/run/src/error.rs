@@ -20,10 +20,7 @@ pub enum RunError {
         source: io::Error,
     },
     /// A new run was requested in a folder that already holds a run.
-    #[error(
-        "{} already holds a run: continue it with `mge resume`, or choose another folder, for a script with `--runs`",
-        .0.display()
-    )]
+    #[error("{} already holds a run: continue it, or choose another folder", .0.display())]
     AlreadyARun(PathBuf),
     /// What was asked for cannot be done, for the reason that the text gives.
     #[error("{0}")]
@@ -68,7 +65,7 @@ pub enum RunError {
     /// A log ends before the checkpoint from which to resume.
     #[error(
         "{} ends at episode {last}, before the checkpoint of episode {checkpoint}: the file was changed; \
-         `mge fork --at N` can only continue from a checkpoint of episode {last} or before",
+         a fork can only continue from a checkpoint of episode {last} or before",
         path.display()
     )]
     LogTooShort {
@@ -106,7 +103,7 @@ impl RunError {
 fn remedy(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "; free some space, then repeat the command, or continue the run with `mge resume`"
+            "; free some space, then repeat the command, or continue the run"
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; change the permissions, or use another folder"
@@ -129,10 +126,7 @@ mod tests {
         };
         let text = full.to_string();
         assert!(text.starts_with("cannot write runs/a/events.jsonl: "), "{text}");
-        assert!(
-            text.ends_with("; free some space, then repeat the command, or continue the run with `mge resume`"),
-            "{text}"
-        );
+        assert!(text.ends_with("; free some space, then repeat the command, or continue the run"), "{text}");
 
         for (kind, remedy) in [
             (io::ErrorKind::PermissionDenied, "; change the permissions, or use another folder"),

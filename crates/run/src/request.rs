@@ -37,7 +37,7 @@ impl RunDirectory {
     pub fn request(&self, request: &impl Serialize) -> Result<()> {
         if !self.is_locked()? {
             let run = self.path().display();
-            let what = format!("no process is training {run}: `mge resume` continues an unfinished run");
+            let what = format!("no process is training {run}: it can be continued if it is not finished");
             return Err(RunError::Refused(what));
         }
         let line = RequestLine { format: FORMAT, time: now(), process: std::process::id(), request };

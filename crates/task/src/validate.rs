@@ -36,7 +36,7 @@ impl Task {
         if let Some(marker) = &self.marker {
             ball(&marker.ball).within("marker.ball")?;
             in_range(marker.move_threshold, "marker.move_threshold", 0.0, 1.0)?;
-            check_each(&marker.subgoals, "marker.subgoals", region)?;
+            check_each(&marker.subgoals, "marker.subgoals", on_screen)?;
         }
         check_each(&self.balls, "balls", ball)?;
         check_each(&self.boxes, "boxes", |moving| {
@@ -47,8 +47,8 @@ impl Task {
         })?;
         check_each(&self.tools, "tools", |tool| position(tool.position).and_then(|()| tool.form.check(tool.kind)))?;
         self.placeable.form.check(self.placeable.kind).within("placeable")?;
-        check_each(&self.subgoals, "subgoals", region)?;
-        region(&self.goal.region()).within("goal")?;
+        check_each(&self.subgoals, "subgoals", on_screen)?;
+        on_screen(&self.goal.region()).within("goal")?;
         check_settings(&self.rules, &RULES).within("rules")?;
         order(self)?;
         check_each(&self.shifts, "shifts", |shift| shifted(self, shift))?;
@@ -198,8 +198,9 @@ impl Form {
     }
 }
 
-fn region(region: &Region) -> Result<(), ValidationError> {
-    position(region.position)?;
+/// Checks a region that a ball has to reach, which is on the screen.
+fn on_screen(region: &Region) -> Result<(), ValidationError> {
+    check_each(&region.position, "position", |value| in_range(*value, ".", -1.0, 1.0))?;
     in_range(region.radius, "radius", 0.1, 42.0)
 }
 
@@ -235,6 +236,19 @@ mod tests {
         with(ball, 7.0 - 0.5 * START_OVERLAP).unwrap();
         let error = with(ball, 7.0 - 1.5 * START_OVERLAP).unwrap_err().to_string();
         assert_eq!(error, "balls[0].position: overlaps ball: move one of them");
+    }
+
+    #[test]
+    fn subgoals_and_goal_are_on_the_screen() {
+        let subgoal = |x| {
+            move |task: &mut Task, _| {
+                task.subgoals =
+                    vec![Region { position: [0.0, 0.5], radius: 4.0 }, Region { position: [x, 0.5], radius: 4.0 }]
+            }
+        };
+        with(subgoal(-1.0), 0.0).unwrap();
+        let error = with(subgoal(1.2), 0.0).unwrap_err().to_string();
+        assert_eq!(error, "subgoals[1].position[0]: is 1.2, but must be a number from -1 to 1");
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub enum TrainerError {
     #[error(transparent)]
     Prior(#[from] PriorError),
     /// A run of a batch was stopped by itself, and the others go on.
-    #[error("it was stopped by another process: the same command continues it")]
+    #[error("it was stopped on request: the same command continues it")]
     StoppedAlone,
     /// It cannot be forked there, for the reason that the text gives.
     #[error("{0}")]

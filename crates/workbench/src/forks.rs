@@ -16,7 +16,7 @@ impl Session {
     /// Starts forking the current run; the fork is trained once it exists.
     pub(super) fn fork(&mut self, command: &Fork) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
-        let (source, name, number) = (run.directory().clone(), run.name(), run.number());
+        let (source, name, number) = (run.directory().clone(), run.name(), run.number);
         let config = self.forked(run, &name, command)?;
         let free = || self.setup.free_folder(&format!("{name}-at{}", command.episode));
         let path = command.folder.as_ref().map_or_else(free, |folder| self.setup.place(folder));

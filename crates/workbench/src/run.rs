@@ -20,7 +20,7 @@ use super::saved::SavedRun;
 #[derive(Debug)]
 pub struct RunView {
     /// In the session, from 0 in the order in which runs were started or opened.
-    pub(super) number: usize,
+    pub number: usize,
     pub(super) name: String,
     directory: RunDirectory,
     pub(super) config: Arc<RunConfig>,
@@ -28,7 +28,8 @@ pub struct RunView {
     /// Number of episodes at the latest checkpoint of a run in training.
     pub(super) saved_episode: u64,
     trainer: Option<Trainer>,
-    live: Option<LiveView>,
+    /// The latest requested episode, with its networks.
+    pub live: Option<LiveView>,
     failure: Option<String>,
     /// The prior in its folder, by the number of its changes.
     saved_prior: Loader<u64, Option<Arc<ActionPrior>>>,
@@ -39,11 +40,11 @@ pub struct RunView {
     /// This process trains it or has trained it.
     pub(super) trained_here: bool,
     /// The latest requested episode of its greedy policy.
-    pub(super) greedy: Option<Arc<Trace>>,
+    pub greedy: Option<Arc<Trace>>,
     /// The checkpoint of the agent that plays.
     pub(super) checkpoint: CheckpointName,
     /// The existing log is still being read in the background.
-    pub(super) unread: bool,
+    pub unread: bool,
     turn: Option<Turn>,
 }
 
@@ -124,16 +125,6 @@ impl RunView {
                 Err(reason)
             }
         }
-    }
-
-    /// Whether the existing log is still being read.
-    pub fn is_unread(&self) -> bool {
-        self.unread
-    }
-
-    /// Its number in the session, from 0 in the order in which runs were started or opened.
-    pub fn number(&self) -> usize {
-        self.number
     }
 
     /// Queues it for training in this process, after runs with lower turns; with `until`, it pauses
@@ -352,11 +343,6 @@ impl RunView {
         &self.log.history
     }
 
-    /// The latest requested episode, with its networks.
-    pub fn live(&self) -> Option<&LiveView> {
-        self.live.as_ref()
-    }
-
     /// Requests a [`LiveView`] of the next episode.
     pub fn request_live(&self) {
         if let Some(trainer) = &self.trainer {
@@ -416,10 +402,5 @@ impl RunView {
     /// Access to its recorded episodes and checkpoints.
     pub fn saved(&self) -> SavedRun {
         SavedRun::new(self.directory.clone(), self.config.clone(), self.checkpoint)
-    }
-
-    /// The latest requested episode of its greedy policy.
-    pub fn greedy(&self) -> Option<&Arc<Trace>> {
-        self.greedy.as_ref()
     }
 }

@@ -152,22 +152,13 @@ impl SavedRun {
 /// An agent with a task on which it plays.
 #[derive(Debug)]
 pub struct Player {
-    trained: u64,
+    /// The number of episodes after which the agent was saved.
+    pub trained: u64,
     agent: Ddpg,
     task: Arc<Task>,
 }
 
 impl Player {
-    /// The number of episodes after which the agent was saved.
-    pub fn trained(&self) -> u64 {
-        self.trained
-    }
-
-    /// The task.
-    pub fn task(&self) -> &Arc<Task> {
-        &self.task
-    }
-
     /// An episode of the greedy policy; `seed` draws its start.
     pub fn episode(&self, seed: u64) -> Trace {
         greedy_episode(&self.task, &self.agent, &mut ChaCha8Rng::seed_from_u64(seed))

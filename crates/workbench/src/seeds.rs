@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::command::{Seed, Train, Watch};
-use super::{RunView, Session, SessionError};
+use super::{Session, SessionError};
 
 /// The folder of the run with a seed, when several are trained in `folder`: one beside it, so that lists of the folder
 /// for runs have it.
@@ -35,7 +35,7 @@ impl Session {
         self.apply(Seed(first))?;
         outcome?;
         // The first is trained first: those that wait for a core show nothing yet.
-        if let Some(run) = self.runs().get(before).filter(|_| first < last).map(RunView::number) {
+        if let Some(run) = self.runs().get(before).filter(|_| first < last).map(|run| run.number) {
             self.apply(Watch(run))?;
         }
         Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })

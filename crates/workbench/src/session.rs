@@ -185,7 +185,7 @@ impl Session {
         };
         let is_saved = depends_on == DependsOn::Checkpoint;
         let episodes = |run: &RunView| if is_saved { run.saved_episode } else { run.episodes() };
-        runs.into_iter().map(|run| (run.number(), episode_number(episodes(run)))).collect()
+        runs.into_iter().map(|run| (run.number, episode_number(episodes(run)))).collect()
     }
 
     /// Changes the task or the settings of the next run; a new task restarts hand play.
@@ -256,9 +256,9 @@ impl Session {
             }
             for event in events {
                 if run.trained_here {
-                    effects.push((run.number(), event.clone()));
+                    effects.push((run.number, event.clone()));
                 }
-                self.notices.push(Notice::Run { run: run.number(), event });
+                self.notices.push(Notice::Run { run: run.number, event });
             }
         }
         for (run, event) in effects {
@@ -340,11 +340,11 @@ impl Session {
 
     /// The run with a number.
     pub fn run_numbered(&self, number: usize) -> Option<&RunView> {
-        self.runs.all.iter().find(|run| run.number() == number)
+        self.runs.all.iter().find(|run| run.number == number)
     }
 
     pub(super) fn run_numbered_mut(&mut self, number: usize) -> Option<&mut RunView> {
-        self.runs.all.iter_mut().find(|run| run.number() == number)
+        self.runs.all.iter_mut().find(|run| run.number == number)
     }
 
     pub(super) fn run_mut(&mut self) -> Option<&mut RunView> {
@@ -365,7 +365,7 @@ impl Session {
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
         for run in self.runs.all.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
-            journal.note_at(Pause.into(), vec![(run.number(), episode_number(run.episodes()))]);
+            journal.note_at(Pause.into(), vec![(run.number, episode_number(run.episodes()))]);
         }
         journal.to_script()
     }

@@ -7,6 +7,7 @@ use mge_run::RunState;
 
 impl App {
     /// Leaves the workbench; asks first if something would be lost or stopped. Does nothing while a question is open.
+    /// A wait for the end of all runs goes on, unless it is ended by its answer.
     pub fn quit(&mut self) {
         if self.layers.iter().any(|layer| layer.is_warning()) {
             return;
@@ -43,10 +44,15 @@ impl App {
         let mut answers = vec![('y', leave, Effect::call(|app| app.leave(QuitState::Now)))];
         if view.training_runs().next().is_some() {
             answers.push(('b', "leave it training in the background", Effect::call(Self::leave_to_background)));
-            let wait = Effect::call(|app| app.leave(QuitState::WhenIdle));
-            answers.push(('w', "wait: leave when all runs are done", wait));
+            let (when, name) = match self.leaving {
+                QuitState::WhenIdle => (QuitState::No, "wait no longer: stay when all runs are done"),
+                _ => (QuitState::WhenIdle, "wait: leave when all runs are done"),
+            };
+            if self.leaving == QuitState::WhenIdle {
+                text.push("You have chosen to leave when all runs are done, which stays so after cancel.".to_owned());
+            }
+            answers.push(('w', name, Effect::call(move |app| app.leave(when))));
         }
-        self.leaving = QuitState::No;
         self.changed = true;
         self.ask("leave the workbench?", text.join("\n"), answers);
     }
@@ -54,8 +60,10 @@ impl App {
     /// Leaves the workbench now, or when all runs are done.
     fn leave(&mut self, when: QuitState) {
         self.leaving = when;
-        if when == QuitState::WhenIdle {
-            self.show_message(Level::Info, "leaving when all runs are done; quit again to change that");
+        match when {
+            QuitState::WhenIdle => self.warn(Level::Info, "leaving when all runs are done; quit again to change that"),
+            QuitState::No => self.warn(Level::Info, "staying when all runs are done"),
+            QuitState::Now => {}
         }
     }
 

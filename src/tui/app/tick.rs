@@ -36,7 +36,9 @@ impl App {
             self.show_message(line.level, line.text);
         }
         self.age_message(elapsed);
-        if self.leaving == QuitState::WhenIdle && self.workspace.view().training_runs().next().is_none() {
+        let is_asking = self.layers.iter().any(|layer| layer.is_warning());
+        if self.leaving == QuitState::WhenIdle && !is_asking && self.workspace.view().training_runs().next().is_none() {
+            self.leaving = QuitState::No;
             self.quit();
         }
         if is_changed {

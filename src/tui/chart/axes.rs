@@ -195,14 +195,12 @@ pub fn number(value: f32) -> String {
     } else if size >= 1e4 {
         format!("{:.0}k", value / 1e3)
     } else {
-        let wanted = if size >= 100.0 || value.fract() == 0.0 {
-            0
-        } else if size >= 10.0 {
-            1
-        } else if size >= 0.1 {
-            2
-        } else {
-            3
+        let wanted = match size {
+            _ if value.fract() == 0.0 => 0,
+            ..0.1 => 3,
+            ..10.0 => 2,
+            ..100.0 => 1,
+            _ => 0,
         };
         // As many decimals as fit, provided that a significant digit remains.
         let short = (0..=wanted).rev().map(|decimals| format!("{value:.decimals$}")).find(|text| text.len() <= 5);

@@ -1,8 +1,7 @@
 //! A palette of tools with small pictures and incremental search.
 
 use crossterm::event::{KeyCode, KeyEvent};
-use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
-use nucleo_matcher::{Config, Matcher, Utf32Str};
+use nucleo_matcher::pattern::AtomKind;
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
@@ -10,6 +9,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::form::line;
+use super::palette::scorer;
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::scene::picture;
 use crate::tui::widgets::columns::{self, shortened};
@@ -104,12 +104,8 @@ impl ToolPalette {
 
     fn search(&mut self) {
         self.selected = 0;
-        let text = self.input.text().trim();
         // Substrings instead of fuzzy matching: scattered digits would match almost every number.
-        let pattern = Pattern::new(text, CaseMatching::Ignore, Normalization::Smart, AtomKind::Substring);
-        let mut matcher = Matcher::new(Config::DEFAULT);
-        let mut characters = Vec::new();
-        let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
+        let mut score = scorer(self.input.text(), AtomKind::Substring);
         let scored = self.items.iter().enumerate().filter_map(|(index, item)| Some((score(&item.words)?, index)));
         let mut scored: Vec<(u32, usize)> = scored.collect();
         scored.sort_by_key(|(score, _)| std::cmp::Reverse(*score));

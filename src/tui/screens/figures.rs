@@ -151,12 +151,16 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
 
 /// Selects the learning figure and asks for its options, and for the name of its file.
 pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
+    let labels = labels(screens, ui);
     let lists = &mut screens.lists;
     lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
     let file = Some(("file", lists.file.clone())).filter(|(_, name)| !name.is_empty());
     let options = lists.composition.options().into_iter().chain(file).map(|(key, value)| format!("{key}={value}"));
     let runs = ui.text("The runs are those marked on the Runs screen ({screen-runs}), or all.");
     let exports = ui.text("{export-figure} exports it as PNG, {export-svg} as SVG");
+    let completions = completions(&labels);
+    // The labels are not all known before all runs have been read.
+    let is_known = ui.view.runs_unread == 0 && !labels.is_empty();
     let prompt = Form::prompt("compose the learning figure", runs, shell_words::join(options), move |text| {
         let words = shell_words::split(text).map_err(|error| error.to_string())?;
         let pair = |word| str::split_once(word, '=').ok_or_else(|| format!("`{word}`: write KEY=VALUE"));
@@ -167,21 +171,30 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
             return Err(format!("`{file}`: write a name without folder and suffix, which the export adds"));
         }
         let composition = Composition::default().with_options(options)?;
+        if is_known {
+            composition.check_labels(&labels).map_err(|error| error.to_string())?;
+        }
         let report = Effect::info(format!("composed: {text}; {exports}"));
         let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
         Ok(Effect::all(vec![Effect::call(change), report]))
     });
-    vec![Effect::open(prompt.completing(completions(ui)))]
+    vec![Effect::open(prompt.completing(completions))]
+}
+
+/// The labels of the curves: those of the marked runs, or else of all.
+fn labels(screens: &Screens, ui: &Ui) -> Vec<String> {
+    let composition = composition(FigureKind::Learning, &screens.lists, &screens.runs, ui);
+    let shown = ui.view.runs.iter().filter(|run| is_shown(&composition, &run.path));
+    let labels: BTreeSet<&String> = shown.filter_map(|run| Some(&ui.view.groups.of(&run.path)?.label)).collect();
+    labels.into_iter().cloned().collect()
 }
 
 /// The options of the learning figure, and their values where there are few.
-fn completions(ui: &Ui) -> Vec<Value> {
+fn completions(labels: &[String]) -> Vec<Value> {
     let keys = OPTIONS.iter().filter(|(name, _)| *name != "runs");
     let keys = keys.map(|(name, about)| Value::new(format!("{name}="), *about));
     let file = Value::new("file=", "name of the figure in the folder figures, without its suffix");
     let values = ["success=greedy", "against=actions", "against=charged", "width=single", "bands=off"];
-    let labels: BTreeSet<&str> =
-        ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
-    let curves = labels.into_iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));
+    let curves = labels.iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));
     keys.chain([file]).chain(values.map(|value| Value::new(value, ""))).chain(curves).collect()
 }

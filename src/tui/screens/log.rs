@@ -77,8 +77,7 @@ impl LogState {
 
 /// Draws the screen.
 pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
-    let view = ui.view;
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let inside = pane(&lists.log.title(), area, theme, buffer);
     if view.log.is_empty() {
         let text = "Nothing has happened yet. Everything you do and everything a run reports appears here.";

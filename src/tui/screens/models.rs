@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
 use ratatui::text::Text;
-use ratatui::widgets::{Row, Widget};
+use ratatui::widgets::{Row, Table, Widget};
 
 use super::lists::Lists;
 use super::pane::{lines, pane};
@@ -20,26 +20,33 @@ use mge_workbench::command;
 
 /// Draws the screen.
 pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let view = ui.view;
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let inside = pane("dynamics models, which predict the rollouts behind the clusters", area, theme, buffer);
     let longest = view.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
-    let column = longest.clamp(16, usize::from(inside.width / 3));
-    let room = usize::from(inside.width).saturating_sub(column + 3);
+    let name = (longest as u16).clamp(16, inside.width / 3);
+    let numbers = NUMBERS.iter().map(|(heading, _)| heading.len() as u16);
+    let room = inside.width.saturating_sub(name + 3 + numbers.clone().map(|width| width + 1).sum::<u16>());
     let row = |index: usize| {
         let model = &view.models[index];
         let mark = if model.name == view.settings.prior.place() { ">" } else { " " };
         let style = if model.fits { Style::new() } else { theme.faint() };
-        let name = shortened(&model.name, column, true);
-        Row::new([mark.to_owned(), name, shortened(&model.about, room, false)]).style(style)
+        let warning = if model.is_no_better() { Style::new().fg(theme.warn) } else { style };
+        let tools: Vec<&str> = model.tools.iter().map(|kind| kind.name()).collect();
+        let tools = if tools.is_empty() { model.about.clone() } else { tools.join(", ") };
+        let first = [mark.to_owned(), shortened(&model.name, usize::from(name), true)].map(Text::from);
+        let numbers = NUMBERS.iter().map(|(_, number)| Text::from(number(model)).style(warning).right_aligned());
+        Row::new(first.into_iter().chain(numbers).chain([shortened(&tools, usize::from(room), false).into()]))
+            .style(style)
     };
-    let length = |columns: usize| Constraint::Length(columns as u16);
-    let widths = [length(1), length(column), Constraint::Fill(1)];
+    let widths: Vec<Constraint> = [1, name].into_iter().chain(numbers).chain([room]).map(Constraint::Length).collect();
     let count = view.models.len();
     // A file may have been deleted since it was selected.
     let selected = lists.model.min(count.saturating_sub(1));
     let rows = Constraint::Length(count as u16);
-    let [above, _, below] = Layout::vertical([rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
+    let [header, above, _, below] =
+        Layout::vertical([Constraint::Length(1), rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
+    let headings = ["", "model"].into_iter().chain(NUMBERS.map(|(heading, _)| heading)).chain(["tools"]);
+    Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
     regions.add_rows(list::draw(count, Some(selected), row, &widths, above, theme, buffer));
     let below = below.inner(Margin::new(2, 0));
     let paragraph = |text: &str, style| lines(&format!("{text}\n "), below.width, style);
@@ -58,10 +65,20 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     text.render(below, buffer);
 }
 
-/// What the marks and columns of the list mean.
-pub const COLUMNS: &str = "> chosen; grey: wrong tools";
+/// The columns of numbers: the error is marked if it is no better than that of constant velocity.
+const NUMBERS: [(&str, fn(&ModelSummary) -> String); 3] = [
+    ("launches", |model| if model.tools.is_empty() { String::new() } else { model.trained[0].to_string() }),
+    ("epochs", |model| if model.tools.is_empty() { String::new() } else { model.trained[1].to_string() }),
+    ("   error", |model| {
+        let mark = if model.is_no_better() { "! " } else { "" };
+        model.mean_error().map_or_else(String::new, |error| format!("{mark}{error:.4}"))
+    }),
+];
 
-const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here; `mge dynamics evaluate FILE > FILE.evaluation.json` adds their errors.";
+/// What the marks and columns of the list mean.
+pub const COLUMNS: &str = "> chosen; grey: wrong tools; error after one action: ! no better than constant velocity";
+
+const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` writes outside of the workbench.";
 
 fn selected<'a>(lists: &Lists, ui: &Ui<'a>) -> Option<&'a ModelSummary> {
     ui.view.models.get(lists.model).or(ui.view.models.last())

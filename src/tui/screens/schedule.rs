@@ -121,8 +121,7 @@ fn span(state: &Schedule, view: &ViewModel) -> u32 {
 
 /// Draws the screen.
 pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let view = ui.view;
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let shown = state.shown(view);
     let title = format!("epsilon threshold · {shown}");
     let inside = pane(&title, area, theme, buffer);
@@ -183,10 +182,15 @@ fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
 fn explanation(state: &Schedule, ui: &Ui) -> String {
     let settings = &ui.view.settings;
     let method = settings.method;
-    let usage = match &state.draft {
-        None if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
-        None => "This schedule is in use.".to_owned(),
-        Some(_) => "Not in use yet: {apply} uses it, {discard} goes back.".to_owned(),
+    let usage = match (&state.draft, &settings.epsilon) {
+        _ if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
+        (None, _) => "This schedule is in use.".to_owned(),
+        (Some(_), EpsilonSchedule::Need { .. }) => {
+            "Not in use: the next run explores by need, unless {apply} replaces that by this schedule; {discard} goes \
+             back."
+                .to_owned()
+        }
+        (Some(_), _) => "Not in use yet: {apply} uses it, {discard} goes back.".to_owned(),
     };
     let meaning = match state.shown(ui.view) {
         EpsilonSchedule::Need { .. } => {

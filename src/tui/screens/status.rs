@@ -48,8 +48,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
 
 /// The state of the clusters, with the key that computes them, and its colour.
 pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
-    let view = ui.view;
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let count = |prior: &mge_guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
         format!("{clusters} in {}", counted(prior.stages.len(), "stage"))

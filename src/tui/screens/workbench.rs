@@ -57,8 +57,7 @@ fn legend_pane(ui: &Ui, legend: Vec<Line<'static>>, area: Rect, buffer: &mut Buf
 }
 
 fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let view = ui.view;
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let all = view.objects().all();
     let height = (all.len() as u16 + 2).min(area.height.saturating_sub(TASK));
     let [upper, lower] = Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(area);
@@ -86,8 +85,7 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
 
 /// Lines about the task and its edits.
 fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
-    let view = ui.view;
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let mut text: Vec<Line> = Vec::new();
     let mut put = |paragraph: &str, style: Style| text.extend(lines(paragraph, width, style));
     // The present state comes first: a small terminal shows nothing else.

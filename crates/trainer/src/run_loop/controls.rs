@@ -28,7 +28,7 @@ pub enum Control {
     Advance { episodes: u32 },
     /// Save a checkpoint and end; the run can be resumed later.
     Stop {
-        #[serde(skip, default = "of_another_process")]
+        #[serde(skip, default = "on_request")]
         reason: String,
     },
     /// Use another epsilon schedule.
@@ -39,8 +39,9 @@ pub enum Control {
     SetPrior(Arc<ActionPrior>),
 }
 
-fn of_another_process() -> String {
-    "requested by another process".to_owned()
+/// Why a run stopped that somebody stopped, in this process or another one.
+fn on_request() -> String {
+    "on request".to_owned()
 }
 
 /// What the loop does after handling controls.
@@ -176,7 +177,7 @@ mod tests {
             assert_eq!(serde_json::to_string(&read).unwrap(), text);
         }
         let stop: Control = serde_json::from_str(r#"{"request":"stop"}"#).unwrap();
-        assert!(matches!(stop, Control::Stop { reason } if reason == "requested by another process"));
+        assert!(matches!(stop, Control::Stop { reason } if reason == "on request"));
         for other in [r#"{"request":"pause_at"}"#, r#"{"request":"epsilon","schedule":"up"}"#] {
             assert!(serde_json::from_str::<Control>(other).is_err());
         }

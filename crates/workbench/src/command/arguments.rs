@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use mge_base::atomic::{Format, Target};
@@ -96,11 +96,16 @@ pub(super) const RUN: Place = Place("a run's folder", true);
 
 impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
-        words.next(self.0).map(expanded)
+        let word = words.next(self.0)?;
+        match !self.1 && is_key_value(word) {
+            true => Err(format!("`{word}` is not {}: write its name alone, or `./{word}` if that is its name", self.0)),
+            false => Ok(expanded(word)),
+        }
     }
 
     fn write(&self, value: &PathBuf) -> String {
-        quoted(&Path::display(value).to_string())
+        let path = value.display().to_string();
+        quoted(&if !self.1 && is_key_value(&path) { format!("./{path}") } else { path })
     }
 
     fn visit(&self, value: &mut PathBuf, visit: &mut dyn FnMut(Named<'_>)) {
@@ -310,6 +315,11 @@ impl Argument<Values> for Properties {
     fn write(&self, value: &Values) -> String {
         value.iter().map(|(property, value)| format!(" {property}={value}")).collect()
     }
+}
+
+/// Whether a word is an option rather than a path.
+fn is_key_value(word: &str) -> bool {
+    key_value(word).is_ok_and(|(key, _)| !key.is_empty() && key.chars().all(|c| c.is_alphabetic() || "._".contains(c)))
 }
 
 fn key_value(word: &str) -> Result<(&str, &str), String> {

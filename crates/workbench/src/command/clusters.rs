@@ -36,7 +36,7 @@ fn guide(session: &mut Session) -> Result<String, SessionError> {
         return Err(SessionError::Failed(message));
     }
     run.send(Control::SetPrior(prior))?;
-    let number = run.number();
+    let number = run.number;
     session.journal.note_guide(number);
     Ok("the training takes the clusters at its next episode".to_owned())
 }

@@ -462,6 +462,8 @@ mod tests {
             let command = Command::parse(line).unwrap().unwrap();
             assert_eq!(&command.to_string(), line);
         }
+        let folder = Some("gamma=0.9".into());
+        assert_eq!(Command::from(Train { folder, ..Default::default() }).to_string(), "train './gamma=0.9'");
     }
 
     #[test]
@@ -497,6 +499,8 @@ mod tests {
             ("figure pie a.png", "unknown kind of figure `pie`: use one of scene, clusters"),
             ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in NAME] [until N]"),
             ("undo now", "`now` was not expected"),
+            ("figure learning file=out.png", "`file=out.png` is not a file: write its name alone, or `./file=out.png`"),
+            ("train epsilon=0.1", "`epsilon=0.1` is not a folder"),
             ("task 'a", "a quote is not closed"),
         ] {
             let error = Command::parse(line).unwrap_err().to_string();

@@ -34,6 +34,8 @@ pub struct RunGroup {
     pub color: Color,
     /// Folders of its runs, ordered by seed.
     pub runs: Vec<PathBuf>,
+    /// How many of them were changed during the training, as far as that is known.
+    changed: usize,
     /// Those of which it has curves and statistics: one for each seed.
     counted: Vec<PathBuf>,
     /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
@@ -60,11 +62,12 @@ impl RunGroup {
         format!("{finished} of {} finished", counted(self.seeds(), "seed"))
     }
 
-    /// Its label and number of seeds, and that of its runs if several have the same seed.
+    /// Its label and number of seeds, and those of its runs if several have the same seed, and of changed ones.
     pub fn title(&self) -> String {
         let (seeds, runs) = (self.seeds(), self.runs.len());
         let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
-        format!("{} ({}{of_runs})", self.label, counted(seeds, "seed"))
+        let changed = if self.changed > 0 { format!(", {} changed", self.changed) } else { String::new() };
+        format!("{} ({}{of_runs}{changed})", self.label, counted(seeds, "seed"))
     }
 }
 
@@ -169,6 +172,7 @@ impl Grouping {
                 label: label.clone(),
                 color,
                 runs: paths(&indices),
+                changed: indices.iter().filter(|index| runs[**index].changed.is_some()).count(),
                 counted: paths(&counted),
                 success: None,
                 curves: None,

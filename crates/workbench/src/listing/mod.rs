@@ -169,7 +169,7 @@ impl Listing {
     fn opened(&self, run: &RunView, mut curves: Arc<Curves>, session: &Session) -> RunSummary {
         let path = run.directory().path();
         let on_disk = self.folder_of(session).and_then(|folder| folder.run(path));
-        if let Some(known) = on_disk.filter(|_| run.is_unread()) {
+        if let Some(known) = on_disk.filter(|_| run.unread) {
             return RunSummary { opened: true, ..RunSummary::clone(known) };
         }
         let records = run.records();

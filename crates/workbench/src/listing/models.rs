@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::MODELS;
 use mge_base::paths::{entries, suffix};
 use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped, shipped_models};
+use mge_physics::ToolKind;
 use mge_task::Task;
 
 /// An available dynamics model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ModelSummary {
     /// The name that selects it.
     pub name: String,
@@ -16,9 +17,26 @@ pub struct ModelSummary {
     pub about: String,
     /// It can be read, and knows the tools of the task.
     pub fits: bool,
+    /// The tools that it was trained with; none of a kind of model rather than a single one.
+    pub tools: Vec<ToolKind>,
+    /// Launches of each tool, and epochs, of its training.
+    pub trained: [usize; 2],
+    /// Its errors after one action, if they are known: by tool its own and that of constant velocity.
+    pub errors: Vec<(ToolKind, [f64; 2])>,
 }
 
 impl ModelSummary {
+    /// The mean of its errors over the tools, if they are known.
+    pub fn mean_error(&self) -> Option<f64> {
+        let sum = self.errors.iter().map(|(_, [own, _])| own).sum::<f64>();
+        (!self.errors.is_empty()).then(|| sum / self.errors.len() as f64)
+    }
+
+    /// Whether it predicts one of its tools no better than constant velocity does.
+    pub fn is_no_better(&self) -> bool {
+        self.errors.iter().any(|(_, [own, velocity])| own >= velocity)
+    }
+
     /// All models, described in relation to a task. Reads those in the folder of models.
     pub fn all(task: &Task) -> Vec<Self> {
         let mut models = vec![
@@ -53,7 +71,7 @@ impl ModelSummary {
     }
 
     fn new(name: &str, about: &str) -> Self {
-        Self { name: name.to_owned(), about: about.to_owned(), fits: true }
+        Self { name: name.to_owned(), about: about.to_owned(), fits: true, ..Self::default() }
     }
 
     /// A model, described by why it does not fit the task, or by `fitting` if it does, by its training and its errors.
@@ -68,26 +86,29 @@ impl ModelSummary {
         };
         let (launches, epochs) = (model.provenance.training.observations, model.provenance.epoch);
         let errors = errors(name, model).unwrap_or_default();
-        let about = format!("{about}; {launches} launches of each tool, {epochs} epochs{errors}");
-        Self { fits: checked.is_ok(), ..Self::new(name, &about) }
+        let mut about = format!("{about}; {launches} launches of each tool, {epochs} epochs");
+        for (place, (tool, [own, velocity])) in errors.iter().enumerate() {
+            let before = if place == 0 { "; error after one action: " } else { ", " };
+            let warning = if own >= velocity { " ! no better" } else { "" };
+            about += &format!("{before}{tool} {own:.4} (constant velocity {velocity:.4}{warning})");
+        }
+        let (tools, trained) = (model.tools().to_vec(), [launches, epochs as usize]);
+        Self { fits: checked.is_ok(), tools, trained, errors, ..Self::new(name, &about) }
     }
 }
 
-/// The errors of a model by tool as `mge dynamics evaluate` wrote them beside its file, or into the folder of models for
+/// The errors of a model by tool, as `mge dynamics evaluate` wrote them beside its file, or into the folder of models for
 /// a shipped one, if they are of this very model.
-fn errors(name: &str, model: &Model) -> Option<String> {
+fn errors(name: &str, model: &Model) -> Option<Vec<(ToolKind, [f64; 2])>> {
     let beside = format!("{name}.evaluation.json");
     let path = if shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() };
     let evaluation: Evaluation = serde_json::from_str(&mge_base::bounded::read_text(&path).ok()?).ok()?;
     let of_tool = |launches: &LaunchErrors| {
         let mean = |errors: &OneTool| errors.rollout.last().map_or(f64::NAN, |errors| errors.mean);
-        let [own, velocity] = [&launches.errors.model, &launches.errors.constant_velocity].map(mean);
-        let warning = if own >= velocity { " ! no better" } else { "" };
-        format!("{} {own:.4} (constant velocity {velocity:.4}{warning})", launches.tool)
+        (launches.tool, [&launches.errors.model, &launches.errors.constant_velocity].map(mean))
     };
-    let tools: Vec<String> = evaluation.launches.iter().map(of_tool).collect();
     let is_own = evaluation.model_sha256 == model.id().sha256;
-    is_own.then(|| format!("; error after one action: {}", tools.join(", ")))
+    is_own.then(|| evaluation.launches.iter().map(of_tool).collect())
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::{Curves, XAxis};
 use crate::run_label;
-use mge_run::{Metric, RunHistory, RunState};
+use mge_run::{Event, Metric, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
 /// A run and its curves.
@@ -18,6 +18,9 @@ pub struct RunSummary {
     pub path: PathBuf,
     /// Its settings.
     pub config: Arc<RunConfig>,
+    /// The latest change of its epsilon or clusters during the training, as far as its log has been read: it is no longer
+    /// like the runs with the same settings.
+    pub changed: Option<String>,
     /// Tags given by users.
     pub tags: Vec<String>,
     /// Note written by users.
@@ -80,6 +83,7 @@ impl RunSummary {
             began: None,
             expected: None,
             evaluations: Vec::new(),
+            changed: None,
             tags: Vec::new(),
             note: String::new(),
             config,
@@ -89,7 +93,11 @@ impl RunSummary {
     /// The same run with what its log says, and the curves of that.
     pub(super) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
         let evaluations = log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
-        Self { curves, evaluations, began: log.began, ..self }
+        let is_change = |event: &&Event| {
+            matches!(event, Event::ScheduleChanged { .. } | Event::ClustersChanged { given: true, .. })
+        };
+        let changed = log.interventions.iter().rev().find(is_change).map(Event::to_string);
+        Self { curves, evaluations, changed, began: log.began, ..self }
     }
 
     /// The name of its folder, which files about it are named after: two runs may have been given the same name.

@@ -33,7 +33,7 @@ impl Runs {
         // A folder may have several names, such as `.`.
         let place = folder.canonicalize().ok();
         let is_there = |path: &Path| path == folder || (place.is_some() && path.canonicalize().ok() == place);
-        self.all.iter().find(|run| is_there(run.directory().path())).map(RunView::number)
+        self.all.iter().find(|run| is_there(run.directory().path())).map(|run| run.number)
     }
 
     /// The number that the run in a folder has or, if it was deleted, had in the session.
@@ -44,7 +44,7 @@ impl Runs {
 
     /// The folder of the run that has or had a number.
     pub fn folder_of(&self, number: usize) -> Option<&Path> {
-        let run = self.all.iter().find(|run| run.number() == number).map(|run| run.directory().path());
+        let run = self.all.iter().find(|run| run.number == number).map(|run| run.directory().path());
         let former = || self.former.iter().find(|(other, _)| *other == number).map(|(_, path)| &**path);
         run.or_else(former)
     }
@@ -63,7 +63,7 @@ impl Runs {
         self.created += usize::from(former.is_none());
         let number = run.number;
         self.all.push(run);
-        self.all.sort_by_key(RunView::number);
+        self.all.sort_by_key(|run| run.number);
         number
     }
 
@@ -90,7 +90,7 @@ impl Runs {
 
     /// Removes the run with a number from the session.
     pub fn remove(&mut self, number: Option<usize>) {
-        self.all.retain(|run| Some(run.number()) != number);
+        self.all.retain(|run| Some(run.number) != number);
         self.current = self.current.filter(|current| Some(*current) != number);
     }
 

@@ -21,6 +21,7 @@ use super::run::RunView;
 use super::run_log::Recorded;
 use super::session::{Session, episode_number, no_such_run};
 use super::setup::{Setup, nothing_to};
+use mge_base::paths::entries;
 use mge_base::text::counted;
 use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, last_deleted, restore};
 use mge_trainer::{Control, RunConfig, check_continuation};
@@ -133,7 +134,7 @@ impl Session {
         let path = run.directory().path().display();
         match run.failure() {
             Some(reason) => Err(SessionError::Failed(reason.to_owned())),
-            None if run.is_queued() && !run.is_unread() => Ok(format!("{path} waits for a free core")),
+            None if run.is_queued() && !run.unread => Ok(format!("{path} waits for a free core")),
             None => Ok(format!("{report} {path}")),
         }
     }
@@ -155,7 +156,7 @@ impl Session {
             && run.unqueue()
         {
             // No event follows. The replay does not queue runs: it stops this one before its next episode.
-            let (number, episode) = (run.number(), episode_number(run.episodes()));
+            let (number, episode) = (run.number, episode_number(run.episodes()));
             self.journal.note_at(Stop.into(), vec![(number, episode)]);
             return Ok("taken out of the queue".to_owned());
         }
@@ -209,7 +210,8 @@ impl Session {
         Ok(format!("moved {name} to the trash: `restore` brings it back"))
     }
 
-    /// Gives the run in a folder another name, or that of its folder if it is empty.
+    /// Gives the run in a folder another name, or that of its folder if it is empty. Says if a run beside it has that
+    /// name, too.
     pub(super) fn rename(&mut self, folder: &Path, name: &str) -> Result<String, SessionError> {
         let directory = RunDirectory::open(folder)?;
         let before = directory.name();
@@ -217,7 +219,11 @@ impl Session {
         if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
             run.name = directory.name();
         }
-        Ok(format!("{before} is {} now", directory.name()))
+        let now = directory.name();
+        let mut beside = folder.parent().and_then(|parent| entries(parent).ok()).into_iter().flatten();
+        let has_it = |path: &PathBuf| path != folder && path.is_dir() && RunDirectory::at(path).name() == now;
+        let too = beside.find(has_it).map(|other| format!(", a name that {} has, too", other.display()));
+        Ok(format!("{before} is {now} now{}", too.unwrap_or_default()))
     }
 
     pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
@@ -259,7 +265,7 @@ impl Session {
     /// Starts playing an episode of the greedy policy of the current run.
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
-        let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());
+        let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number);
         let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
         let report = format!("playing the greedy policy of {name}");
         self.start_job(Evaluate, work, move |session, trace| {

@@ -70,7 +70,7 @@ fn a_run_is_deleted_only_when_no_process_trains_it() {
     assert!(try_line(&mut session, &format!("delete {shown}")).is_err());
     apply(&mut session, &["restore"]);
     assert!(path.exists());
-    assert_eq!(session.runs().iter().map(RunView::number).collect::<Vec<_>>(), [0], "it has its number again");
+    assert_eq!(session.runs().iter().map(|run| run.number).collect::<Vec<_>>(), [0], "it has its number again");
     apply(&mut session, &["watch 1", "wait", "expect episodes = 1"]);
     assert_eq!(try_line(&mut session, "restore").unwrap_err(), "there is nothing to restore");
 }
@@ -110,6 +110,9 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
         "for other programs"
     );
     apply(&mut session, &["seed 1", "train", "wait"]);
+    std::fs::create_dir(folder.path().join("the best")).unwrap();
+    let report = try_line(&mut session, "rename task1-ddpg-seed0 the best").unwrap();
+    assert!(report.contains(" is the best now, a name that ") && report.ends_with("the best has, too"), "{report}");
     apply(&mut session, &["rename task1-ddpg-seed0 ''", "watch 1"]);
     assert_eq!(session.run().unwrap().name(), "task1-ddpg-seed0");
 }
@@ -120,7 +123,7 @@ fn of_several_seeds_one_that_is_trained_is_watched() {
     let mut session = session(folder.path(), &[]);
     try_line(&mut session, "episodes 100000").unwrap();
     try_line(&mut session, "train seeds 3").unwrap();
-    assert!(session.run().unwrap().number() == 0 && session.runs()[2].is_queued());
+    assert!(session.run().unwrap().number == 0 && session.runs()[2].is_queued());
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn a_run_of_another_session_is_controlled_through_its_folder() {
     assert_eq!(other.run().unwrap().state(), RunState::Paused);
     apply(&mut other, "stop").unwrap();
     wait(&mut owner, &|run| !run.is_active());
-    assert_eq!(owner.run().unwrap().state(), RunState::Stopped("requested by another process".to_owned()));
+    assert_eq!(owner.run().unwrap().state(), RunState::Stopped("on request".to_owned()));
     let script = owner.to_script();
     assert!(script.contains("epsilon 0.25") && script.contains("stop"), "other processes are recorded too: {script}");
     assert!(apply(&mut other, "pause").unwrap_err().contains("not being trained"));

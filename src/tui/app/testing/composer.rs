@@ -43,6 +43,7 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
         ("font=x", "not a number"),
         ("file=../a", "without folder"),
         ("file=a.svg", "without folder and suffix"),
+        ("curve=DPDG", "did you mean `DDPG`?"),
     ] {
         assert!(composed(options, "").0.contains(why), "{options}");
     }

@@ -146,7 +146,12 @@ pub fn empty() -> ViewModel {
     let task = Arc::new(mge_task::load("task1").unwrap());
     let play = HandPlay::new(task.clone(), 0);
     let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
-    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), fits: true };
+    let model = |name: &str, about: &str| ModelSummary {
+        name: name.into(),
+        about: about.into(),
+        fits: true,
+        ..ModelSummary::default()
+    };
     ViewModel {
         task,
         file: None,

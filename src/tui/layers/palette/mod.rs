@@ -5,6 +5,7 @@ mod arguments;
 use std::cmp::Reverse;
 
 use crossterm::event::{KeyCode, KeyEvent};
+use educe::Educe;
 use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 use ratatui::buffer::Buffer;
@@ -69,9 +70,12 @@ impl Item {
 }
 
 /// The command palette.
+#[derive(Educe)]
+#[educe(Default)]
 pub struct CommandPalette {
     input: TextInput,
     /// Greatest number of rows.
+    #[educe(Default = 16)]
     height: u16,
     items: Vec<Item>,
     found: Vec<Item>,
@@ -99,20 +103,7 @@ impl CommandPalette {
         };
         let mut items: Vec<Item> = entries().iter().map(item).collect();
         items.sort_by_key(|item| !item.applies);
-        let (found, rows) = (items.clone(), Vec::new());
-        Self {
-            input: TextInput::default(),
-            height: 16,
-            items,
-            found,
-            arguments,
-            values: Vec::new(),
-            history,
-            recalled: None,
-            selected: None,
-            rows,
-            error: None,
-        }
+        Self { found: items.clone(), items, arguments, history, ..Self::default() }
     }
 
     /// The palette with the beginning of a command typed in.
@@ -239,17 +230,12 @@ impl CommandPalette {
             return;
         }
         // Scattered letters are found in almost every description.
-        let [fuzzy, part] = [AtomKind::Fuzzy, AtomKind::Substring]
-            .map(|kind| Pattern::new(text.trim_end(), CaseMatching::Ignore, Normalization::Smart, kind));
-        let mut matcher = Matcher::new(Config::DEFAULT);
-        let mut characters = Vec::new();
-        let mut score =
-            |pattern: &Pattern, text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
+        let [mut fuzzy, mut part] = [AtomKind::Fuzzy, AtomKind::Substring].map(|kind| scorer(text, kind));
         let scored = self.items.iter().filter_map(|item| {
-            let name = item.names().filter_map(|name| score(&fuzzy, name)).max();
+            let name = item.names().filter_map(&mut fuzzy).max();
             // Each word may be of a name or of the description.
             let words = item.names().chain([item.entry.about()]).collect::<Vec<_>>().join(" ");
-            name.map(|score| 2 * score).max(score(&part, &words)).map(|score| (score, *item))
+            name.map(|score| 2 * score).max(part(&words)).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
@@ -349,6 +335,13 @@ impl Layer for CommandPalette {
         self.rows = list::draw(count, self.selected, row, &[Constraint::Fill(1)], below, theme, buffer);
         Some(cursor)
     }
+}
+
+/// Scores texts by how well they match a typed one; none for those that do not.
+pub fn scorer(typed: &str, kind: AtomKind) -> impl FnMut(&str) -> Option<u32> + use<> {
+    let pattern = Pattern::new(typed.trim(), CaseMatching::Ignore, Normalization::Smart, kind);
+    let (mut matcher, mut characters) = (Matcher::new(Config::DEFAULT), Vec::new());
+    move |text| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher)
 }
 
 fn begins_with(text: &str, name: &str) -> bool {

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use super::super::Ui;
-use super::line::{Line, LineKey};
+use super::line::Line;
 use super::{Runs, filter, list};
 use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
-use mge_workbench::{Command, command};
+use mge_workbench::command;
 
 pub fn no_run() -> Vec<Effect> {
     vec![Effect::info("there is no run")]
@@ -56,19 +56,15 @@ pub fn mark(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 
 /// Unfolds or folds a group: that of the selected line, or the one that its run belongs to.
 pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    let key = match line {
-        Line::Group(..) => Some(line.key()),
-        Line::Run(run, _) => {
-            let group = ui.view.groups.of(&run.path);
-            group.map(|group| LineKey::Group(group.task.clone(), group.label.clone()))
-        }
-    };
-    let lines = list::lines(state, ui);
-    let Some((row, key)) = key.and_then(|key| Some((lines.iter().position(|line| line.key() == key)?, key))) else {
+    let (lines, run) = (list::lines(state, ui), &line.runs()[0].path);
+    let Some(row) = lines.iter().position(|line| line.is_group() && line.has(run)) else {
         return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
     };
-    if !state.unfolded.remove(&key) {
-        state.unfolded.insert(key);
+    let runs: Vec<&PathBuf> = lines[row].runs().into_iter().map(|run| &run.path).collect();
+    if runs.iter().any(|run| state.unfolded.contains(*run)) {
+        runs.into_iter().for_each(|run| _ = state.unfolded.remove(run));
+    } else {
+        state.unfolded.extend(runs.into_iter().cloned());
     }
     state.select_of(&lines, row);
     Vec::new()
@@ -116,31 +112,20 @@ pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     })
 }
 
-/// Asks for the note on the first run of a line.
+/// Asks for the note on the first run of a line, which is taken as it is typed.
 pub fn edit_note(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
     let run = line.runs()[0];
-    let note = |folder, text| command::Note { folder, text };
-    ask_for_text(run, format!("note on {}", run.name), "no text removes it", &run.note, note)
+    let folder = run.path.clone();
+    let read = move |text: &str| Ok(Effect::apply(command::Note { folder: folder.clone(), text: text.to_owned() }));
+    vec![Effect::open(Form::prompt(format!("note on {}", run.name), "no text removes it", &*run.note, read))]
 }
 
-/// Asks for the name of the first run of a line.
+/// Asks for the name of the first run of a line, which is taken as it is typed.
 pub fn rename(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
     let run = line.runs()[0];
-    let rename = |folder, name| command::Rename { folder, name };
-    ask_for_text(run, format!("name of {}", run.name), "no text: that of its folder", &run.name, rename)
-}
-
-/// Asks for a text about a run, which is taken as it is typed.
-fn ask_for_text<C: Into<Command> + 'static>(
-    run: &RunSummary,
-    title: String,
-    hint: &str,
-    now: &str,
-    command: fn(PathBuf, String) -> C,
-) -> Vec<Effect> {
     let folder = run.path.clone();
-    let read = move |text: &str| Ok(Effect::apply(command(folder.clone(), text.to_owned())));
-    vec![Effect::open(Form::prompt(title, hint, now, read))]
+    let read = move |text: &str| Ok(Effect::apply(command::Rename { folder: folder.clone(), name: text.to_owned() }));
+    vec![Effect::open(Form::prompt(format!("name of {}", run.name), "no text: that of its folder", &*run.name, read))]
 }
 
 /// Asks which runs are listed.

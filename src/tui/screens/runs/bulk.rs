@@ -102,13 +102,8 @@ fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -
     }
     // A single run stays open.
     if effects.len() > 1 && !last_is_watched {
-        effects.extend(back(ui));
+        effects.extend(ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone()))));
     }
     // One that has ended meanwhile does not keep the command from the others.
     vec![Effect::each(effects)]
-}
-
-/// Opens the watched run again.
-fn back(ui: &Ui) -> Option<Effect> {
-    ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone())))
 }

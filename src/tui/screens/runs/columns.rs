@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use super::super::Ui;
 use super::line::Line;
+use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
+use crate::tui::widgets::columns::width;
 use jiff::{Timestamp, tz::TimeZone};
 use mge_base::json;
 use mge_base::text::printable;
@@ -29,10 +31,15 @@ const JUDGED: usize = 500;
 /// Those that are not settings, the most important ones first.
 const COMMON: [(&str, u16, Cell); 7] = [
     ("success", 7, |line, _, _| Some(line.success().map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)))),
-    ("episodes", 10, |line, _, _| Some(line.progress().map(|count| count.to_string()).join("/"))),
+    ("episodes", 10, |line, _, _| {
+        let whole = line.progress().map(|count| count.to_string()).join("/");
+        let short = || line.progress().map(|count| number(count as f32)).join("/");
+        Some(if whole.len() > 10 { short() } else { whole })
+    }),
     ("time left", 9, |line, _, _| line.seconds_left().map(span)),
     ("charged", 8, |line, _, _| {
-        Some(total(line, |run| Some(run.latest(Metric::ChargedActions)?.into()))?.round().to_string())
+        let actions = total(line, |run| Some(run.latest(Metric::ChargedActions)?.into()))?.round();
+        Some(if actions < 1e8 { actions.to_string() } else { number(actions as f32) })
     }),
     ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map(span)),
     ("start", 11, |line, _, _| start(line)),
@@ -73,7 +80,11 @@ fn settings(lines: &[Line], ui: &Ui) -> Vec<Column> {
     paths.extend(["epsilon", "method"]);
     paths.remove("episodes");
     let varies = |path: &&str| lines.iter().any(|line| setting(line, ui, path) != setting(&lines[0], ui, path));
-    let column = |path: &str| Column { heading: path.into(), width: (path.len() as u16).clamp(8, 16), cell: setting };
+    let column = |path: &str| {
+        let values = lines.iter().filter_map(|line| setting(line, ui, path)).map(|value| width(&value));
+        let widest = values.chain([path.len(), 8]).max().unwrap_or(0).min(16);
+        Column { heading: path.into(), width: widest as u16, cell: setting }
+    };
     paths.into_iter().filter(varies).map(column).collect()
 }
 

@@ -1,6 +1,6 @@
 //! A line of the list: a run, or a group of runs that differ in the seed only.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ratatui::style::Style;
 
@@ -10,14 +10,9 @@ use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::theme::Theme;
 use mge_run::RunState;
 
-/// The identity of a line; it does not depend on other lines.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum LineKey {
-    /// The run in a folder.
-    Run(PathBuf),
-    /// The group of a task and a label.
-    Group(String, String),
-}
+/// The identity of a line: whether it is a group, and the folder of one of its runs. The label of a group and its runs
+/// may change at any time.
+pub type LineKey = (bool, PathBuf);
 
 /// A line of the list.
 #[derive(Clone)]
@@ -31,10 +26,16 @@ pub enum Line<'a> {
 impl<'a> Line<'a> {
     /// Its identity, for the selection.
     pub fn key(&self) -> LineKey {
-        match self {
-            Self::Run(run, _) => LineKey::Run(run.path.clone()),
-            Self::Group(group, _) => LineKey::Group(group.task.clone(), group.label.clone()),
-        }
+        (self.is_group(), self.runs()[0].path.clone())
+    }
+
+    pub fn is_group(&self) -> bool {
+        matches!(self, Self::Group(..))
+    }
+
+    /// Whether it is the run in a folder, or has it.
+    pub fn has(&self, run: &Path) -> bool {
+        self.runs().iter().any(|of_line| of_line.path == run)
     }
 
     /// Its runs.
@@ -61,17 +62,23 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs.
+    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs. Says
+    /// which runs were changed during the training.
     pub fn named(&self, columns: usize, several_tasks: bool) -> String {
-        match self {
-            Self::Run(run, false) => shortened(&run.name, columns, true),
-            Self::Run(run, true) => format!("  {}", shortened(&run.name, columns.saturating_sub(2), true)),
+        let changed = self.runs().iter().filter(|run| run.changed.is_some()).count();
+        let (before, name, after) = match self {
+            Self::Run(run, is_below) => (
+                if *is_below { "  " } else { "" },
+                run.name.clone(),
+                if changed > 0 { " (changed)" } else { "" }.to_owned(),
+            ),
             Self::Group(group, runs) => {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
-                let count = format!(" ({})", runs.len());
-                shortened(&label, columns.saturating_sub(count.len()), true) + &count
+                let changed = if changed > 0 { format!(", {changed} changed") } else { String::new() };
+                ("", label, format!(" ({}{changed})", runs.len()))
             }
-        }
+        };
+        format!("{before}{}{after}", shortened(&name, columns.saturating_sub(before.len() + after.len()), true))
     }
 
     /// Episodes done and episodes in all.

@@ -45,7 +45,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     }
     let unfolded = |line: Line<'a>| {
         let seeds = match &line {
-            Line::Group(_, runs) if state.unfolded.contains(&line.key()) => runs.clone(),
+            Line::Group(_, runs) if runs.iter().any(|run| state.unfolded.contains(&run.path)) => runs.clone(),
             _ => Vec::new(),
         };
         std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, true)))

@@ -42,8 +42,8 @@ pub struct Runs {
     pub by_success: bool,
     /// The preview leaves out the curves.
     pub whole: bool,
-    /// Groups whose runs are shown one by one.
-    unfolded: HashSet<LineKey>,
+    /// Runs whose group is shown with its runs one by one.
+    unfolded: HashSet<PathBuf>,
     marked: HashSet<PathBuf>,
 }
 
@@ -62,9 +62,14 @@ impl Runs {
         (self.filter, self.selected, self.row) = (filter, None, 0);
     }
 
-    /// The row of the selected line; if it no longer exists, the row where it was or the last one.
+    /// The row of the selected line. If it no longer exists, the other line with its run: a group that it has joined, or
+    /// what is left of a group; else the row where it was or the last one.
     fn selected_row(&self, lines: &[Line]) -> usize {
-        let known = self.selected.as_ref().and_then(|key| lines.iter().position(|line| line.key() == *key));
+        let row_of = |(is_group, run): &LineKey| {
+            let row = |is_group: bool| lines.iter().position(|line| line.is_group() == is_group && line.has(run));
+            row(*is_group).or_else(|| row(!is_group))
+        };
+        let known = self.selected.as_ref().and_then(row_of);
         known.unwrap_or(self.row.min(lines.len().saturating_sub(1)))
     }
 
@@ -204,10 +209,11 @@ fn about_run(run: &RunSummary) -> String {
     let reason = run.state.reason().map_or_else(String::new, |reason| format!(": {reason}"));
     let done = format!("{} of {} episodes", run.done, run.episodes());
     let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
+    let changed = run.changed.as_ref().map_or_else(String::new, |change| format!("; at {change}"));
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
     let (tasks, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    format!("{}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}", run.name)
+    format!("{}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}{changed}", run.name)
 }
 
 fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
@@ -216,6 +222,10 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
     seeds.dedup();
     let word = if seeds.len() == 1 { "seed" } else { "seeds" };
     let mut text = format!("{} on {}, {word} {}", group.label, group.task, seeds.join(", "));
+    let changed: Vec<&str> = runs.iter().filter(|run| run.changed.is_some()).map(|run| &*run.name).collect();
+    if !changed.is_empty() {
+        text = format!("{text}, changed: {}", changed.join(", "));
+    }
     if runs.len() > seeds.len() {
         text = format!("{text} in {} runs, of which the longest of each seed counts", runs.len());
     }

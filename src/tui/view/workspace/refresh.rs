@@ -55,11 +55,11 @@ impl SessionWorkspace {
         let path = run.directory().path().to_owned();
         let Some(summary) = self.view.runs.iter().rev().find(|known| known.path == path).cloned() else { return };
         let task = run.config().task.clone();
-        let live = run.live().map(|live| Live {
+        let live = run.live.as_ref().map(|live| Live {
             episode: Arc::new(episode_of(&path, run.config().task_of(live.trace.episode), live.trace.clone())),
             networks: Some(live.ddpg.clone()),
         });
-        let greedy = run.greedy().map(|trace| match greedy.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
+        let greedy = run.greedy.as_ref().map(|trace| match greedy.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
             Some(known) => known,
             None => Arc::new(episode_of(&path, &task, trace.clone())),
         });

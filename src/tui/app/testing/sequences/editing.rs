@@ -153,7 +153,12 @@ fn the_selection_moves_to_the_neighbour_and_wraps() {
     let last = empty().task.tools.len();
     check(empty(), "backtab delete", &[&format!("tool delete {last}")], "");
     let mut models = empty();
-    models.models.push(crate::tui::view::ModelSummary { name: "box".into(), about: "another".into(), fits: true });
+    models.models.push(crate::tui::view::ModelSummary {
+        name: "box".into(),
+        about: "another".into(),
+        fits: true,
+        ..Default::default()
+    });
     check(models.clone(), "6 down enter", &["model true"], "");
     check(models.clone(), "6 down down up enter", &["model true"], "");
     check(models, "6 end enter", &["model box"], "");

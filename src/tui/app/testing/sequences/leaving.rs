@@ -28,7 +28,10 @@ fn leaving_can_wait_until_all_runs_are_done() {
     press(&mut busy, "q w");
     assert_eq!(busy.leaving, QuitState::WhenIdle);
     press(&mut busy, "q esc");
-    assert_eq!(busy.leaving, QuitState::No, "the latest answer counts");
+    assert_eq!(busy.leaving, QuitState::WhenIdle, "a question that is closed changes nothing");
+    press(&mut busy, "q w");
+    assert_eq!(busy.leaving, QuitState::No);
+    assert!(busy.message().contains("staying when all runs are done"));
     change_run(&mut view, 1, |run| (run.active, run.state) = (false, RunState::Finished));
     let (mut idle, _) = app(view);
     idle.leaving = QuitState::WhenIdle;

@@ -42,7 +42,12 @@ fn the_log_shows_what_matters_or_lines_with_words() {
 #[test]
 fn a_removed_model_is_no_longer_selected() {
     let mut view = empty();
-    let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), fits: true };
+    let model = |number: u32| ModelSummary {
+        name: format!("models/{number}"),
+        about: "".into(),
+        fits: true,
+        ..ModelSummary::default()
+    };
     view.models.extend((0..5).map(model));
     let (mut app, asked) = app(view);
     press(&mut app, "6 end");
@@ -64,8 +69,18 @@ fn a_log_that_has_become_shorter_is_shown_from_its_first_line() {
 fn a_long_name_of_a_model_leaves_room_for_its_description() {
     let name = format!("models/{}.safetensors", "x".repeat(60));
     let mut view = empty();
-    view.models.push(ModelSummary { name: name.clone(), about: "another".into(), fits: true });
-    view.models.push(ModelSummary { name: "talkative".into(), about: "y".repeat(100), fits: true });
+    view.models.push(ModelSummary {
+        name: name.clone(),
+        about: "another".into(),
+        fits: true,
+        ..ModelSummary::default()
+    });
+    view.models.push(ModelSummary {
+        name: "talkative".into(),
+        about: "y".repeat(100),
+        fits: true,
+        ..ModelSummary::default()
+    });
     let (mut app, _) = app(view);
     press(&mut app, "6");
     let screen = text(&shot(&mut app, 120, 40));

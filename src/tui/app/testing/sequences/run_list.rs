@@ -5,7 +5,7 @@ use ratatui::style::Color;
 use super::super::wanted;
 use super::*;
 use crate::tui::testing::run_summary;
-use crate::tui::view::RunSummary;
+use crate::tui::view::{Grouping, RunSummary};
 
 /// Finished runs, the latest last.
 fn numbered(count: usize) -> ViewModel {
@@ -109,4 +109,63 @@ fn more_than_a_number_excludes_the_number() {
     let run = |name: &str, done: u64| Arc::new(RunSummary { done, ..run_summary(name) });
     let view = ViewModel { runs: vec![run("a", 100), run("b", 50), run("c", 10)], ..empty() };
     check(view, "5 / d o n e > 5 0 enter s end enter", &["open runs/a"], "with `done>50`");
+}
+
+#[test]
+fn selection_and_folding_stay_with_their_runs_when_labels_change() {
+    let mut view = grouped();
+    let (mut app, asked) = app(view.clone());
+    // The second group is unfolded, and its second run is selected.
+    press(&mut app, "5 down tab down down");
+    for index in 3..6 {
+        change_run(&mut view, index, |run| Arc::make_mut(&mut run.config).ddpg.gamma = 0.5);
+    }
+    let copy = |view: &mut ViewModel, name: &str, change: fn(&mut mge_trainer::RunConfig)| {
+        let mut run = RunSummary::clone(&view.runs[3]);
+        (run.name, run.path) = (name.into(), format!("runs/{name}").into());
+        change(Arc::make_mut(&mut run.config));
+        view.runs.push(Arc::new(run));
+    };
+    copy(&mut view, "plain-3", |config| config.seed = 3);
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
+    let label = &view.groups.of(&view.runs[3].path).unwrap().label;
+    assert_ne!(*label, grouped().groups.of(&view.runs[3].path).unwrap().label);
+    bring(&mut app, view.clone());
+    press(&mut app, "enter");
+    assert_eq!(*asked.borrow(), ["open runs/guided-1"]);
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("guided-0") && !screen.contains("plain-0"), "{screen}");
+    // A selected group of which one run is left is that run.
+    press(&mut app, "home");
+    view.runs.retain(|run| !["plain-1", "plain-2", "plain-3"].contains(&&*run.name));
+    copy(&mut view, "other", |config| config.ddpg.gamma = 0.7);
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
+    bring(&mut app, view);
+    press(&mut app, "enter");
+    assert_eq!(asked.borrow().last().unwrap(), "open runs/plain-0");
+}
+
+#[test]
+fn large_numbers_of_episodes_are_shortened_rather_than_cut() {
+    let mut view = grouped();
+    for index in 0..6 {
+        change_run(&mut view, index, |run| {
+            Arc::make_mut(&mut run.config).episodes = if index < 3 { 30_000 } else { 300_000 };
+            run.done = 1281;
+        });
+    }
+    check(view.clone(), "5", &[], " 3843/90000 ");
+    check(view, "5", &[], " 3843/900k ");
+}
+
+#[test]
+fn a_run_with_a_changed_epsilon_is_told_from_the_others_of_its_group() {
+    let mut view = grouped();
+    change_run(&mut view, 4, |run| run.changed = Some("episode 20: epsilon is now 0.1".into()));
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
+    check(view.clone(), "5", &[], "(3, 1 changed)");
+    check(view.clone(), "5", &[], ", changed: plain-1");
+    check(view.clone(), "5 tab", &[], "plain-1 (changed)");
+    check(view.clone(), "5 tab down down", &[], "episode 20: epsilon");
+    check(view, "4 tab", &[], "(3 seeds, 1 changed)");
 }

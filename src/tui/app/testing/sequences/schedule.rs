@@ -17,6 +17,7 @@ fn what_is_said_of_epsilon_depends_on_its_kind_and_on_the_method() {
     let mut view = empty();
     view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
     check(view.clone(), "3", &[], "clusters with this probability times");
+    check(view.clone(), "3 up", &[], "Not in use: the next run explores by need, unless");
     view.settings.method = mge_trainer::Method::Planning;
     check(view.clone(), "3", &[], "Not used by the method of the next run: planning.");
     let (mut app, _) = app(view);
