@@ -60,7 +60,8 @@ fn line(run: &RunSummary) -> [String; 7] {
     let label = if run.is_named() { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
     let edited = if is_edited(&run.config.task) { " (edited)" } else { "" };
     let task = format!("{}{edited}", run.config.task.name);
-    [run.path.display().to_string(), run.state.name().to_owned(), episodes, run.success_text(), changed, label, task]
+    let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
+    [run.path.display().to_string(), run.state.name().to_owned(), episodes, success, changed, label, task]
 }
 
 fn entry(run: &RunSummary) -> Value {

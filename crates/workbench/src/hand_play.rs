@@ -13,7 +13,8 @@ use mge_trainer::{Source, Trace};
 #[derive(Debug, Clone)]
 pub struct HandPlay {
     env: Environment,
-    trace: Trace,
+    /// The episode so far.
+    pub trace: Trace,
 }
 
 impl HandPlay {
@@ -30,11 +31,6 @@ impl HandPlay {
     /// When the episode is over.
     pub fn place(&mut self, place: Action) -> Result<Step, EpisodeOver> {
         self.trace.step(&mut self.env, place, Source::Hand)
-    }
-
-    /// The episode so far.
-    pub fn trace(&self) -> &Trace {
-        &self.trace
     }
 
     /// The current state of the episode.

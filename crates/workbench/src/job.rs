@@ -52,12 +52,7 @@ impl Reporter {
     pub fn progress(&self, done: usize, total: usize) -> bool {
         self.0.done.store(done, Ordering::Release);
         self.0.total.store(total, Ordering::Release);
-        !self.is_cancelled()
-    }
-
-    /// Whether the computation should end.
-    pub fn is_cancelled(&self) -> bool {
-        self.stop().is_requested()
+        !self.stop().is_requested()
     }
 
     /// The stop request, for code that polls it itself.

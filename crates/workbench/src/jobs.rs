@@ -41,7 +41,7 @@ impl Session {
             }
         };
         let work = move |reporter: &Reporter| {
-            let result = match reporter.is_cancelled() {
+            let result = match reporter.stop().is_requested() {
                 true => Err(CANCELLED.to_owned()),
                 false => caught(|| work(reporter)),
             };
@@ -96,7 +96,7 @@ impl Session {
     /// When the job failed.
     pub fn wait_for(&mut self, command: &Command) -> Result<Option<String>, SessionError> {
         while self.job(|pending| pending == command).is_some() {
-            self.check_interrupt()?;
+            self.interrupt.check().map_err(|_| SessionError::Interrupted)?;
             self.advance();
             std::thread::sleep(POLL_INTERVAL);
         }
@@ -114,7 +114,7 @@ impl Session {
     /// When a job or a run failed.
     pub fn wait(&mut self, mut on_notice: impl FnMut(&Notice)) -> Result<String, SessionError> {
         loop {
-            self.check_interrupt()?;
+            self.interrupt.check().map_err(|_| SessionError::Interrupted)?;
             let idle = self.is_idle();
             for notice in self.poll() {
                 on_notice(&notice);
@@ -171,7 +171,8 @@ mod tests {
         let held = gate.lock().unwrap();
         let command = |seed| Command::from(Seed(seed));
         for seed in 0..2 {
-            let wait = |reporter: &Reporter| if reporter.is_cancelled() { Err("cancelled".to_owned()) } else { Ok(()) };
+            let wait =
+                |reporter: &Reporter| if reporter.stop().is_requested() { Err("cancelled".to_owned()) } else { Ok(()) };
             session.start_job(command(seed), wait, |_, result| result.map(|()| "computed".to_owned()));
         }
         session.cancel(&command(1));

@@ -375,10 +375,6 @@ impl Session {
         self.interrupt = stop.clone();
     }
 
-    pub(super) fn check_interrupt(&self) -> Result<(), SessionError> {
-        self.interrupt.check().map_err(|_| SessionError::Interrupted)
-    }
-
     /// Whether `quit` was given.
     pub fn has_quit(&self) -> bool {
         self.quit

@@ -125,7 +125,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     assert_eq!(edited.marker.as_ref().unwrap().ball.position, [-0.6, 0.7]);
     assert_eq!((edited.name.as_str(), edited.placeable.kind.name()), ("push", "ramp"));
     run(&mut session, "place 0.9 0.9");
-    let trace = session.hand_play().trace();
+    let trace = &session.hand_play().trace;
     let kinds: Vec<_> = trace.steps.iter().map(|step| trace.tool(&edited, step).kind.name()).collect();
     assert_eq!(kinds, ["ramp"]);
     assert!(trace.steps.iter().all(|step| step.placement == mge_env::Placement::Placed), "{trace:?}");
@@ -182,15 +182,15 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
         apply(&mut session, "place -0.9 0.9").unwrap(),
         "not placed: box here would be too close to an earlier one; reward 0.00"
     );
-    assert_eq!(session.hand_play().trace().steps.len(), 2);
+    assert_eq!(session.hand_play().trace.steps.len(), 2);
     assert_eq!(session.hand_play().snapshot().placed.len(), 1);
     assert_eq!(apply(&mut session, "reset").unwrap(), "a new episode");
-    assert!(session.hand_play().trace().steps.is_empty());
+    assert!(session.hand_play().trace.steps.is_empty());
     run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");
-    assert!(session.hand_play().trace().steps.is_empty(), "the task has changed");
+    assert!(session.hand_play().trace.steps.is_empty(), "the task has changed");
     let path = folder.path().join("mine.json");
     run(&mut session, &format!("place -0.9 0.9\nsave {}\ngoal move 0.5 0.5", quoted(&path)));
-    assert_eq!(session.hand_play().trace().steps.len(), 1, "the task is the same");
+    assert_eq!(session.hand_play().trace.steps.len(), 1, "the task is the same");
 }
 
 #[test]

@@ -48,9 +48,6 @@ impl App {
                 QuitState::WhenIdle => (QuitState::No, "wait no longer: stay when all runs are done"),
                 _ => (QuitState::WhenIdle, "wait: leave when all runs are done"),
             };
-            if self.leaving == QuitState::WhenIdle {
-                text.push("You have chosen to leave when all runs are done, which stays so after cancel.".to_owned());
-            }
             answers.push(('w', name, Effect::call(move |app| app.leave(when))));
         }
         self.changed = true;

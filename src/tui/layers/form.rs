@@ -34,7 +34,7 @@ pub struct Form {
     completions: Vec<Value>,
     picked: Option<usize>,
     /// What Enter does.
-    enter: &'static str,
+    pub enter: &'static str,
     /// Why the latest answer was refused.
     error: Option<String>,
     /// Where each field was last drawn.
@@ -75,12 +75,6 @@ impl Form {
             error: None,
             rows: Vec::new(),
         }
-    }
-
-    /// The form, with a word for what Enter does.
-    #[must_use]
-    pub fn with_enter(self, enter: &'static str) -> Self {
-        Self { enter, ..self }
     }
 
     /// A question with a line for the answer, which begins as `text`.

@@ -157,9 +157,8 @@ impl<'a> Charts<'a> {
         let window = self.state.range.window(episodes(&self.shown));
         let x = match (axis, self.state.range) {
             (XAxis::Episodes, _) => window,
-            (_, Range::Whole) => {
-                Range::Whole.window(axes.iter().filter_map(Positions::last).max().unwrap_or(0) as usize)
-            }
+            (_, Range::Whole) => Range::Whole
+                .window(axes.iter().filter_map(|of| of.positions.last()).max().map_or(0, |last| *last as usize)),
             _ => Window { from: self.x_of(window.from), to: self.x_of(window.to) },
         };
         let has_groups = self.shown.iter().any(|shown| matches!(shown, Shown::Group(..)));
@@ -176,8 +175,7 @@ impl<'a> Charts<'a> {
         let is_evaluated = metric == Metric::Success && self.shown.iter().any(|shown| !shown.evaluations().is_empty());
         let greedy = if is_evaluated { self.ui.theme.symbol(", ◇ greedy", ", o greedy") } else { "" };
         let title = format!("{}{averaged}{log}{by}{greedy}", metric.title());
-        let more = if self.state.alone { "more" } else { "more: {large} on screen {screen-training}" };
-        let more = self.ui.text(more);
+        let more = self.ui.text(if self.state.alone { "more" } else { "more: {large} on screen {screen-training}" });
         let plot = Plot {
             title: &title,
             curves: curves.collect(),
@@ -240,10 +238,6 @@ impl<'a> Positions<'a> {
         }
         let place = self.positions.partition_point(|known| (*known as f32) < position);
         self.episodes.get(place).or(self.episodes.last()).map_or(0.0, |episode| *episode as f32)
-    }
-
-    fn last(&self) -> Option<u64> {
-        self.positions.last().copied()
     }
 }
 

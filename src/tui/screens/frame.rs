@@ -101,7 +101,7 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
 }
 
 fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let theme = ui.theme;
+    let Ui { view, theme, .. } = *ui;
     let mut x = area.x;
     for (index, tab) in Tab::ALL.into_iter().enumerate() {
         let number = index + 1;
@@ -115,7 +115,6 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
         regions.add(Rect { x, width: end - x, ..area }, HitRegion::Tab(tab));
         x = end;
     }
-    let view = ui.view;
     let mark = if view.dirty { " (edited)" } else { "" };
     let text = format!("{}{mark} ", view.task.name);
     let width = columns::width(&text) as u16;

@@ -65,8 +65,11 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     text.render(below, buffer);
 }
 
+/// The text of a number of a model; empty if it has none.
+type Number = fn(&ModelSummary) -> String;
+
 /// The columns of numbers: the error is marked if it is no better than that of constant velocity.
-const NUMBERS: [(&str, fn(&ModelSummary) -> String); 3] = [
+const NUMBERS: [(&str, Number); 3] = [
     ("launches", |model| if model.tools.is_empty() { String::new() } else { model.trained[0].to_string() }),
     ("epochs", |model| if model.tools.is_empty() { String::new() } else { model.trained[1].to_string() }),
     ("   error", |model| {
@@ -76,18 +79,14 @@ const NUMBERS: [(&str, fn(&ModelSummary) -> String); 3] = [
 ];
 
 /// What the marks and columns of the list mean.
-pub const COLUMNS: &str = "> chosen; grey: wrong tools; error after one action: ! no better than constant velocity";
+pub const COLUMNS: &str = "> chosen; grey: wrong tools; ! error no better than constant velocity";
 
 const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` writes outside of the workbench.";
-
-fn selected<'a>(lists: &Lists, ui: &Ui<'a>) -> Option<&'a ModelSummary> {
-    ui.view.models.get(lists.model).or(ui.view.models.last())
-}
 
 /// Chooses the selected model for the next clusters.
 pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {
     let choose = |model: &ModelSummary| Effect::apply(command::Model(PriorSource::from(model.name.clone())));
-    selected(lists, ui).map(choose).into_iter().collect()
+    ui.view.models.get(lists.model).or(ui.view.models.last()).map(choose).into_iter().collect()
 }
 
 /// Opens the palette with the command that trains a model of the task's tool set, or of all of CREATE's tools if it has

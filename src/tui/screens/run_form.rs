@@ -75,7 +75,9 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         [value, format!("{about}\nThe agent places: {tool}.\n{cost}{doubts}")]
     };
     let title = format!("train on {}", view.task.name);
-    Form::new(title, fields, explain, move |texts| read(texts, (&before, seeds), &folder)).with_enter("start")
+    let mut form = Form::new(title, fields, explain, move |texts| read(texts, (&before, seeds), &folder));
+    form.enter = "start";
+    form
 }
 
 /// Sets what the fields say and starts the runs in a folder, given the settings of the session and the usual seeds.

@@ -231,7 +231,7 @@ fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer)
         [path, first, second]
     }));
     if more > 0 {
-        rows.push([format!("+{more} more: mge compare"), String::new(), String::new()]);
+        rows.push([format!("+{more} more"), String::new(), String::new()]);
     } else if rows.len() == 1 {
         rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
     }

@@ -94,10 +94,17 @@ pub(super) struct Place(pub &'static str, pub bool);
 /// The folder of a run.
 pub(super) const RUN: Place = Place("a run's folder", true);
 
+impl Place {
+    /// Whether a word would rather be an option.
+    fn is_confused(&self, word: &str) -> bool {
+        !self.1 && is_option(word) && !word.contains('/')
+    }
+}
+
 impl Argument<PathBuf> for Place {
     fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
         let word = words.next(self.0)?;
-        match !self.1 && is_key_value(word) {
+        match self.is_confused(word) {
             true => Err(format!("`{word}` is not {}: write its name alone, or `./{word}` if that is its name", self.0)),
             false => Ok(expanded(word)),
         }
@@ -105,7 +112,7 @@ impl Argument<PathBuf> for Place {
 
     fn write(&self, value: &PathBuf) -> String {
         let path = value.display().to_string();
-        quoted(&if !self.1 && is_key_value(&path) { format!("./{path}") } else { path })
+        quoted(&if self.is_confused(&path) { format!("./{path}") } else { path })
     }
 
     fn visit(&self, value: &mut PathBuf, visit: &mut dyn FnMut(Named<'_>)) {
@@ -315,11 +322,6 @@ impl Argument<Values> for Properties {
     fn write(&self, value: &Values) -> String {
         value.iter().map(|(property, value)| format!(" {property}={value}")).collect()
     }
-}
-
-/// Whether a word is an option rather than a path.
-fn is_key_value(word: &str) -> bool {
-    key_value(word).is_ok_and(|(key, _)| !key.is_empty() && key.chars().all(|c| c.is_alphabetic() || "._".contains(c)))
 }
 
 fn key_value(word: &str) -> Result<(&str, &str), String> {

@@ -45,11 +45,6 @@ pub struct RunGroup {
 }
 
 impl RunGroup {
-    /// Whether it has more than one run.
-    pub fn is_many(&self) -> bool {
-        self.runs.len() > 1
-    }
-
     /// The number of seeds of its runs.
     pub fn seeds(&self) -> usize {
         self.counted.len()
@@ -234,7 +229,7 @@ impl RunGroup {
     /// Adds the statistics of the runs that have `begun`, and the aggregated curves of its `counted` runs, if it has
     /// several.
     fn with_statistics(self, begun: &Groups<'_>, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
-        if !self.is_many() {
+        if self.runs.len() < 2 {
             return self;
         }
         let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
@@ -341,7 +336,7 @@ mod tests {
         let longer = RunConfig { episodes: runs[0].config.episodes + 50, ..(*runs[0].config).clone() };
         runs[0] = Arc::new(RunSummary { config: Arc::new(longer), ..(*runs[0]).clone() });
         let after = Grouping::new(&runs, &before);
-        assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
+        assert_eq!([&before, &after].map(|known| known.of(&runs[0].path).unwrap().runs.len()), [2, 1]);
         assert!(after.of(&runs[0].path).unwrap().curves.is_none(), "its own curves are enough");
     }
 
@@ -364,7 +359,7 @@ mod tests {
         let grouping = Grouping::new(&runs, &Grouping::default());
         let of = |name: &str| grouping.of(Path::new("runs").join(name).as_path()).unwrap();
         assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
-        assert!(of("f").label.contains("gamma 0.5") && !of("f").is_many(), "{}", of("f").label);
+        assert!(of("f").label.contains("gamma 0.5") && of("f").runs.len() == 1, "{}", of("f").label);
         assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
         // The run that has not begun does not count.
         assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));

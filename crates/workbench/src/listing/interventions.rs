@@ -10,10 +10,8 @@ pub fn interventions(config: &RunConfig, events: &[Event]) -> Vec<(u64, String)>
     let of_event = |event: &Event| {
         let text = match event {
             Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
-            Event::ClustersChanged { given: true, .. } => "other clusters".to_owned(),
-            // Scheduled refinements are not interventions.
-            Event::ClustersChanged { episode, .. } if config.is_refined_after(*episode) => return None,
-            // In a log of an earlier version, which does not say who gave them.
+            // Scheduled refinements are not interventions; a log of an earlier version does not say who gave clusters.
+            Event::ClustersChanged { episode, given: false, .. } if config.is_refined_after(*episode) => return None,
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),
             Event::Started { episode, .. } if *episode == begins => return None,

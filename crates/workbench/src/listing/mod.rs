@@ -37,7 +37,8 @@ const SLICE: Duration = Duration::from_millis(200);
 /// The runs of a session and of its folder.
 #[derive(Debug, Default)]
 pub struct Listing {
-    runs: Vec<Arc<RunSummary>>,
+    /// All runs: those of the folder by path, then new ones of the session.
+    pub runs: Vec<Arc<RunSummary>>,
     folder: Loader<PathBuf, Arc<Folder>>,
     /// The folder has to be scanned at once.
     pub is_due: bool,
@@ -48,11 +49,6 @@ pub struct Listing {
 }
 
 impl Listing {
-    /// All runs: those of the folder by path, then new ones of the session.
-    pub fn runs(&self) -> &[Arc<RunSummary>] {
-        &self.runs
-    }
-
     /// The latest grouping of the runs.
     pub fn groups(&self) -> &Arc<Grouping> {
         &self.grouper.known

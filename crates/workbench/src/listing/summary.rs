@@ -1,6 +1,5 @@
 //! A run and its curves, as screens show it.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -100,24 +99,14 @@ impl RunSummary {
         Self { curves, evaluations, changed, began: log.began, ..self }
     }
 
-    /// The name of its folder, which files about it are named after: two runs may have been given the same name.
-    pub fn folder_name(&self) -> &str {
-        self.path.file_name().and_then(OsStr::to_str).unwrap_or(&self.name)
-    }
-
     /// Whether users gave it another name than that of its folder.
     pub fn is_named(&self) -> bool {
-        self.name != self.folder_name()
+        self.path.file_name().is_some_and(|folder| *folder != *self.name)
     }
 
     /// Configured number of episodes.
     pub fn episodes(&self) -> u64 {
         u64::from(self.config.episodes)
-    }
-
-    /// The rolling success in percent, or a dash before the first episode.
-    pub fn success_text(&self) -> String {
-        self.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success))
     }
 
     /// Its state in one word.

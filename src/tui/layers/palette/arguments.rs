@@ -79,10 +79,7 @@ impl Arguments {
 
     /// Completions of the last of the words after a verb; those that begin with it come first.
     pub fn of(&self, verb: &Verb, words: &[&str]) -> Vec<Value> {
-        let (typed, before) = match words.split_last() {
-            Some((typed, before)) => (*typed, before),
-            None => ("", &[][..]),
-        };
+        let (typed, before) = words.split_last().map_or(("", &[][..]), |(typed, before)| (*typed, before));
         if typed.len() > 10 * MAX_COMPARED_LENGTH {
             return Vec::new();
         }

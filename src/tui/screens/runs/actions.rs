@@ -135,5 +135,5 @@ pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
         Ok(Effect::call(|app| app.screens.runs.list_only(filter)))
     };
     let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=0.5 seed=3";
-    vec![Effect::open(Form::prompt("show runs with", hint, state.filter.text(), read))]
+    vec![Effect::open(Form::prompt("show runs with", hint, &*state.filter.text, read))]
 }

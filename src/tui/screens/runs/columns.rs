@@ -33,8 +33,7 @@ const COMMON: [(&str, u16, Cell); 7] = [
     ("success", 7, |line, _, _| Some(line.success().map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)))),
     ("episodes", 10, |line, _, _| {
         let whole = line.progress().map(|count| count.to_string()).join("/");
-        let short = || line.progress().map(|count| number(count as f32)).join("/");
-        Some(if whole.len() > 10 { short() } else { whole })
+        Some(if whole.len() > 10 { line.progress().map(|count| number(count as f32)).join("/") } else { whole })
     }),
     ("time left", 9, |line, _, _| line.seconds_left().map(span)),
     ("charged", 8, |line, _, _| {

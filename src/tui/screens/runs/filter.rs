@@ -11,7 +11,8 @@ use mge_base::spelling::did_you_mean;
 /// Which runs are listed.
 #[derive(Debug, Clone, Default)]
 pub struct Filter {
-    text: String,
+    /// What was typed.
+    pub text: String,
     terms: Vec<Term>,
 }
 
@@ -44,16 +45,6 @@ const COLUMNS: [&str; 12] =
     ["task", "method", "state", "name", "label", "tag", "note", "seed", "episodes", "done", "success", "epsilon"];
 
 impl Filter {
-    /// What was typed.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
-    /// Whether all runs are listed.
-    pub fn is_empty(&self) -> bool {
-        self.terms.is_empty()
-    }
-
     /// Reads what was typed: words and conditions, all of which must hold.
     ///
     /// # Errors

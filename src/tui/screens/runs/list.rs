@@ -22,7 +22,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     // The index of each group's line, by the address of the group.
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
     for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
-        let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.is_many()) else {
+        let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.runs.len() > 1) else {
             lines.push(Line::Run(run, false));
             continue;
         };

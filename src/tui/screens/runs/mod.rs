@@ -85,7 +85,7 @@ impl Runs {
 
     /// Ends the filter, or else removes all marks; false if there is neither.
     pub fn leave(&mut self) -> bool {
-        if !self.filter.is_empty() {
+        if !self.filter.text.is_empty() {
             self.filter = Filter::default();
             return true;
         }
@@ -168,8 +168,8 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
     if marked > 0 {
         title = format!("{title} · {marked} marked");
     }
-    if !state.filter.is_empty() {
-        title = format!("{title} · with `{}`, esc shows all", state.filter.text());
+    if !state.filter.text.is_empty() {
+        title = format!("{title} · with `{}`, esc shows all", state.filter.text);
     }
     if state.by_success {
         title += " · by success";
@@ -186,7 +186,7 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
 fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
     if view.runs_unread > 0 {
         "The runs in this folder are being read."
-    } else if state.filter.is_empty() {
+    } else if state.filter.text.is_empty() {
         "There are no runs in this folder yet. {train} trains one; {open-run} opens one from elsewhere."
     } else {
         "No run matches this filter. Escape shows all."

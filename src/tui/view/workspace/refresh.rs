@@ -30,7 +30,7 @@ impl SessionWorkspace {
         view.prior_state = session.prior_state();
         view.prior = session.prior().cloned();
         let hand = session.hand_play();
-        let actions = hand.trace().steps.len();
+        let actions = hand.trace.steps.len();
         if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
             view.hand = hand_episode(session, &view.task, Some(&view.hand));
         }
@@ -40,7 +40,7 @@ impl SessionWorkspace {
         }
         let before = self.view.watched.take().map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
         self.listing.refresh(&self.session);
-        self.view.runs = self.listing.runs().to_vec();
+        self.view.runs.clone_from(&self.listing.runs);
         self.view.groups = self.listing.groups().clone();
         self.view.runs_unread = self.listing.unread(&self.session);
         self.view.runs_damaged = self.listing.damaged(&self.session).len();
@@ -85,10 +85,10 @@ impl SessionWorkspace {
 /// unchanged.
 pub(super) fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>) -> HandEpisode {
     let hand = session.hand_play();
-    let known = known.filter(|known| *known.trace == *hand.trace() && *known.task == **hand.task());
+    let known = known.filter(|known| *known.trace == hand.trace && *known.task == **hand.task());
     HandEpisode {
         task: if **hand.task() == **task { task.clone() } else { hand.task().clone() },
-        trace: known.map_or_else(|| Arc::new(hand.trace().clone()), |known| known.trace.clone()),
+        trace: known.map_or_else(|| Arc::new(hand.trace.clone()), |known| known.trace.clone()),
         snapshot: Arc::new(hand.snapshot().clone()),
     }
 }

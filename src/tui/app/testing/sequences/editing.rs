@@ -343,7 +343,7 @@ fn hand_play_shows_its_latest_action_and_reports_its_end() {
     let mut play = mge_workbench::HandPlay::new(view.task.clone(), 0);
     let mut played = |places: usize| {
         (0..places).for_each(|_| _ = play.place([-0.9, 0.9]));
-        view.hand.trace = Arc::new(play.trace().clone());
+        view.hand.trace = Arc::new(play.trace.clone());
         view.hand.snapshot = Arc::new(play.snapshot().clone());
         view.clone()
     };

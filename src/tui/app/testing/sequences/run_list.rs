@@ -167,5 +167,5 @@ fn a_run_with_a_changed_epsilon_is_told_from_the_others_of_its_group() {
     check(view.clone(), "5", &[], ", changed: plain-1");
     check(view.clone(), "5 tab", &[], "plain-1 (changed)");
     check(view.clone(), "5 tab down down", &[], "epsilon is now 0.1");
-    check(view, "4 tab", &[], "(3 seeds, 1 changed)");
+    check(view, "5", &[], "(3 seeds, 1 changed)");
 }
