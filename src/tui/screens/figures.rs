@@ -171,9 +171,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
             return Err(format!("`{file}`: write a name without folder and suffix, which the export adds"));
         }
         let composition = Composition::default().with_options(options)?;
-        if is_known {
-            composition.check_labels(&labels).map_err(|error| error.to_string())?;
-        }
+        is_known.then(|| composition.check_labels(&labels)).transpose().map_err(|error| error.to_string())?;
         let report = Effect::info(format!("composed: {text}; {exports}"));
         let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
         Ok(Effect::all(vec![Effect::call(change), report]))

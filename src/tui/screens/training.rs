@@ -250,7 +250,7 @@ fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer)
 fn nothing(curves: &CurvesState, ui: &Ui) -> String {
     ui.text(match curves.comparing {
         true => "There is nothing to compare: {mark-run} marks runs on the Runs screen ({screen-runs}).",
-        false => "Nothing has been trained yet. {train} starts a training with the settings on the Scene screen; {screen-runs} shows past runs.",
+        false => "No run is being watched. {train} starts a training with the settings on the Scene screen; {screen-runs} shows past runs.",
     })
 }
 

@@ -92,11 +92,11 @@ impl RunSummary {
     /// The same run with what its log says, and the curves of that.
     pub(super) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
         let evaluations = log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
-        let is_change = |event: &&Event| {
-            matches!(event, Event::ScheduleChanged { .. } | Event::ClustersChanged { given: true, .. })
-        };
-        let changed = log.interventions.iter().rev().find(is_change).map(Event::to_string);
-        Self { curves, evaluations, changed, began: log.began, ..self }
+        let changed =
+            log.interventions.iter().rev().find(|event| {
+                matches!(event, Event::ScheduleChanged { .. } | Event::ClustersChanged { given: true, .. })
+            });
+        Self { curves, evaluations, changed: changed.map(Event::to_string), began: log.began, ..self }
     }
 
     /// Whether users gave it another name than that of its folder.

@@ -26,7 +26,7 @@ pub struct Column {
 }
 
 /// Lines that decide which columns are shown: judging thousands for every key would take milliseconds.
-const JUDGED: usize = 500;
+pub const JUDGED: usize = 500;
 
 /// Those that are not settings, the most important ones first.
 const COMMON: [(&str, u16, Cell); 7] = [
@@ -81,8 +81,7 @@ fn settings(lines: &[Line], ui: &Ui) -> Vec<Column> {
     let varies = |path: &&str| lines.iter().any(|line| setting(line, ui, path) != setting(&lines[0], ui, path));
     let column = |path: &str| {
         let values = lines.iter().filter_map(|line| setting(line, ui, path)).map(|value| width(&value));
-        let widest = values.chain([path.len(), 8]).max().unwrap_or(0).min(16);
-        Column { heading: path.into(), width: widest as u16, cell: setting }
+        Column { heading: path.into(), width: values.fold(path.len().max(8), usize::max).min(16) as u16, cell: setting }
     };
     paths.into_iter().filter(varies).map(column).collect()
 }

@@ -13,7 +13,7 @@ use super::Runs;
 use super::columns::{self, Column};
 use super::line::Line;
 use crate::tui::view::RunGroup;
-use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
 
 /// The lines of the list.
@@ -71,7 +71,10 @@ pub fn draw(
 ) {
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
-    let shown = columns::fitting(lines, area.width.saturating_sub(MARK + STATE + NAME[0] + 3), ui);
+    let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
+    let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks));
+    let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).min(area.width / 3).max(NAME[0]);
+    let shown = columns::fitting(lines, area.width.saturating_sub(MARK + STATE + least + 3), ui);
     let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
     let name = area.width.saturating_sub(taken).min(NAME[1]);
     let widths: Vec<Constraint> = [MARK, name, STATE]
@@ -84,7 +87,6 @@ pub fn draw(
         |text: &str, column: &Column| Text::from(shortened(text, usize::from(column.width), true)).right_aligned();
     let headings = headings.chain(shown.iter().map(|column| cell(&column.heading, column)));
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
-    let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let row = |index: usize| {
         let line = &lines[index];
         let runs = line.runs();
