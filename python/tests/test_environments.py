@@ -95,7 +95,7 @@ def test_an_action_with_a_tool_is_a_dictionary_or_an_array_as_in_create():
         with pytest.raises(error, match=message):
             envs.step(wrong)
         assert pickle.dumps(envs.get_state()) == state
-    with pytest.raises(ValueError, match="unknown tools `best`"):
+    with pytest.raises(ValueError, match="unknown split of tools `best`"):
         mge.PuzzleEnv("create/Push", tools="best")
     with pytest.raises(ValueError, match="no part 'smell'"):
         mge.PuzzleEnv("create/Push", tools="all", observation="smell")
@@ -111,7 +111,7 @@ def test_the_catalogue_of_tools():
     assert features.shape == (2, len(mge.tool_feature_names())) and features[0].any() and not features[1].any()
     with pytest.raises(ValueError, match="`number of a tool` is 2366"):
         mge.tool_features([2366])
-    with pytest.raises(ValueError, match="unknown tools"):
+    with pytest.raises(ValueError, match="unknown split of tools"):
         mge.tool_numbers("none")
 
 

@@ -273,7 +273,7 @@ pub fn definitions<const N: usize>(
         let (name, value) = split_definition(text, flag)?;
         let wrote = format!("{flag} {text}");
         if let Some((.., other)) = known.iter().find(|(other, ..)| set_the_same(&name, other)) {
-            return Err(format!("{other} and {wrote} set the same: give one of them"));
+            return Err(format!("{other} and {wrote} set the same: give only one of them"));
         }
         known.push((name, value, wrote));
     }

@@ -16,8 +16,7 @@ pub fn print(name: &Path) -> Outcome {
     let method = name.to_str().and_then(|name| name.parse::<Method>().ok());
     let methods = || Method::ALL.map(Method::name).join(", ");
     let of_file = || {
-        let what = if name.exists() { "no file of settings" } else { "no file" };
-        settings_of(name).map_err(|error| format!("no method ({}) and {what}: {error}", methods()))
+        settings_of(name).map_err(|error| format!("neither a method ({}) nor a file of settings: {error}", methods()))
     };
     let settings = if method.is_some() { Vec::new() } else { of_file()? };
     let config = method

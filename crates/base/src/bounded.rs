@@ -27,10 +27,11 @@ pub fn open(path: &Path) -> io::Result<File> {
     File::open(path).map_err(in_plain_words)
 }
 
-/// The error of a read, in plain words if nothing is there.
+/// The error of a read, in plain words if nothing or a folder is there.
 pub fn in_plain_words(error: io::Error) -> io::Error {
     match error.kind() {
         kind @ io::ErrorKind::NotFound => io::Error::new(kind, "it does not exist"),
+        kind @ io::ErrorKind::IsADirectory => io::Error::new(kind, "it is a folder"),
         _ => error,
     }
 }
@@ -41,7 +42,7 @@ pub fn in_plain_words(error: io::Error) -> io::Error {
 /// When the file cannot be read, or has more than `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    open(path)?.take(most + 1).read_to_end(&mut bytes).map_err(in_plain_words)?;
     if bytes.len() as u64 > most {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MB", most >> 20)));
     }

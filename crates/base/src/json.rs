@@ -15,7 +15,7 @@ use crate::text::{MAX_EXCERPT_LENGTH, excerpt, without_mark};
 
 /// The text is not JSON, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{origin}:{line}:{column}: at `{path}`: {message}")]
+#[error("{origin}:{line}:{column}: {}{message}", if path == "." { String::new() } else { format!("at `{path}`: ") })]
 pub struct SyntaxError {
     /// Name of the file or stream.
     pub origin: String,

@@ -41,7 +41,7 @@ impl FromStr for ToolSet {
         }
         let kinds = text.split(',').map(|kind| kind.trim().parse());
         let kinds =
-            kinds.collect::<Result<_, String>>().map_err(|error| format!("{error} (`{CREATE}` are all of them)"))?;
+            kinds.collect::<Result<_, String>>().map_err(|error| format!("{error} (`{CREATE}` means all of them)"))?;
         Ok(Self { kinds, properties: false })
     }
 }

@@ -57,7 +57,7 @@ impl ToolSplit {
     }
 }
 
-by_name!(ToolSplit, "tools", { All = "all", Train = "train", Validation = "validation", Test = "test" });
+by_name!(ToolSplit, "split of tools", { All = "all", Train = "train", Validation = "validation", Test = "test" });
 
 /// A tool of the catalogue, at the origin. None for the no-op and for numbers beyond the catalogue.
 pub fn catalogue_tool(number: usize) -> Option<&'static Tool> {

@@ -18,7 +18,7 @@ use super::row::{LearningRow, TrainedRun};
 use super::settings::distinguish;
 use mge_base::atomic::parent_of;
 use mge_base::paths::{entries, expanded};
-use mge_base::spelling::did_you_mean;
+use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_figures::{Against, LearningCurves, PlotStyle, Success};
 use mge_run::{RunDirectory, RunState, config_hash};
@@ -149,10 +149,7 @@ impl Composition {
             "bands" => self.style.without_bands = read(&BANDS, key, value)?,
             "height" => self.style.height = number(value, PlotStyle::HEIGHTS)?,
             "smooth" => self.smooth = number(value, 1..=1000)?,
-            _ => {
-                let names = OPTIONS.map(|(name, _)| name);
-                return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
-            }
+            _ => return Err(unknown("option", OPTIONS.map(|(name, _)| name), key)),
         }
         if self.success == Success::Greedy && self.against != Against::Episodes {
             return Err("greedy evaluations are drawn against episodes".to_owned());

@@ -81,12 +81,13 @@ impl RunConfig {
 fn in_plain_words(key: &str, message: String) -> String {
     let expected = message.rsplit_once("expected ").map_or("", |(_, expected)| expected);
     match expected {
-        "f64" | "f32" | "u32" | "u64" | "usize" => {
+        "f64" | "f32" | "u32" | "u64" | "usize" | "an array of length 2" => {
             let setting = settings().find(|(path, _)| path == key);
             setting.map_or_else(|| "it is a number".to_owned(), |(_, setting)| format!("it is {}", setting.range))
         }
         "a boolean" => "it is true or false".to_owned(),
-        _ => message,
+        group if group.starts_with("struct ") => format!("it is a group of settings, such as {key}.KEY"),
+        _ => message.replace("unknown variant", "unknown value"),
     }
 }
 

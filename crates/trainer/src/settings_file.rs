@@ -31,7 +31,7 @@ pub enum SettingsFileError {
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
     /// Two of its settings contradict each other.
-    #[error("{origin}: `{first}` and `{second}` set the same: give one of them")]
+    #[error("{origin}: `{first}` and `{second}` set the same: give only one of them")]
     Twice { origin: String, first: String, second: String },
     /// A setting does not exist, or its value has the wrong type; `origin` is the file and the line.
     #[error("{origin}: {source}")]

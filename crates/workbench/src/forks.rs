@@ -59,7 +59,7 @@ impl Session {
             match key.as_str() {
                 "task" if value == EDITED => config.task = self.setup.config.task.clone(),
                 "task" => return Err(ValidationError::new("task", "is `edited`: the task as it is edited").into()),
-                "method" | "seed" => return Err(ValidationError::new(key, "stays that of the run").into()),
+                "method" | "seed" => return Err(ValidationError::new(key, "cannot change in a fork").into()),
                 _ => config = config.with_unchecked_setting(key, value)?,
             }
         }
@@ -191,7 +191,7 @@ mod tests {
         for (line, reason) in [
             ("fork 19 episodes=40", "the run has 18 episodes, not 19"),
             ("fork 18", "needs more"),
-            ("fork 5 seed=3", "stays that of the run"),
+            ("fork 5 seed=3", "cannot change in a fork"),
             ("fork 5 ddpg.hidden=8", "ddpg.hidden"),
             ("fork 5 ddpg.gama=0.5", "did you mean `ddpg.gamma`?"),
             ("fork 5 task=task2", "the task as it is edited"),

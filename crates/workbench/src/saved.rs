@@ -142,7 +142,7 @@ impl SavedRun {
         let (trained, agent) = self.agent()?;
         let task = task.unwrap_or_else(|| self.config.played_task());
         if observation_len(&task) != agent.observation_len() {
-            let reason = format!("the observation of this run's agent has another length on {}", task.name);
+            let reason = format!("{} has another number of subgoals than the task of this run", task.name);
             return Err(SessionError::Failed(reason));
         }
         Ok(Player { trained, agent, task })

@@ -140,7 +140,7 @@ pub enum Command {
     },
     /// Compute the action clusters of a task, as JSON
     Clusters(Clusters),
-    /// Train an agent: minutes for the usual 2000 episodes
+    /// Train an agent: a few minutes for the default 2000 episodes
     Train(Train),
     /// Print every effective setting of a method or a file of settings, with its source, as JSON
     Config(Config),

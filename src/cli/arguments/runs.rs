@@ -27,8 +27,8 @@ pub struct Train {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
-    /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: depends on the method, mostly
-    /// linear:0.5:0:1000]
+    /// points:0=0.8,1000=0.3,3000=0, need:0.25:0.25:10 [default: that of the method, such as need:0.25:0.25:10 of
+    /// ddpg-mge-adaptive and linear:0.5:0:1000 of ddpg-mge]
     #[arg(long)]
     pub epsilon: Option<EpsilonSchedule>,
     /// Model that predicts the rollouts: trained, learned, rapier, true, uniform, or a model file [default: trained]
