@@ -89,7 +89,8 @@ def read_run(path: str | os.PathLike[str]) -> Run:
 
 
 def read_results(folders: Folders) -> Table:
-    """Results of all runs in folders (runs, folders of runs, sweeps, studies): one row for each run."""
+    """Results of all runs in folders (runs, folders of runs, sweeps, studies): one row for each run, in
+    which `episodes` are those done."""
     rows = []
     for run in json.loads(_mge.read_results(folder_list(folders))):
         measures = run.pop("measures")
