@@ -25,8 +25,9 @@ pub fn suggestion(name: Option<&str>) -> String {
 }
 
 /// The message for a name that is not among the known ones.
-pub fn unknown<const N: usize>(what: &str, known: [&str; N], typed: &str) -> String {
-    format!("unknown {what} `{typed}`: use one of {}{}", known.join(", "), did_you_mean(known, typed))
+pub fn unknown(what: &str, known: &[&str], typed: &str) -> String {
+    let hint = did_you_mean(known.iter().copied(), typed);
+    format!("unknown {what} `{typed}`: use one of {}{hint}", known.join(", "))
 }
 
 /// Gives an enum `ALL`, its variants in their order, and `name()`.
@@ -67,7 +68,7 @@ macro_rules! by_name {
 
             fn from_str(text: &str) -> Result<Self, String> {
                 let found = Self::ALL.into_iter().find(|known| known.name() == text);
-                found.ok_or_else(|| $crate::spelling::unknown($what, Self::ALL.map(Self::name), text))
+                found.ok_or_else(|| $crate::spelling::unknown($what, &Self::ALL.map(Self::name), text))
             }
         }
     };

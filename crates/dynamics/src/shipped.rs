@@ -63,7 +63,7 @@ pub fn file_of(name: &Path, id: Option<&FileId>) -> Result<Cow<'static, [u8]>> {
             DynamicsError::Io { source, .. }
                 if source.kind() == ErrorKind::NotFound && name.file_stem() == Some(name.as_os_str()) =>
             {
-                DynamicsError::Unknown(unknown("model", FILES.map(|(known, _)| known), &name.display().to_string()))
+                DynamicsError::Unknown(unknown("model", &FILES.map(|(known, _)| known), &name.display().to_string()))
             }
             _ => error,
         })?),

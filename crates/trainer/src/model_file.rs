@@ -95,7 +95,7 @@ impl ModelFile {
     pub fn load(&self) -> Result<Arc<Model>, DynamicsError> {
         let path = self.id.as_ref().map_or(Ok(&*self.path), |id| self.known_path(id))?;
         dynamics::named(path, self.id.as_ref()).map_err(|error| match error {
-            DynamicsError::Unknown(_) => DynamicsError::Unknown(unknown("model", NAMES, &path.display().to_string())),
+            DynamicsError::Unknown(_) => DynamicsError::Unknown(unknown("model", &NAMES, &path.display().to_string())),
             error => error,
         })
     }
