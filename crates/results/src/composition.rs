@@ -149,7 +149,7 @@ impl Composition {
             "bands" => self.style.without_bands = read(&BANDS, key, value)?,
             "height" => self.style.height = number(value, PlotStyle::HEIGHTS)?,
             "smooth" => self.smooth = number(value, 1..=1000)?,
-            _ => return Err(unknown("option", OPTIONS.map(|(name, _)| name), key)),
+            _ => return Err(unknown("option", &OPTIONS.map(|(name, _)| name), key)),
         }
         if self.success == Success::Greedy && self.against != Against::Episodes {
             return Err("greedy evaluations are drawn against episodes".to_owned());
