@@ -9,6 +9,8 @@ pub enum Context {
     Everywhere,
     /// Where a scene is shown: the Scene and the Edit screen.
     Scene,
+    /// Where the task is changed: the Edit and the Scene screen.
+    Edit,
     /// Where an episode is played: with a scene, and beside the curves.
     Playback,
     /// Where something can be moved in two directions: with a scene, a schedule or curves.
@@ -38,6 +40,7 @@ impl Context {
     pub fn tab(self) -> Option<Tab> {
         match self {
             Self::Scene | Self::Playback | Self::Move | Self::Hand => Some(Tab::Scene),
+            Self::Edit => Some(Tab::Edit),
             Self::Schedule => Some(Tab::Schedule),
             Self::Curves => Some(Tab::Training),
             Self::Runs | Self::List => Some(Tab::Runs),

@@ -1,7 +1,7 @@
 //! The table of actions with keys.
 
 use super::Context::{
-    self, Curves, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
+    self, Curves, Edit, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
 };
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
@@ -50,18 +50,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("next-object", "tab", "select", "", "select the next object: subgoals, goal, balls, boxes, tools", Effects(|s, ui| scene::select_neighbour(&mut s.scene, ui, 1))),
         ("previous-object", "backtab", "", "", "select the previous object", Effects(|s, ui| scene::select_neighbour(&mut s.scene, ui, -1))),
         ("coordinates", "enter", "", "subgoal move", "type the coordinates of the selected object", Effects(edit::type_coordinates)),
-        ("add-subgoal", "A", "", "subgoal add", "", Effects(|_, ui| edit::add_subgoal(ui))),
-        ("add-tool", "T", "", "tool add", "", Effects(|_, ui| tools::choose_tool(ui))),
-        ("agent-tool", "B", "", "placeable", "", Effects(|_, _| tools::choose_placeable())),
-        ("properties", "E", "", "tool set", "", Effects(|s, ui| tools::type_properties(&s.scene, ui))),
-        ("delete", "delete X", "", "subgoal delete", "delete the selected subgoal or tool", Effects(edit::delete)),
-        ("grow", ")", "", "subgoal size", "make the selected object larger; of a tool, its first property", Effects(|s, ui| edit::resize(s, ui, 1.0))),
-        ("shrink", "(", "", "subgoal size", "make the selected object smaller; of a tool, its first property", Effects(|s, ui| edit::resize(s, ui, -1.0))),
-        ("earlier", "{", "", "subgoal swap", "the subgoal comes one earlier", Effects(|s, ui| edit::reorder(&s.scene, ui, false))),
-        ("later", "}", "", "subgoal swap", "the subgoal comes one later", Effects(|s, ui| edit::reorder(&s.scene, ui, true))),
-        ("propose-subgoals", "S", "", "propose", "", Verb),
-        ("accept-proposals", "Y", "", "proposal accept", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, true))),
-        ("reject-proposals", "D", "", "proposal delete", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, false))),
         ("restart", "r", "", "", "play the episode from its start", Change(|s, _| s.scene.player.restart())),
         ("show-clusters", "a", "", "", "show or hide the action clusters", Effects(|s, ui| scene::show_clusters(ui, &mut s.scene.chosen.clusters))),
         ("show-samples", "z", "", "", "show or hide the rewarding actions behind the clusters", Effects(|s, ui| scene::show_clusters(ui, &mut s.scene.chosen.samples))),
@@ -70,6 +58,20 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("show-model", "g", "", "", "show or hide what the model predicts for the next actions, and what happened", Effects(|s, ui| scene::show_agent(ui, &mut s.scene.chosen.model))),
         ("show-legend", "I", "legend", "", "show or hide the legend of the scene", Change(|s, _| s.scene.chosen.legend ^= true)),
         ("hand-play", "P", "hand play", "", "place tools yourself, or stop doing so", Effects(|s, ui| scene::play_by_hand(&mut s.scene, ui))),
+    ]),
+    (Edit, &[
+        ("add-subgoal", "A", "subgoal", "subgoal add", "", Effects(|_, ui| edit::add_subgoal(ui))),
+        ("add-tool", "T", "tool", "tool add", "", Effects(|_, ui| tools::choose_tool(ui))),
+        ("agent-tool", "B", "", "placeable", "", Effects(|_, _| tools::choose_placeable())),
+        ("properties", "E", "properties", "tool set", "", Effects(|s, ui| tools::type_properties(&s.scene, ui))),
+        ("delete", "delete X", "", "subgoal delete", "delete the selected subgoal or tool", Effects(edit::delete)),
+        ("grow", ")", "", "subgoal size", "make the selected object larger; of a tool, its first property", Effects(|s, ui| edit::resize(s, ui, 1.0))),
+        ("shrink", "(", "", "subgoal size", "make the selected object smaller; of a tool, its first property", Effects(|s, ui| edit::resize(s, ui, -1.0))),
+        ("earlier", "{", "", "subgoal swap", "the subgoal comes one earlier", Effects(|s, ui| edit::reorder(&s.scene, ui, false))),
+        ("later", "}", "", "subgoal swap", "the subgoal comes one later", Effects(|s, ui| edit::reorder(&s.scene, ui, true))),
+        ("propose-subgoals", "S", "propose", "propose", "", Verb),
+        ("accept-proposals", "Y", "", "proposal accept", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, true))),
+        ("reject-proposals", "D", "", "proposal delete", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, false))),
     ]),
     (Playback, &[
         ("play", "space", "play", "", "pause or resume playback", Do(|app| app.play(|player, _| player.toggle()))),

@@ -178,11 +178,13 @@ impl App {
 
     /// The contexts in which keys are looked up now, the innermost first.
     fn contexts(&self) -> Vec<Context> {
+        // The task can be changed on the Scene screen, too, whose footer does not name these keys.
+        let by_hand = self.screens.scene.hand.is_some();
+        let outer = (self.tab == Tab::Scene || by_hand).then_some(Context::Edit);
         let inner = match self.tab {
-            Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => {
-                vec![Context::Hand, Context::Move, Context::Playback, Context::Scene]
-            }
-            Tab::Scene | Tab::Edit => vec![Context::Move, Context::Playback, Context::Scene],
+            Tab::Scene | Tab::Edit if by_hand => vec![Context::Hand, Context::Move, Context::Playback, Context::Scene],
+            Tab::Scene => vec![Context::Move, Context::Playback, Context::Scene],
+            Tab::Edit => vec![Context::Edit, Context::Move, Context::Scene, Context::Playback],
             Tab::Schedule => vec![Context::Move, Context::Schedule],
             Tab::Training => vec![Context::Move, Context::Playback, Context::Curves],
             Tab::Runs => vec![Context::Runs, Context::List],
@@ -190,7 +192,7 @@ impl App {
             Tab::Figures => vec![Context::Figures, Context::List],
             Tab::Log => vec![Context::Log, Context::List],
         };
-        inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
+        inner.into_iter().chain([Context::Everywhere, Context::Typed]).chain(outer).collect()
     }
 
     /// Handles an event of the terminal.
