@@ -15,6 +15,9 @@ use crate::{Action, ActionSet, Choice, EndReason, Environment, Placement, Step, 
 use mge_base::validation::ValidationError;
 use mge_task::Task;
 
+/// CREATE's names of [`EndReason::ALL`], which its recordings have.
+const IN_CREATE: [&str; EndReason::ALL.len()] = ["goal", "target_out", "marker_out", "motion_stopped", "max_steps"];
+
 /// The outcome of one action, as a line of JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepLine {
@@ -28,8 +31,8 @@ pub struct StepLine {
     pub terminated: bool,
     /// The maximum number of actions ended the episode.
     pub truncated: bool,
-    /// All reasons why the episode is over.
-    pub done_reasons: Vec<EndReason>,
+    /// All reasons why the episode is over, in CREATE's terms.
+    pub done_reasons: Vec<&'static str>,
     /// The goal has been reached in this episode.
     pub goal_hit: bool,
     /// Indices of the subgoals reached so far.
@@ -97,7 +100,7 @@ fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step
         reward: step.reward,
         terminated: step.terminated,
         truncated: step.truncated,
-        done_reasons: now.reasons.clone(),
+        done_reasons: now.reasons.iter().map(|reason| IN_CREATE[*reason as usize]).collect(),
         goal_hit: now.goal_reached,
         subgoals_hit: hits(&now.reached),
         marker_subgoals_hit: hits(&now.reached_by_marker),

@@ -21,9 +21,9 @@ fn study() -> Study {
     let model = r#""layers": 1, "width": 8, "embedding": 4, "observations": 8, "validation": 2, "batch": 8,
         "evaluation.launches": 5, "evaluation.episodes": 1, "evaluation.horizon": 2, "evaluation.hit_rollouts": 5"#;
     let models = models.replace("\"epochs\": 3000", "\"epochs\": 3");
-    let agent = r#""ddpg.hidden": 8, "guidance.model_rollouts": 50, "guidance.most_model_rollouts": 50, "guidance.environment_rollouts": 10,
-        "model.launches": 5, "model.epochs": 3, "practice.rollouts": 2, "planner.rollouts": 4, "planner.horizon": 2,
-        "planner.iterations": 1, "planner.elites": 2, "checkpoints.last_every": 2"#;
+    let agent = r#""ddpg.hidden": 8, "guidance.model_rollouts": 50, "guidance.most_model_rollouts": 50,
+        "guidance.environment_rollouts": 10, "model.launches": 5, "model.epochs": 3, "practice.rollouts": 2,
+        "planner.rollouts": 4, "planner.horizon": 2, "planner.iterations": 1, "planner.elites": 2, "checkpoints.last_every": 2"#;
     let trainings = trainings.replace("\"episodes\": 1000,", "\"episodes\": 6,");
     let trainings = trainings.replace("\"episodes\": 500,", "\"episodes\": 6,");
     let trainings = trainings.replace("\"episodes\": 20,", "\"episodes\": 2,");
