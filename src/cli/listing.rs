@@ -8,13 +8,12 @@ use super::arguments::{Compare, Runs, Show};
 use super::output::{self, Outcome};
 use super::session::RUNS;
 use mge_base::json;
-use mge_base::text::counted;
+use mge_base::text::{counted, number};
 use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
 use mge_run::{RunDirectory, RunError, RunHistory};
 use mge_task::is_edited;
 use mge_trainer::non_default_settings;
 use mge_workbench::listing::{self, RunSummary, read_run, span};
-use mge_workbench::run_label;
 
 /// Lists runs. Damaged ones are named on stderr.
 pub fn runs(arguments: &Runs) -> Outcome {
@@ -105,7 +104,7 @@ pub fn show(arguments: &Show) -> Outcome {
         "reason": run.state.reason(),
         "task": run.config.task.name,
         "task_edited": Some(true).filter(|_| is_edited(&run.config.task)),
-        "label": run_label(&run.config),
+        "label": read_run(&run.path)?.map(|run| run.label),
         "settings": settings,
         "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),
@@ -134,10 +133,11 @@ fn interventions(run: &FoundRun, history: &RunHistory) -> Vec<String> {
     all.map(|(episode, text)| format!("episode {episode}: {text}")).collect()
 }
 
-/// A result for a person: numbers with at most three decimals.
+/// A result for a person: numbers with at most three decimals, unless these do not tell it.
 fn result_text(value: &Value) -> String {
     match value.as_f64() {
-        Some(number) if number.fract() != 0.0 => format!("{number:.3}"),
+        Some(value) if value != 0.0 && value.abs() < 9.5e-4 => number(value as f32),
+        Some(value) if value.fract() != 0.0 => format!("{value:.3}"),
         _ if value.is_null() => "-".to_owned(),
         _ => json::text(value),
     }

@@ -19,6 +19,7 @@ mod sweeps;
 mod tasks;
 #[cfg(test)]
 mod tests;
+mod usage;
 
 use std::ffi::OsStr;
 use std::io::{self, Write};
@@ -38,11 +39,13 @@ use arguments::{Arguments, Command};
 pub fn run() -> ExitCode {
     crate::memory::keep_freed_blocks();
     mge_base::identity::set_version(env!("MGE_VERSION"));
-    let parsed =
-        adjusted(arguments::command()).try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
-    let outcome = match parsed {
-        Ok(arguments) => dispatch(arguments),
-        Err(error) => print_usage(&error),
+    let command = adjusted(arguments::command());
+    let parsed = command.clone().try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
+    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let outcome = match (parsed, usage::misplaced(&command, &words)) {
+        (_, Some(text)) => usage_error(&text),
+        (Ok(arguments), None) => dispatch(arguments),
+        (Err(error), None) => print_usage(&error),
     };
     match outcome {
         Ok(status) => status,
@@ -84,6 +87,9 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
     if let Some(word) = std::env::args_os().nth(1).map(PathBuf::from).filter(|word| runs::is_unknown(word)) {
         return Err(runs::no_such(&word).into());
     }
+    if let Some(text) = usage::refused(error) {
+        return usage_error(&text);
+    }
     // Escape sequences in what was typed stay text. Writing fails if the terminal is closed.
     let plain = error.to_string();
     if output::shown_lines(&plain) == plain {
@@ -91,6 +97,12 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
     } else {
         output::message_lines(&plain);
     }
+    Ok(ExitCode::from(2))
+}
+
+/// Prints what is wrong with the arguments, in one line.
+fn usage_error(text: &str) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    output::message(format_args!("error: {text}"));
     Ok(ExitCode::from(2))
 }
 

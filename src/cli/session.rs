@@ -80,8 +80,15 @@ pub fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Inte
         // Checked before polling, so that the final events are not missed. A run that another process has
         // paused is waited for, too.
         let idle = session.is_idle() && !session.runs().iter().any(RunView::is_active);
-        // A failure is the outcome of its run.
-        let is_shown = |notice: &&Notice| !matches!(notice, Notice::Run { event: Event::Failed { .. }, .. });
+        // A failure, and the stop by a signal, are the outcome of their run.
+        let is_shown = |notice: &&Notice| match notice {
+            Notice::Run { event, .. } => match event {
+                Event::Failed { .. } => false,
+                Event::Stopped { .. } => !stopping,
+                _ => true,
+            },
+            _ => true,
+        };
         session.poll().iter().filter(is_shown).for_each(|notice| viewer.show(notice));
         if idle {
             break;

@@ -94,9 +94,11 @@ pub fn to_value(data: &impl Serialize) -> Value {
     serde_json::from_str(&text).expect("what was written can be read")
 }
 
-/// A value as text; a string without its quotes.
+/// A value as text; strings, also those of a list, without their quotes.
 pub fn text(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+    let all: Option<Vec<&str>> =
+        value.as_array().filter(|all| !all.is_empty()).and_then(|all| all.iter().map(Value::as_str).collect());
+    value.as_str().map(str::to_owned).or(all.map(|all| all.join(", "))).unwrap_or_else(|| value.to_string())
 }
 
 /// The value of a text: JSON, or a string without its quotes.

@@ -53,6 +53,9 @@ pub struct Provenance {
     pub processor: String,
     /// The command that reproduces it.
     pub command: String,
+    /// Final mean losses of training and validation, of normalised outputs; none in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub losses: Option<[f32; 2]>,
 }
 
 impl Model {

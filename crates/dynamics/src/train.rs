@@ -56,8 +56,6 @@ pub struct TrainedModel {
     pub training: Training,
     /// The epoch in which the training diverged and the reason; the model is then that of the epoch before.
     pub diverged: Option<String>,
-    /// Mean loss of the last epoch, of normalised outputs; `None` if there was no epoch.
-    pub train_loss: Option<f32>,
 }
 
 /// Trains a model into a file. `on_progress` is called after every epoch. The other arguments are those of
@@ -72,7 +70,7 @@ pub fn train_to_file(
     tools: &[ToolKind],
     command: &str,
     stop: &Stop,
-    mut on_progress: impl FnMut(&Progress),
+    on_progress: impl FnMut(&Progress),
 ) -> Result<TrainedModel> {
     config.validate()?;
     settings.validate()?;
@@ -81,13 +79,9 @@ pub fn train_to_file(
     let checked = to.check(&Model::FORMAT).and_then(|()| atomic::create_parent(&to.path));
     checked.map_err(|source| DynamicsError::Io { origin: to.path.display().to_string(), source })?;
     let mut training = Training::new(config, settings, tools, command, stop)?;
-    let mut train_loss = None;
-    let diverged = training.run(stop, |now| {
-        train_loss = Some(now.loss);
-        on_progress(now);
-    })?;
+    let diverged = training.run(stop, on_progress)?;
     training.model.save(&to.path)?;
-    Ok(TrainedModel { training, diverged, train_loss })
+    Ok(TrainedModel { training, diverged })
 }
 
 impl Training {
@@ -124,6 +118,7 @@ impl Training {
             crate_version: version().to_owned(),
             processor: processor(),
             command: command.to_owned(),
+            losses: None,
         };
         let model = Model::assemble(config, tools, provenance, normaliser, network);
         Ok(Self { model, optimiser, device: Cpu::default(), samples, validation })
@@ -141,19 +136,25 @@ impl Training {
     /// When `stop` is requested.
     pub fn run(&mut self, stop: &Stop, mut on_progress: impl FnMut(&Progress)) -> Result<Option<String>> {
         let epochs = self.model.provenance.training.epochs;
-        while self.epoch() < epochs {
+        let (mut latest, mut diverged) = (None, None);
+        while diverged.is_none() && self.epoch() < epochs {
             let good = (self.model.clone(), self.optimiser.clone());
             // On a thread of the rayon pool, work is divided with less overhead than from outside.
             match rayon::scope(|_| self.train_epoch(stop)) {
                 Err(DynamicsError::Stopped) => return Err(DynamicsError::Stopped),
-                Ok(loss) => on_progress(&Progress { epoch: self.epoch(), epochs, loss }),
+                Ok(loss) => {
+                    latest = Some(loss);
+                    on_progress(&Progress { epoch: self.epoch(), epochs, loss });
+                }
                 Err(reason) => {
                     (self.model, self.optimiser) = good;
-                    return Ok(Some(format!("epoch {}: {reason}", self.epoch() + 1)));
+                    diverged = Some(format!("epoch {}: {reason}", self.epoch() + 1));
                 }
             }
         }
-        Ok(None)
+        let losses = latest.map(|loss| [loss, self.validation_loss()]);
+        self.model.provenance.losses = losses.filter(|losses| losses.iter().all(|loss| loss.is_finite()));
+        Ok(diverged)
     }
 
     /// Mean loss on the validation launches.

@@ -236,6 +236,11 @@ pub enum Event {
 }
 
 impl Event {
+    /// The epsilon schedule that it sets.
+    pub fn schedule(&self) -> Option<&str> {
+        if let Self::ScheduleChanged { schedule, .. } = self { Some(schedule) } else { None }
+    }
+
     /// Whether the event changes the course of the run or shows an interruption: another schedule, other
     /// clusters, a pause, a resume by another process. The initial events of a run do not count.
     pub fn is_intervention(&self) -> bool {

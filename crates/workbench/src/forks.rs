@@ -126,7 +126,7 @@ mod tests {
         let mut first = session(folder.path());
         play(&mut first, &format!("{TRAIN}fork 12\nwait\nwatch 1\nfork 12 epsilon=1 ddpg.gamma=0.5\nwait\n"));
         let [source, same, other] =
-            ["", "-at12", "-at12-2"].map(|end| rows(folder.path(), &format!("task1-ddpg-uniform-seed0{end}")));
+            ["", "-at12", "-at12-run2"].map(|end| rows(folder.path(), &format!("task1-ddpg-uniform-seed0{end}")));
         assert_eq!(source.len(), 18);
         assert_eq!(same, source, "the same settings make the same run");
         assert_eq!(other[..12], source[..12]);

@@ -60,9 +60,11 @@ fn train_into_file(job: ModelJob, to: &Target, made_by: &str, reporter: &Reporte
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let on_progress = |now: &dynamics::Progress| _ = reporter.progress(now.epoch as usize, now.epochs as usize);
     let trained = train_to_file(to, job.model, job.training, &job.tools, made_by, reporter.stop(), on_progress)
-        .map_err(|error| match error {
+        .map_err(|error| match &error {
             DynamicsError::Stopped => failed(&"stopped: the same command starts again"),
-            error => failed(&error),
+            // It names the file.
+            DynamicsError::Io { .. } => error.to_string(),
+            _ => failed(&error),
         })?;
     if let Some(reason) = trained.diverged {
         return Err(failed(&format!("{reason}; the model is that of the epoch before")));

@@ -101,7 +101,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     (Schedule, &[
         ("next-point", "tab", "select", "", "select the next point", Change(|s, ui| schedule::select_neighbour(&mut s.schedule, ui, 1))),
         ("previous-point", "backtab", "", "", "select the previous point", Change(|s, ui| schedule::select_neighbour(&mut s.schedule, ui, -1))),
-        ("add-point", "a", "add", "", "add a point", Change(|s, ui| schedule::add_point(&mut s.schedule, ui))),
+        ("add-point", "a", "add", "", "add a point", Effects(|s, ui| schedule::add_point(&mut s.schedule, ui))),
         ("delete-point", "delete X", "", "", "delete the point", Effects(|s, ui| schedule::delete_point(&mut s.schedule, ui))),
         ("apply", "enter", "apply", "epsilon", "use the schedule, at once or at the training's next episode", Effects(|s, ui| schedule::apply(&s.schedule, ui))),
         ("discard", "backspace", "", "", "go back to the schedule in use", Change(|s, _| s.schedule.discard())),

@@ -10,6 +10,7 @@ use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
 use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary};
+use crate::tui::widgets::theme::{Palette, Theme};
 use mge_base::text::counted;
 use mge_workbench::{Command, command};
 
@@ -200,7 +201,8 @@ impl App {
 
     /// Changes to the next palette.
     pub fn change_theme(&mut self) {
-        self.theme = self.theme.with_next_palette();
+        let Theme { palette, depth, marker, .. } = self.theme;
+        self.theme = Theme::new(Palette::ALL[(palette as usize + 1) % Palette::ALL.len()], depth, marker);
         self.show_message(Level::Info, format!("colours: {}", self.theme.palette.name()));
     }
 

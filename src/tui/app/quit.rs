@@ -1,9 +1,13 @@
 //! Leaving the workbench.
 
+use std::path::Path;
+
+use super::unsaved::new_file;
 use super::{App, QuitState};
 use crate::tui::effect::Effect;
 use crate::tui::view::Level;
 use mge_run::RunState;
+use mge_workbench::command::Save;
 
 impl App {
     /// Leaves the workbench; asks first if something would be lost or stopped. Does nothing while a question is open.
@@ -31,7 +35,7 @@ impl App {
             text.push(format!("{work} ends and its progress is lost."));
         }
         if view.dirty {
-            text.push(format!("The edits of {} are not saved and will be lost.", view.task.name));
+            text.push(format!("The task {} is edited and not saved: the edits would be lost.", view.task.name));
         }
         if self.screens.schedule.is_edited() {
             text.push("The schedule you have drawn is not in use and will be lost.".to_owned());
@@ -41,9 +45,24 @@ impl App {
             return;
         }
         let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
-        let mut answers = vec![('y', leave, Effect::call(|app| app.leave(QuitState::Now)))];
+        let without = format!("{leave}{}", if view.dirty { " without saving" } else { "" });
+        let mut answers = vec![('y', &*without, Effect::call(|app| app.leave(QuitState::Now)))];
+        let file = view.file.clone().unwrap_or_else(|| new_file(Path::new(""), &format!("my-{}", view.task.name)));
+        let save = format!("save the task as {}, then {leave}", file.display());
+        if view.dirty {
+            let save_and_leave = move |app: &mut Self| {
+                app.apply_confirmed(Save(Some((&file).into())).into())?;
+                app.leave(QuitState::Now);
+                Ok(())
+            };
+            answers.push(('s', &save, Effect::new(save_and_leave)));
+        }
         if view.training_runs().next().is_some() {
-            answers.push(('b', "leave it training in the background", Effect::call(Self::leave_to_background)));
+            let leave_training = |app: &mut Self| {
+                app.background = app.workspace.view().training_runs().map(|run| run.path.clone()).collect();
+                app.leave(QuitState::Now);
+            };
+            answers.push(('b', "leave it training in the background", Effect::call(leave_training)));
             let (when, name) = match self.leaving {
                 QuitState::WhenIdle => (QuitState::No, "wait no longer: stay when all runs are done"),
                 _ => (QuitState::WhenIdle, "wait: leave when all runs are done"),
@@ -62,11 +81,5 @@ impl App {
             QuitState::No => self.warn(Level::Info, "staying when all runs are done"),
             QuitState::Now => {}
         }
-    }
-
-    /// Leaves the workbench; trainings continue in the background.
-    fn leave_to_background(&mut self) {
-        self.background = self.workspace.view().training_runs().map(|run| run.path.clone()).collect();
-        self.leave(QuitState::Now);
     }
 }

@@ -48,7 +48,9 @@ impl App {
         if let Err(reason) = self.show_awaited() {
             self.show_message(Level::Error, reason);
         }
-        if self.shows_scene() {
+        // Beside the curves there is one for a past episode.
+        let is_past = matches!(self.subject.choice, Choice::Past(_));
+        if matches!(self.tab, Tab::Scene | Tab::Edit) || (self.tab == Tab::Training && is_past) {
             self.tick_scene(elapsed);
         }
         if self.are_curves_due(elapsed) {
@@ -113,12 +115,6 @@ impl App {
             wanted.extend(others);
         }
         self.workspace.request_curves(wanted);
-    }
-
-    /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
-    fn shows_scene(&self) -> bool {
-        matches!(self.tab, Tab::Scene | Tab::Edit)
-            || (self.tab == Tab::Training && matches!(self.subject.choice, Choice::Past(_)))
     }
 
     /// Shows a requested greedy episode once it is available.

@@ -28,18 +28,17 @@ impl Drop for App {
     }
 }
 
+/// The path of a new JSON file in a folder.
+pub(super) fn new_file(folder: &Path, name: &str) -> PathBuf {
+    let ends = std::iter::once(String::new()).chain((2..).map(|number| format!("-{number}")));
+    ends.map(|end| folder.join(format!("{name}{end}.json"))).find(|path| !path.exists()).unwrap_or_default()
+}
+
 /// Saves the task to a new file in the first of the folders that can be written; returns the message to report.
 fn keep(view: &ViewModel, folders: &[PathBuf]) -> String {
     let name = &view.task.name;
-    let file = |number: u32| match number {
-        1 => format!("{NAME}{name}.json"),
-        _ => format!("{NAME}{name}-{number}.json"),
-    };
-    let new_file = |folder: &PathBuf| {
-        (1..).map(|number| folder.join(file(number))).find(|path| !path.exists()).unwrap_or_default()
-    };
     let mut message = String::new();
-    for path in folders.iter().map(new_file) {
+    for path in folders.iter().map(|folder| new_file(folder, &format!("{NAME}{name}"))) {
         match task::save(&view.task, &path) {
             Ok(()) => return format!("the unsaved edits of {name} are kept in {}", path.display()),
             Err(error) => message = format!("the edits of {name} are lost: {error}"),

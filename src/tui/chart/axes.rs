@@ -7,6 +7,7 @@ use ratatui::widgets::Widget;
 
 use super::range::Window;
 use crate::tui::widgets::theme::Theme;
+use mge_base::text::number;
 use mge_figures::round_ticks;
 
 /// How values map to heights.
@@ -51,7 +52,7 @@ pub struct Axes {
 }
 
 /// Width of the labels on the left, in columns.
-const GUTTER: u16 = 6;
+pub(super) const GUTTER: u16 = 6;
 
 impl Axes {
     /// Draws axes and labels into `area`. None if it is too small for a plot.
@@ -76,16 +77,11 @@ impl Axes {
         Some(axes)
     }
 
-    /// Width in columns of a plot drawn into `area`; 0 if there is no room.
-    pub fn width_of_plot(area: Rect) -> u16 {
-        area.width.saturating_sub(GUTTER)
-    }
-
     fn draw_y(&self, theme: &Theme, buffer: &mut Buffer) {
         let bar = theme.symbol("│", "|");
         let width = GUTTER - 1;
         for row in self.plot.rows() {
-            buffer.set_string(row.x - 1, row.y, bar, theme.frame(false));
+            buffer.set_string(row.x - 1, row.y, bar, theme.border);
         }
         let most = usize::from(self.plot.height / 2).clamp(2, 6);
         let ticks = match self.scale {
@@ -179,66 +175,9 @@ fn powers([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
     powers.map(|value| (value, number(value))).collect()
 }
 
-/// A number in at most five characters.
-pub fn number(value: f32) -> String {
-    let size = value.abs();
-    if !value.is_finite() {
-        "-".to_owned()
-    } else if size == 0.0 {
-        "0".to_owned()
-    } else if (999_500.0..999.5e6).contains(&size) {
-        let millions = value / 1e6;
-        if millions.abs() < 99.95 { format!("{millions:.1}M") } else { format!("{millions:.0}M") }
-    } else if !(1e-3..999_500.0).contains(&size) {
-        // Negative values with exponents such as e-10 do not fit; they are shown as 0.
-        Some(format!("{value:.0e}")).filter(|text| text.len() <= 5).unwrap_or_else(|| "0".to_owned())
-    } else if size >= 1e4 {
-        format!("{:.0}k", value / 1e3)
-    } else {
-        let wanted = match size {
-            _ if value.fract() == 0.0 => 0,
-            ..0.1 => 3,
-            ..10.0 => 2,
-            ..100.0 => 1,
-            _ => 0,
-        };
-        // As many decimals as fit, provided that a significant digit remains.
-        let short = (0..=wanted).rev().map(|decimals| format!("{value:.decimals$}")).find(|text| text.len() <= 5);
-        let short = short.filter(|text| text.contains(|c| ('1'..='9').contains(&c)));
-        short.unwrap_or_else(|| format!("{value:.0e}"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        for (value, text) in [
-            (0.0, "0"),
-            (0.25, "0.25"),
-            (-0.05, "-0.05"),
-            (-12.34, "-12.3"),
-            (-0.004, "-4e-3"),
-            (0.012, "0.012"),
-            (12.34, "12.3"),
-            (1234.0, "1234"),
-            (12_345.0, "12k"),
-            (0.0001, "1e-4"),
-            (1.5e6, "1.5M"),
-            (-320e6, "-320M"),
-            (99_950_000.0, "100M"),
-            (3.2e9, "3e9"),
-            (-999_600.0, "-1.0M"),
-            (-1e-10, "0"),
-            (-3e38, "-3e38"),
-            (f32::NAN, "-"),
-        ] {
-            assert_eq!(number(value), text);
-            assert!(number(value).len() <= 5);
-        }
-    }
 
     #[test]
     fn ticks_are_round_even_between_two_powers_of_ten() {

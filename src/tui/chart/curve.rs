@@ -7,7 +7,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 use ratatui::widgets::canvas::Context;
 
-use super::axes::{Axes, Scale};
+use super::axes::{Axes, GUTTER, Scale};
 use super::decimated::{Look, union};
 use super::legend::legend;
 use super::plot::{Curve, Plot};
@@ -25,7 +25,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     let [above, area] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
     Text::from(legend).render(above, buffer);
     // Braille has two columns of dots in each cell.
-    let columns = (2 * Axes::width_of_plot(area)).max(2);
+    let columns = (2 * area.width.saturating_sub(GUTTER)).max(2);
     let look = |curve: &Curve| Look { x: plot.x, scale: plot.scale, smoothing: curve.smoothing, columns };
     let lines: Vec<Vec<Point>> =
         plot.curves.iter().map(|curve| look(curve).decimate(curve.episodes, curve.values)).collect();

@@ -4,10 +4,10 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
-use super::axes::number;
 use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
+use mge_base::text::number;
 
 /// Least width of a name in columns; in a wide chart it has half of the width.
 const NAME: usize = 24;

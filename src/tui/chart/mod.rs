@@ -7,7 +7,7 @@ mod legend;
 mod plot;
 mod range;
 
-pub use axes::{Axes, Scale, number};
+pub use axes::{Axes, Scale};
 pub use curve::draw;
 pub use plot::{Curve, Plot};
 pub use range::{Range, Window};

@@ -74,7 +74,8 @@ impl Layer for Question {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Char(typed) => match self.answers.iter().position(|answer| answer.key == typed.to_string()) {
                 Some(index) => return self.choose(index),
-                None if matches!(typed, 'n' | 'q') => return Response::Leave,
+                // Not `q`: a key that has opened a question, pressed twice, does not answer it.
+                None if typed == 'n' => return Response::Leave,
                 None => {}
             },
             _ => {}
@@ -127,6 +128,8 @@ mod tests {
         for confirmed in [&[y][..], &[KeyCode::Up, enter], &[KeyCode::Char('k'), KeyCode::Char(' ')]] {
             assert!(matches!(pressed(confirmed), Response::Do(_)), "{confirmed:?}");
         }
-        assert!(matches!(pressed(&[KeyCode::Char('1')]), Response::Stay), "no such answer");
+        for other in ['1', 'q'] {
+            assert!(matches!(pressed(&[KeyCode::Char(other)]), Response::Stay), "no such answer: {other}");
+        }
     }
 }

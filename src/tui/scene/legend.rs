@@ -4,8 +4,8 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
 use super::content::Content;
-use crate::tui::chart::number;
 use crate::tui::widgets::theme::{Marker, Theme};
+use mge_base::text::number;
 use mge_trainer::Source;
 
 /// The signs that are visible, with their meanings.

@@ -8,9 +8,10 @@ use ratatui::style::Color;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::chart::{Curve, Plot, Range, Scale, Window, draw as draw_chart, number};
+use crate::tui::chart::{Curve, Plot, Range, Scale, Window, draw as draw_chart};
 use crate::tui::view::{Curves, GroupCurves, RunGroup, RunSummary, ViewModel, XAxis};
 use crate::tui::widgets::theme::Theme;
+use mge_base::text::number;
 use mge_run::Metric;
 use mge_stats::rolling::WINDOW;
 

@@ -10,11 +10,12 @@ use super::pane::{level_style, lines};
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
 use crate::tui::input;
-use crate::tui::layers::tool_text;
+use crate::tui::layers::{some_of, tool_text};
 use crate::tui::scene::Object;
 use crate::tui::view::Level;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body};
+use mge_run::RunState;
 use mge_task::Part;
 
 /// Width from which the names of all tabs fit.
@@ -82,6 +83,12 @@ fn message(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect) -> Text<'sta
 
 /// One line about what the cursor is on.
 fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
+    let acted_on = if tab == Tab::Runs { screens.runs.acted_on(ui) } else { ui.subject.run().into_iter().collect() };
+    let paused: Vec<_> = acted_on.iter().filter(|run| run.state == RunState::Paused).collect();
+    // If others go on, the key pauses them.
+    if !paused.is_empty() && acted_on.iter().all(|run| run.state != RunState::Running) {
+        return ui.text("paused: {pause} resumes ") + &some_of(paused.iter().map(|run| run.name.clone()));
+    }
     match tab {
         Tab::Scene | Tab::Edit => screens.scene.selected().map_or_else(String::new, |object| {
             let [x, y] = ui.view.objects().position(object).unwrap_or_default();

@@ -69,9 +69,13 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
 type Number = fn(&ModelSummary) -> String;
 
 /// The columns of numbers: the error is marked if it is no better than that of constant velocity.
-const NUMBERS: [(&str, Number); 3] = [
+const NUMBERS: [(&str, Number); 4] = [
     ("launches", |model| if model.tools.is_empty() { String::new() } else { model.trained[0].to_string() }),
     ("epochs", |model| if model.tools.is_empty() { String::new() } else { model.trained[1].to_string() }),
+    ("  loss", |model| match model.losses {
+        _ if model.tools.is_empty() => String::new(),
+        losses => losses.map_or_else(|| "-".to_owned(), |[_, loss]| format!("{loss:.4}")),
+    }),
     ("   error", |model| {
         let mark = if model.is_no_better() { "! " } else { "" };
         model.mean_error().map_or_else(String::new, |error| format!("{mark}{error:.4}"))
@@ -81,7 +85,7 @@ const NUMBERS: [(&str, Number); 3] = [
 /// What the marks and columns of the list mean.
 pub const COLUMNS: &str = "> chosen; grey: wrong tools; ! error no better than constant velocity";
 
-const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` writes outside of the workbench.";
+const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` writes outside of the workbench; losses are those of validation, where the file keeps it.";
 
 /// Chooses the selected model for the next clusters.
 pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {

@@ -45,12 +45,6 @@ pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -
     vec![Effect::new(move |app| app.await_episode(episode, false))]
 }
 
-/// Why no training episode is shown.
-fn no_episode(ui: &Ui) -> String {
-    let untrained = || ui.text("there is no training episode yet: {train} trains one");
-    ui.subject.note.clone().unwrap_or_else(untrained)
-}
-
 /// Shows or hides an overlay of the clusters; says why nothing is to be seen.
 pub fn show_clusters(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
     *overlay = !*overlay;
@@ -61,7 +55,9 @@ pub fn show_clusters(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
 /// Shows or hides an overlay of the agent or the model; says why nothing is to be seen.
 pub fn show_agent(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
     *overlay = !*overlay;
-    (!ui.subject.is_of_run()).then(|| Effect::info(no_episode(ui))).into_iter().collect()
+    let untrained = || ui.text("there is no training episode yet: {train} trains one");
+    let missing = || Effect::info(ui.subject.note.clone().unwrap_or_else(untrained));
+    (!ui.subject.is_of_run()).then(missing).into_iter().collect()
 }
 
 /// Begins or ends hand play.

@@ -54,9 +54,10 @@ impl Schedule {
         (self.draft, self.before) = (None, Vec::new());
     }
 
-    /// Keeps the present draft, for undo.
-    fn remember(&mut self) {
+    /// Like [`Schedule::change`], as a step that can be undone.
+    fn edit(&mut self, view: &ViewModel, edit: impl FnOnce(&mut Points, usize) -> usize) {
         self.before.push(self.draft.clone());
+        self.change(view, edit);
     }
 
     /// Changes the points; `edit` gets the index of the selected one, and returns that of the one to select.
@@ -96,10 +97,10 @@ fn rounded(value: f32) -> f32 {
     (value.clamp(0.0, 1.0) * 1000.0).round() / 1000.0
 }
 
-/// Moves a point, between its neighbours.
-fn move_point(points: &mut Points, index: usize, episode: f32, value: f32) {
+/// Moves a point, between its neighbours and not beyond the `end` of the run.
+fn move_point(points: &mut Points, index: usize, episode: f32, value: f32, end: u32) {
     let low = index.checked_sub(1).map_or(0, |before| points[before].0.saturating_add(1));
-    let high = points.get(index + 1).map_or(u32::MAX, |after| after.0.saturating_sub(1));
+    let high = points.get(index + 1).map_or(end.max(points[index].0), |after| after.0.saturating_sub(1));
     points[index] = ((episode.round() as u32).clamp(low, high.max(low)), rounded(value));
 }
 
@@ -206,23 +207,24 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
 /// Moves the selected point to an episode and a threshold.
 pub fn drag(state: &mut Schedule, view: &ViewModel, episode: f32, value: f32) {
     state.change(view, |points, selected| {
-        move_point(points, selected, episode, value);
+        move_point(points, selected, episode, value, view.settings.episodes);
         selected
     });
 }
 
 /// Selects the point nearest to a place on the plot; if none is near, adds one there.
 pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, row: u16) {
-    state.remember();
     let distance = |(episode, value): &(u32, f32)| {
         let x = axes.column(*episode as f32).unwrap_or(axes.plot.right());
         let y = axes.row(*value).unwrap_or(axes.plot.bottom());
         x.abs_diff(column) + 2 * y.abs_diff(row)
     };
-    state.change(view, |points, selected| {
+    state.edit(view, |points, selected| {
         let nearest = (0..points.len()).min_by_key(|index| distance(&points[*index])).unwrap_or(selected);
         match distance(&points[nearest]) > NEAR {
-            true => insert_point(points, axes.x_at(column).round().max(0.0) as u32, axes.y_at(row)),
+            true => {
+                insert_point(points, (axes.x_at(column).round() as u32).min(view.settings.episodes), axes.y_at(row))
+            }
             false => nearest,
         }
     });
@@ -232,10 +234,9 @@ pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, ro
 pub fn move_by(state: &mut Schedule, ui: &Ui, [right, up]: [f32; 2], far: bool) -> Vec<Effect> {
     let step = if far { 0.1 } else { 0.01 };
     let episodes = step * right * span(state, ui.view) as f32;
-    state.remember();
-    state.change(ui.view, |points, selected| {
+    state.edit(ui.view, |points, selected| {
         let (episode, value) = points[selected];
-        move_point(points, selected, episode as f32 + episodes, value + step * up);
+        move_point(points, selected, episode as f32 + episodes, value + step * up, ui.view.settings.episodes);
         selected
     });
     Vec::new()
@@ -247,18 +248,19 @@ pub fn select_neighbour(state: &mut Schedule, ui: &Ui, by: isize) {
     state.point = (state.point.min(count - 1) + count).wrapping_add_signed(by) % count;
 }
 
-/// Adds a point after the selected one.
-pub fn add_point(state: &mut Schedule, ui: &Ui) {
-    let shown = state.shown(ui.view);
-    state.remember();
-    state.change(ui.view, |points, selected| {
-        let from = points[selected].0;
-        let episode = match points.get(selected + 1) {
-            Some((next, _)) => from + next.saturating_sub(from) / 2,
-            None => from.saturating_add((ui.view.settings.episodes / 4).max(1)),
-        };
-        insert_point(points, episode, shown.threshold(episode))
-    });
+/// Adds a point between the selected one and the next, or the end of the run.
+pub fn add_point(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
+    let (shown, points) = (state.shown(ui.view), state.points(ui.view));
+    let selected = state.point.min(points.len() - 1);
+    let (from, next) = (points[selected].0, points.get(selected + 1));
+    let room = next.map_or(ui.view.settings.episodes, |next| next.0).saturating_sub(from);
+    if room <= u32::from(next.is_some()) {
+        let text = "no episode of the run is left after this point: {next-point} selects another one";
+        return vec![Effect::info(ui.text(text))];
+    }
+    let episode = from + room.div_ceil(2);
+    state.edit(ui.view, |points, _| insert_point(points, episode, shown.threshold(episode)));
+    Vec::new()
 }
 
 /// Deletes the selected point, unless it is the only one.
@@ -266,8 +268,7 @@ pub fn delete_point(state: &mut Schedule, ui: &Ui) -> Vec<Effect> {
     if state.points(ui.view).len() == 1 {
         return vec![Effect::info("the only point is not deleted: it can be moved")];
     }
-    state.remember();
-    state.change(ui.view, |points, selected| {
+    state.edit(ui.view, |points, selected| {
         points.remove(selected);
         selected.min(points.len() - 1)
     });
@@ -310,7 +311,7 @@ mod tests {
             (100.0, 2.0, "points:0=0.8,100=1,200=0"),
         ] {
             let moved = edited("points:0=0.8,100=0.4,200=0", |points, selected| {
-                move_point(points, selected, episode, value);
+                move_point(points, selected, episode, value, 1500);
                 selected
             });
             assert_eq!(moved, (expected.to_owned(), 1));

@@ -8,12 +8,11 @@ use ratatui::widgets::Widget;
 
 use super::Ui;
 use super::pane::pane;
-use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::theme::Theme;
-use mge_base::text::counted;
+use mge_base::text::{counted, number};
 use mge_run::{Metric, RunState};
 use mge_trainer::Phase;
 use mge_workbench::PriorState;
@@ -31,7 +30,12 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     if settings.method.uses("epsilon") {
         next.push(("epsilon", settings.epsilon.describe(), Style::new()));
     }
-    next.extend([("clusters", clusters, colour), ("model", ui.view.settings.prior.name(), Style::new())]);
+    if settings.uses("guidance") || ui.subject.clusters.is_some() {
+        next.push(("clusters", clusters, colour));
+    }
+    if settings.uses("prior") {
+        next.push(("model", settings.prior.name(), Style::new()));
+    }
     for (label, text, style) in next {
         // With a run, each takes one line, to leave room for it; the Edit screen and the log show the full text.
         if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }

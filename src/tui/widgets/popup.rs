@@ -16,7 +16,7 @@ pub fn frame(title: &str, wanted: (u16, u16), area: Rect, theme: &Theme, buffer:
     let height = (wanted.1 + 2).min(area.height);
     let place = Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 3, width, height };
     Clear.render(place, buffer);
-    let block = block(theme).border_style(theme.frame(true)).title(format!(" {title} ")).title_style(theme.strong());
+    let block = block(theme).border_style(theme.accent).title(format!(" {title} ")).title_style(theme.strong());
     let inside = block.inner(place);
     block.render(place, buffer);
     Rect { x: inside.x + 1, width: inside.width.saturating_sub(2), ..inside }

@@ -179,11 +179,6 @@ impl Theme {
         Self::new(palette, depth, marker)
     }
 
-    /// This theme with the next palette.
-    pub fn with_next_palette(&self) -> Self {
-        Self::new(Palette::ALL[(self.palette as usize + 1) % Palette::ALL.len()], self.depth, self.marker)
-    }
-
     /// The colour of a stage of guidance: subgoals in order, then the goal.
     pub fn stage(&self, stage: usize) -> Color {
         self.stages[stage % self.stages.len()]
@@ -212,11 +207,6 @@ impl Theme {
     /// The selected row, tab or object.
     pub fn selected(&self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
-    }
-
-    /// The frame of a pane.
-    pub fn frame(&self, focused: bool) -> Style {
-        Style::new().fg(if focused { self.accent } else { self.border })
     }
 
     /// The nearest colour that the terminal can show; named and indexed colours stay as they are.
@@ -326,11 +316,10 @@ mod tests {
     }
 
     #[test]
-    fn titles_selections_and_the_focused_pane_stand_out() {
+    fn titles_and_selections_stand_out() {
         let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
         assert!(theme.strong().fg == Some(theme.accent) && theme.strong().add_modifier.contains(Modifier::BOLD));
         assert!(theme.selected().add_modifier.contains(Modifier::REVERSED));
-        assert_eq!([true, false].map(|focused| theme.frame(focused).fg), [Some(theme.accent), Some(theme.border)]);
     }
 
     #[test]

@@ -254,7 +254,7 @@ train
 wait
 ";
     let (recorded, files) = check(script, |_| ());
-    let config = String::from_utf8_lossy(&files["runs/task1-ddpg-mge-seed0-2/config.json"]).into_owned();
+    let config = String::from_utf8_lossy(&files["runs/task1-ddpg-mge-seed0-run2/config.json"]).into_owned();
     assert!(config.contains("\"epsilon\": \"0.4\""), "{recorded}");
 }
 

@@ -148,7 +148,7 @@ impl ModelJob {
         Ok(ModelResult {
             epochs: trained.training.epoch(),
             diverged: trained.diverged.clone(),
-            train_loss: trained.train_loss,
+            train_loss: trained.training.model.provenance.losses.map(|[train, _]| train),
             validation_loss: trained.training.validation_loss(),
             action_error: mean(actions).unwrap_or(0.0),
             one_step_error,

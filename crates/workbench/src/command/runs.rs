@@ -43,7 +43,7 @@ command! {
 command! {
     /// Pauses the current run.
     Pause: "pause" "" "pause the training; the key also resumes it";
-    execute = |_, session| session.send(Control::Pause, "pausing after this episode");
+    execute = |_, session| session.send(Control::Pause, "pausing {run} after this episode");
     script_role = |_| CONTROLS_RUN;
 }
 
@@ -55,7 +55,7 @@ command! {
     }: "resume" "[until N]" "resume the paused run";
     execute = |this, session| {
         let control = this.until.map_or(Control::Resume, |episode| Control::PauseAt(episode.into()));
-        session.send(control, "resumed")
+        session.send(control, "resumed {run}")
     };
     script_role = |_| CONTROLS_RUN;
 }

@@ -21,6 +21,8 @@ pub struct ModelSummary {
     pub tools: Vec<ToolKind>,
     /// Launches of each tool, and epochs, of its training.
     pub trained: [usize; 2],
+    /// Final losses of its training and validation, if its file keeps them.
+    pub losses: Option<[f32; 2]>,
     /// Its errors after one action, if they are known: by tool its own and that of constant velocity.
     pub errors: Vec<(ToolKind, [f64; 2])>,
 }
@@ -87,13 +89,17 @@ impl ModelSummary {
         let (launches, epochs) = (model.provenance.training.observations, model.provenance.epoch);
         let errors = errors(name, model).unwrap_or_default();
         let mut about = format!("{about}; {launches} launches of each tool, {epochs} epochs");
+        let losses = model.provenance.losses;
+        if let Some([train, validation]) = losses {
+            about += &format!("; loss {train:.4}, in validation {validation:.4}");
+        }
         for (place, (tool, [own, velocity])) in errors.iter().enumerate() {
             let before = if place == 0 { "; error after one action: " } else { ", " };
             let warning = if own >= velocity { " ! no better" } else { "" };
             about += &format!("{before}{tool} {own:.4} (constant velocity {velocity:.4}{warning})");
         }
         let (tools, trained) = (model.tools().to_vec(), [launches, epochs as usize]);
-        Self { fits: checked.is_ok(), tools, trained, errors, ..Self::new(name, &about) }
+        Self { fits: checked.is_ok(), tools, trained, losses, errors, ..Self::new(name, &about) }
     }
 }
 

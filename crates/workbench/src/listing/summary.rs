@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::{Curves, XAxis};
 use crate::run_label;
+use mge_guidance::EpsilonSchedule;
 use mge_run::{Event, Metric, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
@@ -17,6 +18,8 @@ pub struct RunSummary {
     pub path: PathBuf,
     /// Its settings.
     pub config: Arc<RunConfig>,
+    /// The epsilon schedule in force: that of the settings, unless it was changed during the training.
+    pub epsilon: EpsilonSchedule,
     /// The latest change of its epsilon or clusters during the training, as far as its log has been read: it is no longer
     /// like the runs with the same settings.
     pub changed: Option<String>,
@@ -85,6 +88,7 @@ impl RunSummary {
             changed: None,
             tags: Vec::new(),
             note: String::new(),
+            epsilon: config.epsilon.clone(),
             config,
         }
     }
@@ -96,7 +100,15 @@ impl RunSummary {
             log.interventions.iter().rev().find(|event| {
                 matches!(event, Event::ScheduleChanged { .. } | Event::ClustersChanged { given: true, .. })
             });
-        Self { curves, evaluations, changed: changed.map(Event::to_string), began: log.began, ..self }
+        let summary = Self { curves, evaluations, changed: changed.map(Event::to_string), began: log.began, ..self };
+        summary.with_schedule(log.interventions.iter().rev().find_map(Event::schedule))
+    }
+
+    /// The same run with the schedule that was set during the training, if there was one, also in its label.
+    pub(super) fn with_schedule(self, schedule: Option<&str>) -> Self {
+        let Some(epsilon) = schedule.and_then(|schedule| schedule.parse().ok()) else { return self };
+        let config = RunConfig { epsilon, ..RunConfig::clone(&self.config) };
+        Self { label: run_label(&config), epsilon: config.epsilon, ..self }
     }
 
     /// Whether users gave it another name than that of its folder.

@@ -67,12 +67,6 @@ impl Runs {
         number
     }
 
-    /// The folder by the name that the session knows it by.
-    pub fn known_folder(&self, folder: &Path) -> PathBuf {
-        let known = self.number_of(folder).and_then(|number| self.folder_of(number));
-        known.unwrap_or(folder).to_owned()
-    }
-
     /// Removes the run with a number, whose files were moved to the trash together with those of the last deletion.
     pub fn forget_deleted(&mut self, number: Option<usize>, folder: PathBuf) {
         self.former.extend(number.map(|number| (number, folder.clone())));
@@ -123,9 +117,9 @@ impl Runs {
     }
 }
 
-/// This name or, if it is taken in `folder`, with a number appended.
+/// This name or, if it is taken in `folder`, with `-runN` appended: a number alone would look like a part of the name.
 pub fn free_name(folder: &Path, base: &str) -> String {
-    let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-{n}")));
+    let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-run{n}")));
     let mut names = ends.map(|end| fitting(base, &end));
     // The fallback is unreachable: the candidates do not end.
     names.find(|name| !folder.join(name).exists()).unwrap_or_else(|| base.to_owned())

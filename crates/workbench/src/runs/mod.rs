@@ -156,16 +156,18 @@ impl Session {
             && run.unqueue()
         {
             // No event follows. The replay does not queue runs: it stops this one before its next episode.
-            let (number, episode) = (run.number, episode_number(run.episodes()));
+            let (number, episode, name) = (run.number, episode_number(run.episodes()), run.name());
             self.journal.note_at(Stop.into(), vec![(number, episode)]);
-            return Ok("taken out of the queue".to_owned());
+            return Ok(format!("{name} is taken out of the queue"));
         }
-        self.send(Control::Stop { reason: "on request".to_owned() }, "stopping after this episode")
+        self.send(Control::Stop { reason: "on request".to_owned() }, "stopping {run} after this episode")
     }
 
+    /// Sends a control to the current run; `{run}` in the report stands for its name.
     pub(super) fn send(&mut self, control: Control, report: &str) -> Result<String, SessionError> {
-        self.run_mut().ok_or(SessionError::NoRun)?.send(control)?;
-        Ok(report.to_owned())
+        let run = self.run_mut().ok_or(SessionError::NoRun)?;
+        run.send(control)?;
+        Ok(report.replace("{run}", &run.name()))
     }
 
     /// Opens the run in a folder and makes it the current one.
@@ -184,7 +186,9 @@ impl Session {
 
     /// Moves runs to the trash beside them, unless this or another process is training one of them.
     pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
-        let folders: Vec<PathBuf> = command.0.iter().map(|folder| self.runs.known_folder(folder)).collect();
+        // By the names that the session knows them by.
+        let known = |folder: &Path| self.runs.folder_of(self.runs.number_of(folder)?);
+        let folders: Vec<PathBuf> = command.0.iter().map(|folder| known(folder).unwrap_or(folder).to_owned()).collect();
         folders.iter().try_for_each(|folder| self.runs.refuse_if_busy(folder))?;
         self.runs.deleted.push(Vec::new());
         let reports: Result<Vec<String>, _> = folders.into_iter().map(|folder| self.delete_one(folder)).collect();

@@ -62,5 +62,5 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     // Six settings differ, and there are five rows with the names of the runs and the count of the others.
     let screen = text(&shot(&mut app, 60, 20));
     assert!(screen.contains("fork.changes") && screen.contains("+3 more"), "{screen}");
-    assert!(!screen.contains("fork.episode") && screen.contains("0.01\"]"), "{screen}");
+    assert!(!screen.contains("fork.episode") && screen.contains("..tau=0.01"), "{screen}");
 }

@@ -282,13 +282,9 @@ impl Layer for CommandPalette {
     }
 
     fn click(&mut self, at: Position) -> Response {
-        match list::hit(&self.rows, at) {
-            Some(index) => {
-                self.selected = Some(index);
-                self.choose()
-            }
-            None => Response::Stay,
-        }
+        let Some(index) = list::hit(&self.rows, at) else { return Response::Stay };
+        self.selected = Some(index);
+        self.choose()
     }
 
     fn paste(&mut self, text: &str) {
@@ -350,12 +346,7 @@ fn begins_with(text: &str, name: &str) -> bool {
 
 /// Whether a text is a command: a verb followed by arguments, or one that takes none.
 fn is_command(text: &str) -> bool {
-    let complete = |verb: &Verb| match text.strip_prefix(verb.name) {
-        Some("") => verb.arguments.is_empty(),
-        Some(rest) => rest.starts_with(' '),
-        None => false,
-    };
-    verbs().any(complete)
+    verbs().any(|verb| begins_with(text, verb.name) && (verb.arguments.is_empty() || text != verb.name))
 }
 
 /// Whether a line is a command with its only argument.

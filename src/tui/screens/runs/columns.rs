@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 
 use super::super::Ui;
 use super::line::Line;
-use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::width;
 use jiff::{Timestamp, tz::TimeZone};
 use mge_base::json;
-use mge_base::text::printable;
+use mge_base::text::{number, printable};
 use mge_run::Metric;
 
 /// The text of a column for a line, given the heading, if there is one.
@@ -91,7 +90,7 @@ fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
         "method" => Some(run.config.method.name().to_owned()),
-        "epsilon" if run.config.method.uses(path) => Some(run.config.epsilon.describe()),
+        "epsilon" if run.config.method.uses(path) => Some(run.epsilon.describe()),
         _ => ui.view.groups.setting(run, path).map(|value| printable(&json::text(value)).into_owned()),
     }
 }

@@ -70,7 +70,7 @@ fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     let config = &run.config;
     let mut all = vec![("method".to_owned(), config.method.label().to_owned())];
     if config.method.uses("epsilon") {
-        all.push(("epsilon".to_owned(), config.epsilon.describe()));
+        all.push(("epsilon".to_owned(), run.epsilon.describe()));
     }
     all.push(("episodes".to_owned(), config.episodes.to_string()));
     let differing = ui.view.groups.settings(&run.path).into_iter().flatten();

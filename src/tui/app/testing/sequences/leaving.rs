@@ -15,7 +15,14 @@ fn leaving_asks_only_if_something_would_be_lost() {
     assert!(!leaving(typical(), "q esc"));
     assert!(leaving(typical(), "q y"));
     assert!(leaving(empty(), "e ctrl-c"), "from within a layer, too");
-    check(typical(), "q", &[], "y   keep a checkpoint, stop and leave");
+    check(typical(), "q", &[], "y   keep a checkpoint, stop and leave without saving");
+    check(typical(), "q", &[], "The task task1 is edited and not saved");
+    let saved = "save my-task1.json";
+    check(typical(), "q s", &[saved], "");
+    assert!(leaving(typical(), "q s"));
+    let mut named = typical();
+    named.file = Some("mine.json".into());
+    check(named, "q s", &["save mine.json"], "");
     check(empty(), "3 up q", &[], "The schedule you have drawn is not in use");
 }
 
@@ -83,8 +90,14 @@ fn trainings_can_go_on_in_the_background() {
 fn the_quit_command_asks_too_and_repeated_keys_ask_once() {
     check(typical(), ": q u i t enter", &[], "leave the workbench?");
     let (mut app, _) = app(typical());
-    press(&mut app, "q ctrl-c ctrl-c");
+    press(&mut app, "q q ctrl-c ctrl-c q");
     assert_eq!(app.layers.len(), 1);
+    let mut ended = typical();
+    change_run(&mut ended, 1, |run| (run.active, run.state) = (false, RunState::Finished));
+    bring(&mut app, ended);
+    assert_eq!(app.layers.len(), 1, "the end of a run answers no question");
+    press(&mut app, "enter");
+    assert!(!app.is_leaving() && app.layers.is_empty());
 }
 
 #[test]

@@ -50,7 +50,9 @@ fn points_of_the_schedule_are_selected_in_both_directions() {
     check(empty(), "3 backtab K enter", &["epsilon points:0=0.8,1500=0.15"], "");
     check(empty(), "3 tab backtab J enter", &["epsilon points:0=0.7,1500=0.05"], "");
     check(empty(), "3 tab tab J enter", &["epsilon points:0=0.7,1500=0.05"], "");
-    check(empty(), "3 tab a enter", &["epsilon points:0=0.8,1500=0.05,2000=0.05"], "");
+    check(empty(), "3 tab a enter", &["epsilon points:0=0.8,1500=0.05,1750=0.05"], "");
+    check(empty(), "3 tab a L L L L enter", &["epsilon points:0=0.8,1500=0.05,2000=0.05"], "");
+    check(empty(), "3 tab a L L L L a", &[], "no episode of the run is left after this point");
     let mut three = empty();
     three.settings.epsilon = "points:0=0.8,1000=0.4,1500=0".parse().unwrap();
     check(three, "3 tab backtab J enter", &["epsilon points:0=0.7,1000=0.4,1500=0"], "");
