@@ -33,7 +33,7 @@ pub fn refused(error: &clap::Error) -> Option<String> {
 /// The line for a setting `KEY=VALUE` that stands where a task, a file or a run belongs.
 pub fn misplaced(command: &Command, words: &[String]) -> Option<String> {
     let (mut command, mut name) = (command, "mge".to_owned());
-    let mut words = words.iter().peekable();
+    let mut words = words.iter();
     while let Some(word) = words.next() {
         // The name of a run may be any text, and so may what follows `--`.
         if word == "--" || name == "mge rename" {
@@ -43,25 +43,22 @@ pub fn misplaced(command: &Command, words: &[String]) -> Option<String> {
             (command, name) = (below, format!("{name} {word}"));
             continue;
         }
-        let takes_value = |option: &&clap::Arg| option.get_action().takes_values();
-        let of_word = |option: &&clap::Arg| word.strip_prefix("--").is_some_and(|long| option.get_long() == Some(long));
-        if command.get_opts().filter(takes_value).any(|option| of_word(&option)) {
+        let has = |long: &str| command.get_opts().any(|option| option.get_long() == Some(long));
+        if word.strip_prefix("--").is_some_and(has) {
+            // Its value.
             words.next();
-            continue;
         }
         let Some((key, value)) = word.split_once('=') else { continue };
-        let is_key = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
-        if key.starts_with('-') || !is_key || Path::new(word).exists() || command.has_subcommands() {
+        let is_key = key.starts_with(|c: char| c.is_ascii_lowercase()) && !key.contains('/');
+        if !is_key || Path::new(word).exists() || command.has_subcommands() {
             continue;
         }
-        let has = |long: &str| command.get_opts().any(|option| option.get_long() == Some(long));
         let typed = shell_words::quote(value);
         let remedy = match () {
             () if has(key) => format!("write `--{key} {typed}`"),
             () if has("set") => format!("write `--set {key}={typed}`"),
-            () => format!(
-                "`{name}` takes no single settings: `mge train TASK --set {key}={typed}` does, or a file with them"
-            ),
+            () if name == "mge config" => format!("write it into a file, or `mge train TASK --set {key}={typed}`"),
+            () => format!("`{name} --help` tells what it takes"),
         };
         return Some(format!("`{word}` is a setting, where `{name}` expects a name or a file: {remedy}"));
     }

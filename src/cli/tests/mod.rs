@@ -49,7 +49,7 @@ fn a_setting_in_the_place_of_a_name_is_told_how_to_set_it() {
         ("resume runs/a episodes=5", "write `--episodes 5`"),
         ("figures runs/a against=charged", "write `--set against=charged`"),
         ("dynamics train epochs=5", "write `--epochs 5`"),
-        ("config epsilo=3", "`mge config` takes no single settings"),
+        ("config epsilo=3", "write it into a file, or `mge train TASK --set epsilo=3`"),
     ] {
         let text = told(line).unwrap_or_default();
         assert!(text.contains(remedy), "{line}: {text}");

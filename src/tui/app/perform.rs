@@ -168,8 +168,11 @@ impl App {
 
     /// Opens the palette, with the beginning of a command typed in.
     pub fn open_palette(&mut self, words: &str) {
-        let palette = self.palette();
-        self.open(if words.is_empty() { palette } else { palette.with_text(words) });
+        let mut palette = self.palette();
+        if !words.is_empty() {
+            palette.paste(&format!("{words} "));
+        }
+        self.open(palette);
     }
 
     /// Opens the palette with the keys of the screen first.

@@ -41,14 +41,14 @@ impl App {
             text.push("The schedule you have drawn is not in use and will be lost.".to_owned());
         }
         if text.is_empty() {
-            self.leaving = QuitState::Now;
-            return;
+            return self.leave(QuitState::Now);
         }
         let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
         let without = format!("{leave}{}", if view.dirty { " without saving" } else { "" });
         let mut answers = vec![('y', &*without, Effect::call(|app| app.leave(QuitState::Now)))];
         let file = view.file.clone().unwrap_or_else(|| new_file(Path::new(""), &format!("my-{}", view.task.name)));
-        let save = format!("save the task as {}, then {leave}", file.display());
+        let name = file.file_name().unwrap_or_default().display();
+        let save = format!("save {name}{} leave", if trained { ", stop and" } else { " and" });
         if view.dirty {
             let save_and_leave = move |app: &mut Self| {
                 app.apply_confirmed(Save(Some((&file).into())).into())?;

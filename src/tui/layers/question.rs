@@ -49,9 +49,9 @@ impl Question {
     /// A confirmation: what will happen, and the key, meaning and effect of each answer. Cancel is selected
     /// initially, so that Enter alone loses nothing.
     pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
-        let answer = |key: &str, name: &str, effect| Answer { key: key.to_owned(), name: name.to_owned(), effect };
-        let answers = answers.into_iter().map(|(key, name, effect)| answer(&key.to_string(), name, Some(effect)));
-        let answers: Vec<Answer> = answers.chain([answer("esc", "cancel", None)]).collect();
+        let answers = answers.into_iter().map(|(key, name, effect)| (key.to_string(), name, Some(effect)));
+        let all = answers.chain([("esc".to_owned(), "cancel", None)]);
+        let answers: Vec<Answer> = all.map(|(key, name, effect)| Answer { key, name: name.into(), effect }).collect();
         let selected = answers.len() - 1;
         Self { title: title.to_owned(), text, answers, selected, rows: Vec::new() }
     }

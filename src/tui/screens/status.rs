@@ -30,7 +30,8 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     if settings.method.uses("epsilon") {
         next.push(("epsilon", settings.epsilon.describe(), Style::new()));
     }
-    if settings.uses("guidance") || ui.subject.clusters.is_some() {
+    let stages = ui.subject.clusters.iter().flat_map(|known| &known.prior.stages);
+    if settings.uses("guidance") || stages.into_iter().any(|stage| !stage.clusters.is_empty()) {
         next.push(("clusters", clusters, colour));
     }
     if settings.uses("prior") {

@@ -89,8 +89,7 @@ impl ModelSummary {
         let (launches, epochs) = (model.provenance.training.observations, model.provenance.epoch);
         let errors = errors(name, model).unwrap_or_default();
         let mut about = format!("{about}; {launches} launches of each tool, {epochs} epochs");
-        let losses = model.provenance.losses;
-        if let Some([train, validation]) = losses {
+        if let Some([train, validation]) = model.provenance.losses {
             about += &format!("; loss {train:.4}, in validation {validation:.4}");
         }
         for (place, (tool, [own, velocity])) in errors.iter().enumerate() {
@@ -98,7 +97,7 @@ impl ModelSummary {
             let warning = if own >= velocity { " ! no better" } else { "" };
             about += &format!("{before}{tool} {own:.4} (constant velocity {velocity:.4}{warning})");
         }
-        let (tools, trained) = (model.tools().to_vec(), [launches, epochs as usize]);
+        let (tools, trained, losses) = (model.tools().to_vec(), [launches, epochs as usize], model.provenance.losses);
         Self { fits: checked.is_ok(), tools, trained, losses, errors, ..Self::new(name, &about) }
     }
 }

@@ -37,7 +37,7 @@ fn runs_beyond_the_number_of_cores_are_queued_and_all_trained() {
     assert_eq!(session.runs().iter().filter(|run| run.is_queued()).count(), 2);
     let error = try_line(&mut session, "pause").unwrap_err();
     assert!(error.contains("waits for a free core"), "{error}");
-    assert_eq!(try_line(&mut session, "stop").unwrap(), "taken out of the queue");
+    assert_eq!(try_line(&mut session, "stop").unwrap(), "task1-ddpg-seed2 is taken out of the queue");
     apply(&mut session, &["wait"]);
     let states: Vec<RunState> = session.runs().iter().map(RunView::state).collect();
     assert_eq!(states, [RunState::Finished, RunState::Finished, RunState::NotStarted]);

@@ -106,13 +106,6 @@ impl CommandPalette {
         Self { found: items.clone(), items, arguments, history, ..Self::default() }
     }
 
-    /// The palette with the beginning of a command typed in.
-    #[must_use]
-    pub fn with_text(mut self, words: &str) -> Self {
-        self.paste(&format!("{words} "));
-        self
-    }
-
     /// The palette with the actions of the screen first, as high as there is room.
     #[must_use]
     pub fn with_screen_first(mut self, contexts: &[Context]) -> Self {

@@ -132,7 +132,10 @@ pub fn rename(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
 pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
     let read = |text: &str| {
         let filter = filter::Filter::parse(text)?;
-        Ok(Effect::call(|app| app.screens.runs.list_only(filter)))
+        Ok(Effect::call(|app| {
+            let runs = &mut app.screens.runs;
+            (runs.filter, runs.selected, runs.row) = (filter, None, 0);
+        }))
     };
     let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=0.5 seed=3";
     vec![Effect::open(Form::prompt("show runs with", hint, &*state.filter.text, read))]

@@ -90,7 +90,7 @@ fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
         "method" => Some(run.config.method.name().to_owned()),
-        "epsilon" if run.config.method.uses(path) => Some(run.epsilon.describe()),
+        "epsilon" if run.config.method.uses(path) => Some(line.epsilon()),
         _ => ui.view.groups.setting(run, path).map(|value| printable(&json::text(value)).into_owned()),
     }
 }

@@ -57,11 +57,6 @@ static SETTINGS: LazyLock<Vec<String>> =
     LazyLock::new(|| config_keys(&RunConfig::new(Arc::new(task::shipped().swap_remove(0)))));
 
 impl Runs {
-    /// Lists only the runs that a filter accepts.
-    fn list_only(&mut self, filter: Filter) {
-        (self.filter, self.selected, self.row) = (filter, None, 0);
-    }
-
     /// The row of the selected line. If it no longer exists, the other line with its run: a group that it has joined, or
     /// what is left of a group; else the row where it was or the last one.
     fn selected_row(&self, lines: &[Line]) -> usize {

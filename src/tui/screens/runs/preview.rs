@@ -11,7 +11,6 @@ use super::super::curves::CurvesState;
 use super::super::pane::{fitted, lines, pane};
 use super::super::{HitRegions, Ui};
 use super::line::Line;
-use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::text::printable;
 use mge_run::Metric;
@@ -36,10 +35,13 @@ pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: 
     for (metric, place) in charts.into_iter().filter(|_| !whole) {
         Charts::new(&curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::default());
     }
-    let text = match line {
-        Line::Run(run, _) => of_run(ui, run, rest.width),
-        Line::Group(_, runs) => section(ui, SETTINGS, settings(ui, runs[0], rest.width), rest.width),
+    let note = match line {
+        Line::Run(run, _) if !run.note.is_empty() => lines(&printable(&run.note), rest.width, Style::new()).collect(),
+        _ => Vec::new(),
     };
+    // What a user wrote comes first: what does not fit is cut off at the end.
+    let mut text = section(ui, "note", note, rest.width);
+    text.extend(section(ui, "main and differing settings", settings(ui, line, rest.width), rest.width));
     Text::from(fitted(ui, text, rest.height, if whole { "" } else { ": {whole-preview}" })).render(rest, buffer);
 }
 
@@ -54,9 +56,6 @@ fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
     }
 }
 
-/// The heading of the settings.
-const SETTINGS: &str = "main and differing settings";
-
 /// Lines below a heading; nothing if there are no lines.
 fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>, width: u16) -> Vec<TextLine<'static>> {
     if text.is_empty() {
@@ -65,25 +64,17 @@ fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>, width: u16) -> 
     lines(heading, width, ui.theme.strong()).chain(text).chain([TextLine::default()]).collect()
 }
 
-/// The main settings of a run, and those in which it differs from the others on its task.
-fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
+/// The main settings of a line, and those in which it differs from the others on its task.
+fn settings(ui: &Ui, line: &Line, width: u16) -> Vec<TextLine<'static>> {
+    let run = line.runs()[0];
     let config = &run.config;
     let mut all = vec![("method".to_owned(), config.method.label().to_owned())];
     if config.method.uses("epsilon") {
-        all.push(("epsilon".to_owned(), run.epsilon.describe()));
+        all.push(("epsilon".to_owned(), line.epsilon()));
     }
     all.push(("episodes".to_owned(), config.episodes.to_string()));
     let differing = ui.view.groups.settings(&run.path).into_iter().flatten();
     let others = differing.filter(|(path, _)| *path != "epsilon" && *path != "episodes");
     all.extend(others.map(|(path, value)| (path.clone(), printable(&json::text(value)).into_owned())));
     all.into_iter().flat_map(|(path, value)| lines(&format!("{path} {value}"), width, Style::new())).collect()
-}
-
-fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
-    let note = Some(printable(&run.note)).filter(|note| !note.is_empty());
-    let note = note.iter().flat_map(|note| lines(note, width, Style::new())).collect();
-    // What a user wrote comes first: what does not fit is cut off at the end.
-    let mut text = section(ui, "note", note, width);
-    text.extend(section(ui, SETTINGS, settings(ui, run, width), width));
-    text
 }
