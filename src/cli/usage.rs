@@ -43,7 +43,8 @@ pub fn misplaced(command: &Command, words: &[String]) -> Option<String> {
             (command, name) = (below, format!("{name} {word}"));
             continue;
         }
-        let has = |long: &str| command.get_opts().any(|option| option.get_long() == Some(long));
+        let is_option = |arg: &clap::Arg, long| arg.get_long() == Some(long) && arg.get_action().takes_values();
+        let has = |long: &str| command.get_arguments().any(|arg| is_option(arg, long));
         if word.strip_prefix("--").is_some_and(has) {
             // Its value.
             words.next();

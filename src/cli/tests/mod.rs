@@ -54,7 +54,8 @@ fn a_setting_in_the_place_of_a_name_is_told_how_to_set_it() {
         let text = told(line).unwrap_or_default();
         assert!(text.contains(remedy), "{line}: {text}");
     }
-    for line in ["train task1 --set epsilon=0.1", "train task1 --set=epsilon=0.1", "rename runs/a x=1", "runs"] {
+    for line in ["train task1 --quiet --set epsilon=0.1", "train task1 --set=epsilon=0.1", "rename runs/a x=1", "runs"]
+    {
         assert_eq!(told(line), None, "{line}");
     }
 }
