@@ -43,8 +43,9 @@ pub fn misplaced(command: &Command, words: &[String]) -> Option<String> {
             (command, name) = (below, format!("{name} {word}"));
             continue;
         }
-        let is_option = |arg: &clap::Arg, long| arg.get_long() == Some(long) && arg.get_action().takes_values();
-        let has = |long: &str| command.get_arguments().any(|arg| is_option(arg, long));
+        // In a command that is not built yet, these are flags, too.
+        let options: Vec<_> = command.get_opts().filter(|option| option.get_action().takes_values()).collect();
+        let has = |long: &str| options.iter().any(|option| option.get_long() == Some(long));
         if word.strip_prefix("--").is_some_and(has) {
             // Its value.
             words.next();

@@ -434,12 +434,13 @@ fn endless_files_are_refused_as_tasks_and_models() {
     let pipe = folder.path().join("pipe");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     for path in [&pipe, Path::new("/dev/zero")] {
-        for line in ["task", "model"] {
+        for line in ["task", "model", "model train box"] {
             let line = format!("{line} {}", quoted(path));
             let outcome = apply(&mut session, &line)
                 .and_then(|_| try_run(&mut session, "clusters\nwait").map(|()| String::new()));
             let error = outcome.unwrap_err();
             assert!(error.contains("not a regular file"), "{line}: {error}");
+            assert_eq!(error.matches(&*path.to_string_lossy()).count(), 1, "{line}: {error}");
         }
     }
 }
