@@ -5,6 +5,29 @@ use crate::tui::view::Curves;
 use mge_run::Metric;
 
 #[test]
+fn the_run_that_a_key_resumes_is_named() {
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    for screen in ["1", "4", "5"] {
+        check(view.clone(), screen, &[], "paused: p resumes task1-ddpg-mge-seed0");
+    }
+}
+
+#[test]
+fn the_status_is_silent_about_clusters_and_models_that_the_method_does_not_use() {
+    let status = |method: mge_trainer::Method| {
+        let mut view = empty();
+        view.settings = view.settings.with_method(method);
+        let (mut app, _) = app(view);
+        let screen = text(&shot(&mut app, 120, 40));
+        ["clusters ", "model "].map(|label| screen.contains(&format!("│{label}")))
+    };
+    assert_eq!(status(mge_trainer::Method::DdpgMge), [true, true]);
+    assert_eq!(status(mge_trainer::Method::DdpgUniform), [false, false]);
+    assert_eq!(status(mge_trainer::Method::DdpgAdaptive), [false, false]);
+}
+
+#[test]
 fn training_is_started_paused_resumed_and_stopped() {
     check(empty(), "t enter", &["train"], "");
     check(typical(), "p", &["pause"], "");
