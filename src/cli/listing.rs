@@ -77,7 +77,6 @@ fn entry(run: &RunSummary) -> Value {
         "episodes": run.episodes(),
         "rolling_success": run.success,
         "seconds_since_change": age(&run.path).map(f64::round),
-        "tags": run.tags,
         "note": run.note,
     })
 }
@@ -109,7 +108,6 @@ pub fn show(arguments: &Show) -> Outcome {
         "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),
         "interventions": Some(interventions(&run, &history)).filter(|all| !all.is_empty()),
-        "tags": notes.tags,
         "note": notes.note,
     });
     if arguments.format.json {

@@ -12,7 +12,7 @@
 //! model.safetensors           a copy of the dynamics model, if the run uses one that is in a file
 //! prior.json                  the action clusters in use, if any
 //! control.jsonl               requests of other processes to the trainer, one per line
-//! notes.json                  tags and a note, written by users
+//! notes.json                  name and note that users gave it
 //! log.txt                     the events except single episodes, as readable text
 //! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
 //! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it

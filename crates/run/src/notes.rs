@@ -12,36 +12,24 @@ const FORMAT: u64 = 1;
 const MAX_NOTE_LENGTH: usize = 4000;
 /// Maximum number of characters of a name.
 const MAX_NAME_LENGTH: usize = 100;
-/// Maximum number of tags.
-const MAX_TAGS: usize = 20;
-/// Maximum number of characters of a tag.
-const MAX_TAG_LENGTH: usize = 40;
 
 /// Notes on a run.
 #[derive(Debug, Clone, Educe, PartialEq, Eq, Serialize, Deserialize)]
 #[educe(Default)]
-#[serde(deny_unknown_fields)]
 pub struct Notes {
     #[educe(Default = FORMAT)]
     format: u64,
     /// Name that users gave the run; empty for that of its folder.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// Words for finding the run.
-    #[serde(default)]
-    pub tags: Vec<String>,
     /// Free text.
     #[serde(default)]
     pub note: String,
 }
 
 impl Notes {
-    /// Checks lengths, and that tags are words.
+    /// Checks lengths and the characters of the name.
     fn check(&self) -> std::result::Result<(), String> {
-        let is_tag = |tag: &String| {
-            (1..=MAX_TAG_LENGTH).contains(&tag.chars().count())
-                && tag.chars().all(|character| character.is_alphanumeric() || "-_.".contains(character))
-        };
         let is_bad = |character: char| character.is_control() || ['/', '\\'].contains(&character);
         if self.name.chars().count() > MAX_NAME_LENGTH || self.name.starts_with('.') || self.name.contains(is_bad) {
             let what = "characters other than /, \\ and control characters, and does not begin with a dot";
@@ -49,11 +37,6 @@ impl Notes {
         }
         if self.note.chars().count() > MAX_NOTE_LENGTH {
             return Err(format!("a note has at most {MAX_NOTE_LENGTH} characters"));
-        }
-        if self.tags.len() > MAX_TAGS || !self.tags.iter().all(is_tag) {
-            return Err(format!(
-                "a run has at most {MAX_TAGS} tags, words of at most {MAX_TAG_LENGTH} letters, digits, -, _ and ."
-            ));
         }
         Ok(())
     }
@@ -113,11 +96,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(folder.path(), &1).unwrap();
         assert_eq!(run.notes().unwrap(), Notes::default());
-        let notes = Notes {
-            tags: vec!["paper".into(), "best".into()],
-            note: "the first that works".into(),
-            ..Notes::default()
-        };
+        let notes = Notes { note: "the first that works".into(), ..Notes::default() };
         let write = |new: &Notes| run.change_notes(|notes| notes.clone_from(new));
         write(&notes).unwrap();
         assert_eq!(run.notes().unwrap(), notes);
@@ -125,9 +104,6 @@ mod tests {
             Notes { note: "x".repeat(4001), ..Notes::default() },
             Notes { name: "a/b".into(), ..Notes::default() },
             Notes { name: "x".repeat(101), ..Notes::default() },
-            Notes { tags: vec!["two words".into()], ..Notes::default() },
-            Notes { tags: vec![String::new()], ..Notes::default() },
-            Notes { tags: vec!["a".into(); 21], ..Notes::default() },
         ] {
             assert!(matches!(write(&bad), Err(RunError::Refused(_))), "{bad:?}");
             assert_eq!(run.notes().unwrap(), notes, "the notes are unchanged");

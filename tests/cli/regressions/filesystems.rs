@@ -103,16 +103,16 @@ fn notes_and_names_of_several_processes_are_all_kept() {
         assert_eq!((name, note), (format!("trial-{trial}"), format!("trial-{trial}")));
     }
     let run = RunDirectory::open(folder.path().join("run")).unwrap();
-    run.change_notes(|notes| notes.tags.clear()).unwrap();
+    run.change_notes(|notes| notes.note.clear()).unwrap();
     std::thread::scope(|scope| {
         for writer in 0..8 {
             let run = &run;
             scope.spawn(move || {
-                run.change_notes(|notes| notes.tags.push(format!("writer-{writer}"))).unwrap();
+                run.change_notes(|notes| notes.note += &format!("writer-{writer} ")).unwrap();
             });
         }
     });
-    assert_eq!(run.notes().unwrap().tags.len(), 8);
+    assert_eq!(run.notes().unwrap().note.split_whitespace().count(), 8);
 }
 
 #[test]

@@ -116,8 +116,8 @@ impl Folder {
         let changed = match (&run, &known.run) {
             (Some(new), Some(old)) => {
                 let shown = |run: &RunSummary| {
-                    let RunSummary { done, state, name, label, tags, note, .. } = run.clone();
-                    (done, state, name, label, tags, note)
+                    let RunSummary { done, state, name, label, note, .. } = run.clone();
+                    (done, state, name, label, note)
                 };
                 shown(new) != shown(old)
             }
@@ -144,12 +144,11 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     let config = RunConfig::of(&directory)?;
     let status = directory.status()?;
     // Unreadable notes count as none here; writing new ones reports the error.
-    let Notes { tags, note, .. } = directory.notes().unwrap_or_default();
+    let Notes { note, .. } = directory.notes().unwrap_or_default();
     let name = directory.name();
     let schedule = if config.method.uses("epsilon") { latest_schedule(&directory) } else { None };
     let summary = RunSummary {
         name,
-        tags,
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success as f32),
@@ -212,8 +211,8 @@ mod tests {
         }
         finish(&first, 7);
         assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 7)]));
-        first.change_notes(|notes| notes.tags.push("paper".to_owned())).unwrap();
-        assert!(scan(&mut folder, directory.path()).is_some(), "a tag is news");
+        first.change_notes(|notes| notes.note = "paper".to_owned()).unwrap();
+        assert!(scan(&mut folder, directory.path()).is_some(), "a note is news");
         finish(&make(directory.path(), "b"), 3);
         assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 7), named("b", 3)]));
         std::fs::remove_dir_all(directory.path().join("a")).unwrap();

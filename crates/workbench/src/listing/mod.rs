@@ -182,7 +182,6 @@ impl Listing {
             preparing: run.phase().as_ref().and_then(Phase::preparation),
             done: run.episodes(),
             success: records.last().map(|record| record.rolling_success as f32),
-            tags: on_disk.map(|known| known.tags.clone()).unwrap_or_default(),
             note: on_disk.map(|known| known.note.clone()).unwrap_or_default(),
             ..RunSummary::new(path, run.config().clone(), state)
         };

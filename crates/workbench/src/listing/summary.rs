@@ -23,8 +23,6 @@ pub struct RunSummary {
     /// The latest change of its epsilon or clusters during the training, as far as its log has been read: it is no longer
     /// like the runs with the same settings.
     pub changed: Option<String>,
-    /// Tags given by users.
-    pub tags: Vec<String>,
     /// Note written by users.
     pub note: String,
     /// It is open in the session; otherwise only its last state is known.
@@ -86,7 +84,6 @@ impl RunSummary {
             expected: None,
             evaluations: Vec::new(),
             changed: None,
-            tags: Vec::new(),
             note: String::new(),
             epsilon: config.epsilon.clone(),
             config,

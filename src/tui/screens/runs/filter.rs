@@ -41,8 +41,8 @@ const SIGNS: [(&str, Comparison); 5] = [
 
 /// What a condition may be on, besides settings. Success is a fraction from 0 to 1, epsilon the threshold of the first
 /// episode.
-const COLUMNS: [&str; 12] =
-    ["task", "method", "state", "name", "label", "tag", "note", "seed", "episodes", "done", "success", "epsilon"];
+const COLUMNS: [&str; 11] =
+    ["task", "method", "state", "name", "label", "note", "seed", "episodes", "done", "success", "epsilon"];
 
 impl Filter {
     /// Reads what was typed: words and conditions, all of which must hold.
@@ -87,9 +87,8 @@ fn term(word: &str) -> Result<Term, String> {
 
 /// The text in which words are searched.
 fn line(run: &RunSummary) -> String {
-    let tags = run.tags.join(" ");
     let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    format!("{} {task} {method} seed {seed} {} {tags}", run.name, run.state_word()).to_lowercase()
+    format!("{} {task} {method} seed {seed} {}", run.name, run.state_word()).to_lowercase()
 }
 
 /// The value of a column or setting of a run.
@@ -100,7 +99,6 @@ fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
         "state" => Json::from(run.state_word()),
         "name" => Json::from(&*run.name),
         "label" => Json::from(&**ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label)),
-        "tag" => Json::from(run.tags.join(" ")),
         "note" => Json::from(&*run.note),
         "seed" => Json::from(run.config.seed),
         "episodes" => Json::from(run.episodes()),
