@@ -97,22 +97,13 @@ pub struct OuConfig {
 pub const SETTINGS: [Setting; 18] = [
     Setting::count("layers", 1, 32, "linear layers of each network, the output layer included"),
     Setting::count("hidden", 1, 1024, "width of the hidden layers"),
-    Setting {
-        path: "action_origin",
-        range: Range::CountOrNull(0, 1 << 20),
-        about: "place in the observation of the point that actions are measured from",
-    },
+    Setting::new("action_origin", Range::CountOrNull(0, 1 << 20), "place in the observation of the origin of actions"),
     Setting::number("output_init_bound", 1e-9, 10.0, "bound of the initial weights and biases of the output layers"),
     Setting::number("actor_learning_rate", 1e-12, 1e3, "learning rate of the actor"),
     Setting::number("critic_learning_rate", 1e-12, 1e3, "learning rate of the critic"),
     Setting::count("batch_size", 1, 65_536, "transitions of an update"),
     Setting::number("gamma", 0.0, 1.0, "discount of future rewards"),
-    Setting::number(
-        "tau",
-        1e-6,
-        1.0,
-        "fraction by which the target networks move towards the online networks in an update",
-    ),
+    Setting::number("tau", 1e-6, 1.0, "share by which an update moves the target networks to the online networks"),
     Setting::count("replay_capacity", 1, MAX_CAPACITY as u64, "transitions that the replay buffer holds"),
     Setting::count("warmup_steps", 0, 1_000_000_000, "transitions recorded before the first update"),
     Setting::count(
@@ -121,11 +112,7 @@ pub const SETTINGS: [Setting; 18] = [
         1000,
         "updates for every transition recorded after that; with exploration by need at most, in proportion to the need",
     ),
-    Setting {
-        path: "target_clamp",
-        range: Range::IntervalOrNull(-1e9, 1e9),
-        about: "range that the critic's target is clamped to",
-    },
+    Setting::new("target_clamp", Range::IntervalOrNull(-1e9, 1e9), "range to which the critic's target is clamped"),
     // From 2 on, the process diverges from its mean.
     Setting::number("ou.theta", 1e-6, 1.999, "pull of the exploration noise towards its mean in a step"),
     Setting::number("ou.mu", -1.0, 1.0, "mean of the exploration noise"),

@@ -115,14 +115,19 @@ pub enum Range {
 }
 
 impl Setting {
+    /// A number with this range.
+    pub const fn new(path: &'static str, range: Range, about: &'static str) -> Self {
+        Self { path, range, about }
+    }
+
     /// A whole number from `low` to `high`.
     pub const fn count(path: &'static str, low: u64, high: u64, about: &'static str) -> Self {
-        Self { path, range: Range::Count(low, high), about }
+        Self::new(path, Range::Count(low, high), about)
     }
 
     /// A number from `low` to `high`.
     pub const fn number(path: &'static str, low: f32, high: f32, about: &'static str) -> Self {
-        Self { path, range: Range::Number(low, high), about }
+        Self::new(path, Range::Number(low, high), about)
     }
 }
 

@@ -156,12 +156,7 @@ pub const TRAIN_SETTINGS: [Setting; 8] = [
     Setting::count("batch", 1, 65_536, "rows in a batch"),
     Setting::number("learning_rate", 1e-30, 1e30, "learning rate at the start"),
     Setting::number("contact_share", 0.0, 1.0, "share of rows drawn from those close to a contact"),
-    Setting::number(
-        "bystanders",
-        0.0,
-        1.0,
-        "share of rows in which a second tool, which the ball does not touch, is near",
-    ),
+    Setting::number("bystanders", 0.0, 1.0, "share of rows with a second tool near that the ball does not touch"),
     Setting::count("seed", 0, u64::MAX, "seed of launches, initial weights and batches"),
 ];
 

@@ -37,12 +37,7 @@ impl Default for TaskModelConfig {
 
 /// The numeric settings of [`TaskModelConfig`].
 pub const TASK_MODEL_SETTINGS: [Setting; 2] = [
-    Setting::count(
-        "launches",
-        1,
-        1_000_000,
-        "launches for each tool type of the task, from which its model is trained",
-    ),
+    Setting::count("launches", 1, 1_000_000, "launches for each tool type of the task that train its model"),
     Setting::count("epochs", 1, 10_000_000, "passes over the launches, at most: fewer for many launches"),
 ];
 

@@ -77,19 +77,9 @@ pub enum GuidanceError {
 pub const SETTINGS: [Setting; 8] = [
     Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
     Setting::count("least_hits", 0, 100_000, "rollouts that must reach a stage, otherwise another batch is made"),
-    Setting::count(
-        "most_model_rollouts",
-        1,
-        100_000,
-        "model rollouts for each stage after which no further batch is made",
-    ),
+    Setting::count("most_model_rollouts", 1, 100_000, "rollouts for each stage after which no batch follows"),
     Setting::count("horizon", 1, 100, "actions in a rollout"),
-    Setting::count(
-        "longest_horizon",
-        1,
-        100,
-        "actions up to which rollouts become longer while none of them reaches a stage",
-    ),
+    Setting::count("longest_horizon", 1, 100, "actions in a rollout at most, while none reaches a stage"),
     Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),
     Setting::count("clusters.fixed", 1, 100, "clusters for each stage"),
     Setting::number("std_floor", 0.0, 1.0, "least standard deviation of a cluster, normalised"),

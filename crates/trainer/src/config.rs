@@ -12,7 +12,8 @@ use super::parts::{Evaluation, Fork, Granularity, NoiseDecay, Practice, Refineme
 use super::removed;
 use mge_agent::{self as agent, DdpgConfig};
 use mge_base::json;
-use mge_base::validation::{Range, Setting, ValidationError, check_settings};
+use mge_base::validation::Range::{CountOrNull, NumberOrNull};
+use mge_base::validation::{Setting, ValidationError, check_settings};
 use mge_dynamics::{TASK_MODEL_SETTINGS, TaskModelConfig};
 use mge_guidance::{self as guidance, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use mge_run::Retention;
@@ -107,68 +108,23 @@ impl Serialize for RunConfig {
 const SETTINGS: [Setting; 19] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
-    Setting {
-        path: "stop.success",
-        range: Range::NumberOrNull(0.0, 1.0),
-        about: "success rate of the last 100 episodes at which the run is finished; null to play all",
-    },
-    Setting {
-        path: "stop.minutes",
-        range: Range::NumberOrNull(0.01, 1e6),
-        about: "minutes of training, without pauses, after which a process stops the run; null for no limit",
-    },
+    Setting::new("stop.success", NumberOrNull(0.0, 1.0), "success rate of the last 100 episodes that ends a run"),
+    Setting::new("stop.minutes", NumberOrNull(0.01, 1e6), "minutes of training after which a process stops it"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
-    Setting::number(
-        "noise_decay.share",
-        0.0,
-        1.0,
-        "share of the episodes, rounded to whole ones, after which the scale would be 0",
-    ),
-    Setting {
-        path: "hold_tolerance",
-        range: Range::NumberOrNull(0.0, 1.0),
-        about: "share of failed greedy attempts above which the held policy is replaced; null to hold none",
-    },
-    Setting::count(
-        "mastered_update_interval",
-        1,
-        1000,
-        "steps for each update while no stage needs exploration, with exploration by need",
-    ),
-    Setting {
-        path: "start_noise",
-        range: Range::NumberOrNull(0.0, 1.0),
-        about: "half width of the uniform noise on the ball's start, normalised; null for that of the task",
-    },
+    Setting::number("noise_decay.share", 0.0, 1.0, "share of the episodes after which the scale would be 0"),
+    Setting::new("hold_tolerance", NumberOrNull(0.0, 1.0), "share of failed attempts that replaces the held policy"),
+    Setting::count("mastered_update_interval", 1, 1000, "steps for each update while no stage needs exploration"),
+    Setting::new("start_noise", NumberOrNull(0.0, 1.0), "half width of the start noise; null for the task's own"),
     Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
     Setting::count("practice.rollouts", 0, 100_000, "rollouts towards each stage before the first episode, at most"),
-    Setting::count(
-        "practice.enough",
-        1,
-        100_000,
-        "rollouts that reach a stage after which it is not practised further",
-    ),
+    Setting::count("practice.enough", 1, 100_000, "rollouts that reach a stage after which its practice ends"),
     Setting::count("evaluation.every", 0, 1_000_000_000, "episodes between evaluations; 0 for none"),
     Setting::count("evaluation.episodes", 1, 1000, "episodes of an evaluation"),
-    Setting::count(
-        "checkpoints.last_every",
-        0,
-        1_000_000_000,
-        "episodes between checkpoints called `last`; 0 for none",
-    ),
-    Setting::count(
-        "checkpoints.periodic_every",
-        0,
-        1_000_000_000,
-        "episodes between checkpoints that stay; 0 for none",
-    ),
-    Setting {
-        path: "checkpoints.periodic_kept",
-        range: Range::CountOrNull(1, 1_000_000),
-        about: "newest of these that are kept; null for all",
-    },
+    Setting::count("checkpoints.last_every", 0, 1_000_000_000, "episodes between checkpoints `last`; 0 for none"),
+    Setting::count("checkpoints.periodic_every", 0, 1_000_000_000, "episodes between checkpoints that stay; 0: none"),
+    Setting::new("checkpoints.periodic_kept", CountOrNull(1, 1_000_000), "newest of these that are kept"),
 ];
 
 /// Every numeric setting of a run, by its path in [`RunConfig`].
