@@ -94,7 +94,7 @@ fn run(folder: &Path, config: &RunConfig, episodes: u64) {
             critic_loss: Some(0.1 + 0.09 * wave),
             ..EpisodeRecord::default()
         };
-        let action = PlayedAction { action: [0.4, wave / 2.0], tool: None, source: Source::Policy };
+        let action = PlayedAction { action: [0.4, wave / 2.0], source: Source::Policy };
         let played = PlayedEpisode { episode, actions: vec![action; 10], ..PlayedEpisode::default() };
         writer.record(&Event::EpisodeFinished(record)).expect("room on the disk");
         writer.record_actions(&played).expect("room on the disk");

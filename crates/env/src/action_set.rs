@@ -2,12 +2,15 @@
 
 use std::sync::{Arc, LazyLock};
 
+use serde::{Deserialize, Serialize};
+
 use super::action::Action;
 use mge_physics::{NO_OP, Tool, ToolKind, catalogue_tool};
 use mge_task::Task;
 
 /// An action: a tool of the action set and a position.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Choice {
     /// Index into the action set; 0 if the agent has only the task's own tool.
     pub tool: usize,

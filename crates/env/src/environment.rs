@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rand::Rng;
+use serde::{Deserialize, Serialize};
 
 use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
@@ -13,7 +14,8 @@ use mge_physics::{ToolSplit, World};
 use mge_task::Task;
 
 /// The random draws of a reset, from which the episode can be started again.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Start {
     /// Start noise: shift of the ball, normalised.
     pub shift: [f32; 2],

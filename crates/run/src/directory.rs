@@ -160,11 +160,7 @@ impl RunDirectory {
     /// As [`RunDirectory::config`].
     pub fn is_of_model(&self) -> Result<bool> {
         let config: serde_json::Value = self.config()?;
-        // The tools of a model are a list; those of an agent are the name of a split.
-        let settings = ["model", "training", "evaluation"];
-        Ok(config.get("policy").is_some()
-            || config.get("tools").is_some_and(serde_json::Value::is_array)
-                && settings.iter().all(|key| config.get(key).is_some_and(serde_json::Value::is_object)))
+        Ok(["policy", "training"].iter().any(|key| config.get(key).is_some()))
     }
 
     /// Returns an error if it is of a dynamics model or a count of hits.

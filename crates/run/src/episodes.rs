@@ -32,8 +32,6 @@ pub enum Source {
 pub struct PlayedAction {
     /// Requested position of the tool, normalised.
     pub action: [f32; 2],
-    /// Index of the tool in the action set; none if the agent uses the task's own tool.
-    pub tool: Option<usize>,
     /// What chose the action.
     pub source: Source,
 }
@@ -45,15 +43,13 @@ struct ActionLine {
     action: [f32; 2],
     guided: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    tool: Option<usize>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     source: Option<Source>,
 }
 
 impl From<ActionLine> for PlayedAction {
     fn from(line: ActionLine) -> Self {
         let by_flag = if line.guided { Source::Clusters } else { Source::Policy };
-        Self { action: line.action, tool: line.tool, source: line.source.unwrap_or(by_flag) }
+        Self { action: line.action, source: line.source.unwrap_or(by_flag) }
     }
 }
 
@@ -61,7 +57,7 @@ impl From<PlayedAction> for ActionLine {
     fn from(played: PlayedAction) -> Self {
         let source =
             Some(played.source).filter(|source| matches!(source, Source::Planner | Source::Hand | Source::Recorded));
-        Self { action: played.action, guided: played.source == Source::Clusters, tool: played.tool, source }
+        Self { action: played.action, guided: played.source == Source::Clusters, source }
     }
 }
 
@@ -76,9 +72,6 @@ pub struct PlayedEpisode {
     /// The task's random shifts as drawn, normalised.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<[f32; 2]>,
-    /// The action set, as numbers in CREATE's catalogue; empty if the agent uses the task's own tool.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tools: Vec<usize>,
     /// Its actions, in order.
     pub actions: Vec<PlayedAction>,
 }
@@ -146,7 +139,7 @@ mod tests {
 
     fn played(episode: u64) -> PlayedEpisode {
         let source = if episode.is_multiple_of(2) { Source::Clusters } else { Source::Policy };
-        let action = PlayedAction { action: [0.1 + episode as f32, -0.3], tool: None, source };
+        let action = PlayedAction { action: [0.1 + episode as f32, -0.3], source };
         PlayedEpisode { episode, shift: [0.0, 0.01], actions: vec![action; 3], ..PlayedEpisode::default() }
     }
 
@@ -158,14 +151,10 @@ mod tests {
             (Source::Planner, r#"{"action":[0.5,-0.5],"guided":false,"source":"planner"}"#),
             (Source::Hand, r#"{"action":[0.5,-0.5],"guided":false,"source":"hand"}"#),
         ] {
-            let played = PlayedAction { action: [0.5, -0.5], tool: None, source };
+            let played = PlayedAction { action: [0.5, -0.5], source };
             assert_eq!(serde_json::to_string(&played).unwrap(), line);
             assert_eq!(serde_json::from_str::<PlayedAction>(line).unwrap(), played);
         }
-        let chosen = PlayedAction { action: [0.5, -0.5], tool: Some(3), source: Source::Policy };
-        let line = r#"{"action":[0.5,-0.5],"guided":false,"tool":3}"#;
-        assert_eq!(serde_json::to_string(&chosen).unwrap(), line);
-        assert_eq!(serde_json::from_str::<PlayedAction>(line).unwrap(), chosen);
     }
 
     #[test]

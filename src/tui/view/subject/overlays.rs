@@ -90,7 +90,7 @@ impl Subject {
     fn replay(&self, action: usize) -> Option<Environment> {
         let mut env = self.episode.trace.environment(&self.task);
         for step in self.episode.trace.steps.iter().take(action) {
-            env.step(step.choice()).ok()?;
+            env.step(step.action).ok()?;
         }
         Some(env)
     }
