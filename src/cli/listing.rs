@@ -28,7 +28,7 @@ pub fn runs(arguments: &Runs) -> Outcome {
     };
     for path in found {
         match read_run(&path) {
-            Ok(run) => runs.extend(run),
+            Ok(run) => runs.extend(run.map(RunSummary::with_latest_schedule)),
             Err(error) => {
                 damaged += 1;
                 output::message(error);
@@ -103,7 +103,7 @@ pub fn show(arguments: &Show) -> Outcome {
         "reason": run.state.reason(),
         "task": run.config.task.name,
         "task_edited": Some(true).filter(|_| is_edited(&run.config.task)),
-        "label": read_run(&run.path)?.map(|run| run.label),
+        "label": read_run(&run.path)?.map(|run| run.with_latest_schedule().label),
         "settings": settings,
         "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),

@@ -107,7 +107,8 @@ fn a_signal_saves_everything_and_says_how_to_continue() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("my run");
     let path = run.to_str().unwrap();
-    let resume = vec!["resume", path, "--quiet"];
+    // Also with its progress, it says so once.
+    let resume = vec!["resume", path];
     let mut done = 0;
     for (number, status, arguments) in [(Signal::INT, 130, train(path, "100000")), (Signal::TERM, 143, resume)] {
         let child = under_way(&arguments, &run, done + 30);
@@ -121,7 +122,7 @@ fn a_signal_saves_everything_and_says_how_to_continue() {
         assert!(records.iter().zip(1..).all(|(record, episode)| record.episode == episode));
         done = records.len();
         let expected = format!("stopped after {done} of 100000 episodes: continue with `mge resume '{path}'`\n");
-        assert_eq!(message, expected);
+        assert!(message.ends_with(&expected) && message.matches("stopped after").count() == 1, "{message}");
     }
 }
 

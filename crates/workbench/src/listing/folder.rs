@@ -2,8 +2,6 @@
 //! thousands.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -11,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::RunSummary;
 use mge_base::paths::entries;
 use mge_results::is_listed_run;
-use mge_run::{Event, Notes, RunDirectory, RunError, RunState, Stamp};
+use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
 
 /// A folder as a scan has found it.
@@ -115,10 +113,7 @@ impl Folder {
         };
         let changed = match (&run, &known.run) {
             (Some(new), Some(old)) => {
-                let shown = |run: &RunSummary| {
-                    let RunSummary { done, state, name, label, note, .. } = run.clone();
-                    (done, state, name, label, note)
-                };
+                let shown = |run: &RunSummary| (run.done, run.state.clone(), run.name.clone(), run.note.clone());
                 shown(new) != shown(old)
             }
             (None, None) => damage != known.damage,
@@ -146,22 +141,13 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     // Unreadable notes count as none here; writing new ones reports the error.
     let Notes { note, .. } = directory.notes().unwrap_or_default();
     let name = directory.name();
-    let schedule = if config.method.uses("epsilon") { latest_schedule(&directory) } else { None };
-    let summary = RunSummary {
+    Ok(Some(RunSummary {
         name,
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success as f32),
         ..RunSummary::new(path, Arc::new(config), status.state)
-    };
-    Ok(Some(summary.with_schedule(schedule.as_deref())))
-}
-
-/// The schedule that was set last during a training. Only the lines of the log that may tell it are parsed.
-fn latest_schedule(run: &RunDirectory) -> Option<String> {
-    let lines = BufReader::new(File::open(run.events_path()).ok()?).lines().map_while(Result::ok);
-    let events = lines.filter(|line| line.contains("schedule_changed"));
-    events.filter_map(|line| serde_json::from_str::<Event>(&line).ok()?.schedule().map(str::to_owned)).last()
+    }))
 }
 
 #[cfg(test)]
@@ -224,22 +210,17 @@ mod tests {
     #[test]
     fn the_epsilon_of_a_run_is_the_one_that_was_set_last() {
         let directory = tempfile::tempdir().unwrap();
-        let mut folder = Folder::default();
         let run = make(directory.path(), "a");
         finish(&run, 7);
-        assert!(scan(&mut folder, directory.path()).is_some());
-        let shown = |folder: &Folder| {
-            let run = folder.run(&directory.path().join("a")).unwrap();
-            (run.epsilon.to_string(), run.label.clone())
-        };
-        let (configured, label) = shown(&folder);
-        assert_eq!(configured, run.config::<RunConfig>().unwrap().epsilon.to_string());
-        let changed = |schedule: &str| Event::ScheduleChanged { episode: 7, schedule: schedule.into() };
+        let read = || read_run(run.path()).unwrap().unwrap().with_latest_schedule();
+        let configured = read();
+        assert_eq!(configured.epsilon, run.config::<RunConfig>().unwrap().epsilon);
         let mut writer = RunWriter::open(&run, 0).unwrap();
-        [changed("0.3"), changed("0.125")].iter().for_each(|event| writer.record(event).unwrap());
-        assert!(scan(&mut folder, directory.path()).is_some(), "another label is news");
-        assert_eq!(shown(&folder).0, "0.125");
-        assert!(shown(&folder).1.contains("epsilon 0.125") && !label.contains("0.125"), "{}", shown(&folder).1);
+        for schedule in ["0.3", "0.125"] {
+            writer.record(&Event::ScheduleChanged { episode: 7, schedule: schedule.into() }).unwrap();
+        }
+        assert_eq!(read().epsilon.to_string(), "0.125");
+        assert!(read().label.contains("epsilon 0.125") && !configured.label.contains("0.125"), "{}", read().label);
     }
 
     #[test]

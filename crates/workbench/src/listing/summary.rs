@@ -1,12 +1,14 @@
 //! A run and its curves, as screens show it.
 
+use std::fs::File;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Curves, XAxis};
 use crate::run_label;
 use mge_guidance::EpsilonSchedule;
-use mge_run::{Event, Metric, RunHistory, RunState};
+use mge_run::{Event, Metric, RunDirectory, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
 /// A run and its curves.
@@ -99,6 +101,15 @@ impl RunSummary {
             });
         let summary = Self { curves, evaluations, changed: changed.map(Event::to_string), began: log.began, ..self };
         summary.with_schedule(log.interventions.iter().rev().find_map(Event::schedule))
+    }
+
+    /// The same run with the schedule that its log tells; only the lines that may tell it are parsed.
+    #[must_use]
+    pub fn with_latest_schedule(self) -> Self {
+        let Ok(log) = File::open(RunDirectory::at(&self.path).events_path()) else { return self };
+        let lines = BufReader::new(log).lines().map_while(Result::ok).filter(|line| line.contains("schedule_changed"));
+        let latest = lines.filter_map(|line| serde_json::from_str::<Event>(&line).ok()).last();
+        self.with_schedule(latest.as_ref().and_then(Event::schedule))
     }
 
     /// The same run with the schedule that was set during the training, if there was one, also in its label.
