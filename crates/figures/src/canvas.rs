@@ -184,6 +184,20 @@ impl Canvas {
         self.group(format_args!("clip-path=\"url(#clip{clip})\""), || draw(points));
     }
 
+    /// A line with an arrowhead at its end.
+    pub fn arrow(&self, from: Point, to: Point, pen: Pen) {
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        if length < 1e-6 {
+            return;
+        }
+        let head = (2.5 + 2.0 * pen.width).min(length);
+        let along = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+        let neck = [to[0] - head * along[0], to[1] - head * along[1]];
+        let side = [-along[1] * head * 0.4, along[0] * head * 0.4];
+        self.line(&[from, neck], pen);
+        self.fill(&[to, [neck[0] + side[0], neck[1] + side[1]], [neck[0] - side[0], neck[1] - side[1]]], pen.color);
+    }
+
     /// One line of text.
     pub fn text(&self, position: Point, text: &str, look: TextFormat) {
         if !is_finite(&[position]) {

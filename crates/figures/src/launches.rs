@@ -105,7 +105,7 @@ impl Figure for Launches {
         for (tool, place) in self.tools.iter().zip(panels(rect, self.tools.len(), self.tools.len())) {
             let origin = tool.tool.position.map(f64::from);
             let names = ["\u{394}x to the tool", "\u{394}y to the tool"];
-            let window = Window { origin, half, names, labels: [place.x_label, place.y_label] };
+            let window = Window { center: origin, half, origin, names, labels: [place.x_label, place.y_label] };
             let view = SceneView::new(canvas, place.cell, tool.tool.kind.name(), window);
             tool.draw(&view, canvas);
         }

@@ -33,10 +33,12 @@ pub type Position = [f32; 2];
 /// The part of the plane that a view shows.
 #[derive(Debug, Clone, Copy)]
 pub struct Window {
-    /// Normalised position of its middle, the origin of the axes.
-    pub origin: [f64; 2],
+    /// Normalised centre.
+    pub center: [f64; 2],
     /// Half the width and height, normalised.
     pub half: f64,
+    /// Normalised position that is the origin of the axes.
+    pub origin: [f64; 2],
     /// Names of the axes.
     pub names: [&'static str; 2],
     /// Whether the axes are labelled (they always have ticks).
@@ -45,8 +47,13 @@ pub struct Window {
 
 impl Window {
     /// The whole screen, [-1, 1] in both directions.
-    pub const SCREEN: Self =
-        Self { origin: [0.0, 0.0], half: 1.0, names: ["x (normalised)", "y (normalised)"], labels: [true, true] };
+    pub const SCREEN: Self = Self {
+        center: [0.0, 0.0],
+        half: 1.0,
+        origin: [0.0, 0.0],
+        names: ["x (normalised)", "y (normalised)"],
+        labels: [true, true],
+    };
 }
 
 /// A framed square view of the plane, on which objects are drawn.
@@ -60,11 +67,19 @@ pub struct SceneView<'c> {
 impl<'c> SceneView<'c> {
     /// Frames `window` in `outer`, with x and y as axes.
     pub fn new(canvas: &'c Canvas, outer: Rect, title: &str, window: Window) -> Self {
-        let axis = |n: usize| Axis::linear(window.names[n], -window.half, window.half, 5).labelled(window.labels[n]);
+        let axis = |n: usize| {
+            let center = window.center[n] - window.origin[n];
+            Axis::linear(window.names[n], center - window.half, center + window.half, 5).labelled(window.labels[n])
+        };
         let frame = Frame { title, grid: false, square: true };
         let plot = Plot::new(canvas, outer, &frame, axis(0), axis(1));
         let per_unit = plot.rect.width() / (window.half * f64::from(SCREEN));
         Self { canvas, plot, origin: window.origin, per_unit }
+    }
+
+    /// The inside of the frame.
+    pub fn rect(&self) -> Rect {
+        self.plot.rect
     }
 
     /// The point of a normalised position on the page.

@@ -8,13 +8,15 @@ use crate::error::ExperimentError;
 use crate::sweep::{Policy, Summary};
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
+use mge_base::streams::Stream;
 use mge_dynamics::{Launch, Split, TrainConfig, Variety, collect};
+use mge_env::Environment;
 use mge_figures::{
-    ActionSamples, Against, Figure, HitBars, Launches, PolicyHits, Provenance, Statistics, Success, TaskActions,
-    TaskGrid, TaskHits, ToolLaunches,
+    ActionSamples, Against, Edge, Figure, HitBars, Instant, Launches, PolicyHits, Provenance, RelativeFrames,
+    Statistics, Success, TaskActions, TaskGrid, TaskHits, ToolLaunches,
 };
 use mge_guidance::ActionPrior;
-use mge_physics::{Ball, BallState, ToolKind, to_normalised};
+use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
 use mge_results::figures::{INTERVAL, action_curves, learning_curves, method_scores};
 use mge_run::config_hash;
 use mge_stats::{Bootstrap, Estimate};
@@ -48,6 +50,9 @@ pub(super) fn write_figures(
     let tasks: Vec<Task> = clusters.iter().map(|(task, _)| Task::clone(task)).collect();
     if let Some((model, _)) = results.models.first() {
         draw("figure1", 1, &launches(&model.training, stop)?)?;
+        if let Some((task, prior)) = clusters.first() {
+            draw("figure2", 1, &relative_frames(task, prior, model.model.cutoff, seed))?;
+        }
     }
     draw("figure3", 1, &TaskGrid { tasks })?;
     let sampled = clusters.iter().map(|(task, prior)| TaskActions::sample(task, prior, seed));
@@ -105,6 +110,37 @@ fn nearest_in_size(launches: &[Launch], size: f64) -> Vec<&Launch> {
     sorted.sort_by(|a, b| (a.tool.size - size).abs().total_cmp(&(b.tool.size - size).abs()));
     sorted.truncate(SHOWN_LAUNCHES);
     sorted
+}
+
+/// Figure 2: an episode of guided play at three instants: the last one with the maximum number of
+/// active edges, the one halfway to it, and the one halfway from it to the end.
+fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
+    let mut rng = Stream::Episode.of(seed);
+    let mut env = Environment::new(Arc::new(task.clone()));
+    env.reset(&mut rng);
+    let mut path = Vec::new();
+    let mut instants = Vec::new();
+    for _ in 0..6 {
+        let action = prior.sample(env.snapshot().stage(), &mut rng);
+        let start = path.len();
+        if env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))).is_err() {
+            break;
+        }
+        let (world, placed) = (&env.snapshot().world, &env.snapshot().placed);
+        for (step, ball) in path.iter().enumerate().skip(start) {
+            let edges = world.tools().map(|tool| Edge {
+                object: to_normalised(tool.centre()),
+                active: tool.surface(to_units(*ball)).0 <= cutoff,
+            });
+            let time = (step + 1) as f32 * PHYSICS_DT;
+            let (trail, edges) = (path[..step].to_vec(), edges.collect());
+            instants.push(Instant { time, ball: *ball, trail, placed: placed.to_vec(), edges });
+        }
+    }
+    let active = |n: &usize| instants[*n].edges.iter().filter(|edge| edge.active).count();
+    let chosen = (0..instants.len()).max_by_key(active).map(|most| [most / 2, most, (most + instants.len() - 1) / 2]);
+    let instants = chosen.into_iter().flatten().map(|n| instants[n].clone()).collect();
+    RelativeFrames { task: task.clone(), cutoff, instants }
 }
 
 /// Figure 5: hit counts with intervals over seeds.

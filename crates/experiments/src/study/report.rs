@@ -195,8 +195,9 @@ impl Report {
 }
 
 /// File stems of the figures and their captions.
-pub(super) const FIGURES: [(&str, &str); 10] = [
+pub(super) const FIGURES: [(&str, &str); 11] = [
     ("figure1", "Figure 1: single-tool launches"),
+    ("figure2", "Figure 2: dynamic relative coordinates with the moving ball as origin"),
     ("figure3", "Figure 3: the tasks"),
     ("figure4", "Figure 4: actions sampled from the clusters"),
     ("figure5", "Figure 5: goals and subgoals hit, guided against random"),

@@ -64,6 +64,26 @@ pub fn launches() -> Launches {
     Launches { tools: ToolKind::PAPER.map(tool).to_vec() }
 }
 
+pub fn relative() -> RelativeFrames {
+    let task = shipped().swap_remove(5);
+    let placed = vec![[-0.3, 0.2]];
+    let start = task.ball.position;
+    let ball = |t: f32| [start[0] + 0.25 * t, start[1] - 0.12 * t * t];
+    let instant = |time: f32| {
+        let origin = ball(time);
+        let objects = task.tools.iter().map(|tool| tool.position).chain(placed.clone());
+        let edges = objects
+            .map(|object| {
+                let distance = (object[0] - origin[0]).hypot(object[1] - origin[1]);
+                Edge { object, active: distance < 0.6 }
+            })
+            .collect();
+        let trail = (0..=40).map(|n| ball(time * n as f32 / 40.0)).collect();
+        Instant { time, ball: origin, trail, placed: placed.clone(), edges }
+    };
+    RelativeFrames { instants: [0.0, 1.33, 2.2].map(instant).to_vec(), task, cutoff: 12.0 }
+}
+
 pub fn tasks() -> TaskGrid {
     TaskGrid { tasks: shipped() }
 }
@@ -188,6 +208,7 @@ pub fn moment() -> Moment {
 pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
     vec![
         ("launches", Box::new(launches())),
+        ("relative", Box::new(relative())),
         ("tasks", Box::new(tasks())),
         ("actions", Box::new(actions())),
         ("hits", Box::new(hits())),

@@ -46,8 +46,10 @@ fn rows(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
 
 /// Figures without data.
 fn empty() -> Vec<Box<dyn Figure>> {
+    let task = || mge_task::shipped().swap_remove(0);
     vec![
         Box::new(Launches::default()),
+        Box::new(RelativeFrames { task: task(), cutoff: 12.0, instants: vec![] }),
         Box::new(TaskGrid::default()),
         Box::new(ActionSamples::default()),
         Box::new(HitBars::default()),
