@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 COLUMNS = {
     "train/return": "return",
@@ -71,6 +72,11 @@ def check(run):
     assert "time/seconds" in tags["scalars"], "time/seconds is missing"
     groups = {tag.split("/")[0] for tag in tags["scalars"]}
     assert groups == {"train", "loss", "eval", "time"}, f"groups of tags: {groups}"
+    plugin = accumulator.SummaryMetadata("_hparams_/session_start_info").plugin_data
+    hparams = HParamsPluginData.FromString(plugin.content).session_start_info.hparams
+    settings = json.loads((run / "config.json").read_text())["config"]
+    assert hparams["seed"].number_value == settings["seed"] and hparams["method"].string_value == settings["method"]
+    assert hparams["task.name"].string_value == settings["task"]["name"], "hyperparameters differ"
     print(f"{run}: {len(own)} tags, {sum(map(len, own.values()))} values agree")
 
 

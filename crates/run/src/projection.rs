@@ -9,7 +9,7 @@ use super::append::AppendFile;
 use super::event::{EpisodeRecord, Event, LoggedEvent};
 use super::metric::Metric;
 use super::writer::now;
-use super::{Result, RunDirectory, tensorboard};
+use super::{Result, RunDirectory, file, tensorboard};
 
 /// What events add to each of the files.
 #[derive(Debug, Default)]
@@ -96,8 +96,9 @@ impl Projections {
     /// [`RunError::Io`](super::RunError::Io).
     pub fn open(directory: &RunDirectory, events: &[LoggedEvent]) -> Result<Self> {
         let time = now();
+        let config = file::read(&directory.config_path())?;
         let mut projector = Projector::default();
-        let mut all = Additions { records: tensorboard::beginning(time), ..Additions::default() };
+        let mut all = Additions { records: tensorboard::beginning(time, &config), ..Additions::default() };
         events.iter().for_each(|logged| projector.add(logged, &mut all));
         Ok(Self {
             projector,

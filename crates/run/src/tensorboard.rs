@@ -7,19 +7,55 @@
 use std::fs;
 use std::path::Path;
 
+use serde_json::Value;
+
 use super::append::AppendFile;
 use super::{Result, RunError, folder};
+use mge_base::json::{self, leaf_values};
 
 /// The part of a file's name that tells ours from those of other programs.
 const OURS: &str = ".mge.";
 
-/// The records with which a file begins: its version, and a mark after which readers discard all that they have read of
-/// earlier files. `wall_time` is in seconds since 1970-01-01 UTC, here and below.
-pub(super) fn beginning(wall_time: f64) -> Vec<u8> {
+/// The records with which a file begins: its version, a mark after which readers discard all that they have read of
+/// earlier files, and the configuration as hyperparameters. `wall_time` is in seconds since 1970-01-01 UTC, here and
+/// below.
+pub(super) fn beginning(wall_time: f64, config: &[u8]) -> Vec<u8> {
     let version = event(wall_time, 0, |event| event.bytes(3, b"brain.Event:2"));
     // SessionLog { status: START }
     let start = event(wall_time, 0, |event| event.message(7, |log| log.varint(1, 1)));
-    [version, start].concat()
+    let settings = |entry: &mut Message| {
+        entry.bytes(1, b"_hparams_/session_start_info");
+        // The plugin reads its data alone, but expects a tensor: a DT_FLOAT of shape [1].
+        entry.message(8, |tensor| {
+            tensor.varint(1, 1);
+            tensor.message(2, |shape| shape.message(2, |dim| dim.varint(1, 1)));
+            tensor.bytes(5, &[0; 4]);
+        });
+        entry.message(9, |metadata| {
+            metadata.message(1, |data| {
+                data.bytes(1, b"hparams");
+                data.message(2, |data| data.message(3, |start| add_hyperparameters(start, config)));
+            });
+        });
+    };
+    let settings = event(wall_time, 0, |event| event.message(5, |summary| summary.message(1, settings)));
+    [version, start, settings].concat()
+}
+
+/// The settings in `config.json`; of the task only its name.
+fn add_hyperparameters(start: &mut Message, config: &[u8]) {
+    let file: Value = serde_json::from_slice(config).unwrap_or_default();
+    let settings = leaf_values(&file["config"]).into_iter();
+    for (path, value) in settings.filter(|(path, _)| path == "task.name" || !path.starts_with("task.")) {
+        start.message(1, |entry| {
+            entry.bytes(1, path.as_bytes());
+            entry.message(2, |of_entry| match value {
+                Value::Number(number) => of_entry.double(2, number.as_f64().unwrap_or(f64::NAN)),
+                Value::Bool(truth) => of_entry.varint(4, u64::from(*truth)),
+                other => of_entry.bytes(3, json::text(other).as_bytes()),
+            });
+        });
+    }
 }
 
 /// The record of numbers under their tags, such as `loss/critic`. TensorBoard stores them as `f32` and shows non-finite
@@ -175,11 +211,16 @@ mod tests {
 
     #[test]
     fn records_have_the_expected_bytes() {
-        let bytes = [beginning(2.0), scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)])].concat();
-        let [version, session, scalars] = records(&bytes)[..] else { panic!("three records") };
+        let config = b"{\"format\": 1, \"config\": {\"task\": {\"name\": \"t\", \"ball\": 1}, \"seed\": 2}}\n";
+        let bytes = [beginning(2.0, config), scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)])].concat();
+        let [version, session, settings, scalars] = records(&bytes)[..] else { panic!("four records") };
         let wall_time = [&[0x09][..], &2f64.to_le_bytes()].concat();
         assert_eq!(version, [&wall_time, &[0x10, 0, 0x1a, 13][..], b"brain.Event:2"].concat());
         assert_eq!(session, [&wall_time, &[0x10, 0, 0x3a, 2, 0x08, 1][..]].concat());
+        let has = |record: &[u8], part: &[u8]| record.windows(part.len()).any(|found| found == part);
+        let seed = [&[0x0a, 17, 0x0a, 4][..], b"seed", &[0x12, 9, 0x11], &2f64.to_le_bytes()].concat();
+        let task = [&[0x0a, 16, 0x0a, 9][..], b"task.name", &[0x12, 3, 0x1a, 1], b"t"].concat();
+        assert!(has(settings, &seed) && has(settings, &task) && !has(settings, b"format"), "{settings:?}");
         let first = [&[0x0a, 10, 0x0a, 3][..], b"a/b", &[0x15], &1f32.to_le_bytes()].concat();
         let second = [&[0x0a, 8, 0x0a, 1][..], b"c", &[0x15], &f32::NAN.to_le_bytes()].concat();
         let head = [&wall_time, &[0x10, 0xac, 0x02, 0x2a, 22][..]].concat();

@@ -276,7 +276,7 @@ mod tests {
         train(&mut writer, 1..=3);
         writer.record(&Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 }).unwrap();
         drop(writer);
-        assert_eq!(steps(&run), [1, 2, 3, 3], "episodes, an evaluation");
+        assert_eq!(steps(&run), [0, 1, 2, 3, 3], "the configuration, episodes, an evaluation");
     }
 
     #[test]
