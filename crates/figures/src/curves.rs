@@ -94,8 +94,6 @@ const LAST_TICK: f64 = 6.0;
 /// Dash pattern of the reference curve.
 const REFERENCE: &[f64] = &[3.0, 2.0];
 
-/// Height of a panel with its labels, in points before magnification.
-const PANEL: f64 = 138.0;
 /// Height of a legend of one row and a note of two lines.
 const AROUND: f64 = 36.0;
 const USUAL_NOTE: f64 = 2.0 * NOTE;
@@ -176,7 +174,7 @@ impl LearningCurves {
         order.extend(others.map(|label| (label, label)).collect::<Vec<_>>());
         let legend = Legend::new(order, self.reference.as_deref(), &self.known);
         let has_intervals = curves.iter().any(|curve| !curve.low.is_empty());
-        Legend { banded: legend.banded && has_intervals, ..legend }
+        Legend { banded: legend.banded && has_intervals && !self.style.without_bands, ..legend }
     }
 
     /// Width of the page before magnification, in points.
@@ -221,7 +219,7 @@ impl Figure for LearningCurves {
         let rows = self.panels.len().div_ceil(self.columns()).max(1);
         let note = (note_height(width, &self.caption(&legend)) - USUAL_NOTE).max(0.0);
         let further = (legend_height(width - 2.0 * MARGIN - LAST_TICK, &legend.marks()) - LEGEND).max(0.0);
-        [width, rows as f64 * PANEL + AROUND + further + note].map(|side| side * self.style.scale())
+        [width, rows as f64 * self.style.height + AROUND + further + note].map(|side| side * self.style.scale())
     }
 
     fn scale(&self) -> f64 {

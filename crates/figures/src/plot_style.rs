@@ -6,7 +6,7 @@ use educe::Educe;
 
 use super::style::{DOUBLE_COLUMN, LABEL_SIZE, SINGLE_COLUMN};
 
-/// Width, font size and axes of a figure of curves.
+/// Size, font size, axes and bands of a figure of curves.
 #[derive(Debug, Clone, Copy, Educe, PartialEq)]
 #[educe(Default)]
 pub struct PlotStyle {
@@ -16,6 +16,11 @@ pub struct PlotStyle {
     pub x: Option<[f64; 2]>,
     /// The ends of the y axis in percent, if they are not 0 and 100.
     pub y: Option<[f64; 2]>,
+    /// Whether the bands around curves are left out.
+    pub without_bands: bool,
+    /// Height of a panel with its labels, in points before magnification, within [`Self::HEIGHTS`].
+    #[educe(Default = Self::HEIGHT)]
+    pub height: f64,
     /// Size of axis and legend labels, in points, within [`Self::FONTS`]; everything else scales with it.
     #[educe(Default = Self::FONT)]
     pub font: f64,
@@ -26,6 +31,10 @@ impl PlotStyle {
     pub const FONT: f64 = LABEL_SIZE;
     /// The smallest and largest font size.
     pub const FONTS: RangeInclusive<f64> = 4.0..=16.0;
+    /// Default height of a panel, in points.
+    pub const HEIGHT: f64 = 138.0;
+    /// The smallest and largest height of a panel.
+    pub const HEIGHTS: RangeInclusive<f64> = 80.0..=600.0;
 
     /// Width on paper, in points.
     pub(super) fn width(&self) -> f64 {

@@ -150,8 +150,8 @@ mod tests {
         let own =
             text(&mut session, &format!("width=single font=9 curve='{label}' name=ours curve=DDPG reference=DDPG"));
         assert!(own.contains("\nours\n") && own.contains("\nDDPG\n") && own.contains("width=\"252pt\""), "{own}");
-        let shaped = text(&mut session, "x=0:2 y=0:50");
-        assert!(!shaped.contains("100</text>"), "{shaped}");
+        let shaped = text(&mut session, "x=0:2 y=0:50 bands=off height=200 smooth=2");
+        assert!(shaped.contains("in the CSV only") && !shaped.contains("100</text>"), "{shaped}");
         // The colour of a run does not depend on which others are shown.
         let plain = options(&[&format!("runs={}", first.runs()[0].directory().path().display())]);
         let Composed { figure, .. } = plain.figure(&session.reader, &mut |_, _| ()).unwrap();
@@ -181,7 +181,7 @@ mod tests {
     fn options_of_a_composition_survive_a_round_trip() {
         let words =
             ["runs=a b", "runs=c", "curve=x=1", "name=y", "curve=z", "reference=z", "against=charged", "font=9.5"];
-        let shape = ["x=0:500", "y=10:60.5"];
+        let shape = ["x=0:500", "y=10:60.5", "bands=off", "height=200", "smooth=5"];
         let words = [&words[..], &shape].concat();
         let composition = options(&words);
         let written: Vec<String> =
@@ -197,6 +197,9 @@ mod tests {
             ("curve", "z", "named twice"),
             ("x", "5", "not like 0:500"),
             ("y", "60:0", "the smaller first"),
+            ("bands", "none", "`on` or `off`"),
+            ("height", "3", "80 to 600"),
+            ("smooth", "0", "1 to 1000"),
         ] {
             let error = composition.clone().with_options([(key, value)]).unwrap_err();
             assert!(error.contains(reason), "{key}={value}: {error}");

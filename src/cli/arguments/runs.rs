@@ -31,7 +31,7 @@ pub struct Train {
     /// ddpg-mge-adaptive and linear:0.5:0:1000 of ddpg-mge]
     #[arg(long)]
     pub epsilon: Option<EpsilonSchedule>,
-    /// Model that predicts the rollouts: trained, learned, true, uniform, or a model file [default: trained]
+    /// Model that predicts the rollouts: trained, learned, rapier, true, uniform, or a model file [default: trained]
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// JSON file of settings, with the keys of --set, or one of paper, paper-literal, adaptive; other options take
@@ -186,7 +186,7 @@ pub struct Figures {
     pub svg: bool,
     /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
     /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), x
-    /// and y (FROM:TO)
+    /// and y (FROM:TO), bands (on or off), height (points), smooth (points)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub options: Vec<String>,
     #[command(flatten)]

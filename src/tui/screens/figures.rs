@@ -192,7 +192,7 @@ fn completions(labels: &[String]) -> Vec<Value> {
     let keys = OPTIONS.iter().filter(|(name, _)| *name != "runs");
     let keys = keys.map(|(name, about)| Value::new(format!("{name}="), *about));
     let file = Value::new("file=", "name of the figure in the folder figures, without its suffix");
-    let values = ["success=greedy", "against=actions", "against=charged", "width=single"];
+    let values = ["success=greedy", "against=actions", "against=charged", "width=single", "bands=off"];
     let curves = labels.iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));
     keys.chain([file]).chain(values.map(|value| Value::new(value, ""))).chain(curves).collect()
 }

@@ -32,8 +32,8 @@ fn a_figure_is_composed_and_its_script_line_is_shown() {
         press(&mut app, key);
         (screen, asked.borrow().concat())
     };
-    let (screen, line) = composed("width=single font=7", "s");
-    assert_eq!(line, format!("{figure}.svg width=single font=7"));
+    let (screen, line) = composed("width=single font=7 bands=off", "s");
+    assert_eq!(line, format!("{figure}.svg width=single font=7 bands=off"));
     assert!(screen.contains("in a script: figure learning") && screen.contains("width=single"), "{screen}");
     let (_, line) = composed("curve=DDPG name='of before' reference=DDPG", "tab end enter enter");
     assert_eq!(line, format!("{figure}.png curve=DDPG name='of before' reference=DDPG"), "the prompt keeps them");
@@ -54,7 +54,7 @@ fn the_prompt_explains_every_option_and_names_the_curves() {
     let (mut app, _) = app(grouped());
     press(&mut app, "7 tab");
     for (typed, shown) in
-        [("wid", "single or double"), ("font", "from 4 to 16"), ("curve=D", "a curve"), ("fi", "name of the figure")]
+        [("wid", "single or double"), ("ban", "on or off"), ("curve=D", "a curve"), ("fi", "name of the figure")]
     {
         app.event(Event::Paste(typed.to_owned()));
         let screen = text(&shot(&mut app, 120, 40));
