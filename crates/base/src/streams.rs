@@ -68,6 +68,8 @@ pub enum Stream {
     ModelEpoch(u32),
     /// Additional tools in the launch scenes of a dynamics model.
     Bystanders,
+    /// Samples of the settings of a sweep.
+    SweepSamples,
 }
 
 impl Stream {
@@ -98,6 +100,7 @@ impl Stream {
             Self::Practice => TRAINING + 9,
             Self::Judgement => TRAINING + 10,
             Self::Candidates => TRAINING + 11,
+            Self::SweepSamples => TRAINING + 12,
             // The first launches share stream numbers with an action prior. With equal seeds both draw the same
             // random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,

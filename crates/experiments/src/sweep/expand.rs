@@ -142,6 +142,7 @@ fn with_config(grid: &Grid) -> Result<Grid, ValidationError> {
             key,
             values: vec![value],
             is_list: false,
+            is_sampled: false,
         }));
     }
     Ok(Grid { axes, ..grid.clone() })

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use serde_json::{Map, Value};
 
+use super::values::{Distribution, Samples, expanded, of_kind};
 use crate::error::ExperimentError;
 use mge_base::json;
 use mge_base::text::without_mark;
@@ -31,6 +32,8 @@ pub(super) struct Grid {
     pub kind: Option<Value>,
     /// The settings.
     pub axes: Vec<Axis>,
+    /// Combinations that are left out: those with one of the values of each setting.
+    pub exclude: Vec<Vec<Axis>>,
 }
 
 /// A setting and its values.
@@ -42,6 +45,8 @@ pub(super) struct Axis {
     pub values: Vec<Value>,
     /// Whether it is written as a list, which makes it part of the names of the runs.
     pub is_list: bool,
+    /// Whether the values are samples, which vary together with those of the other sampled settings.
+    pub is_sampled: bool,
 }
 
 /// A setting with one of its values. One for each setting of a grid is a combination.
@@ -107,30 +112,66 @@ pub(super) fn invalid(text: &[u8], origin: &str, grid: &str, problem: Validation
 impl Grid {
     /// The grid of an object of settings.
     fn new(entries: Map<String, Value>) -> Result<Self, ValidationError> {
-        let mut grid = Self::default();
+        let (mut grid, mut samples, mut drawn) = (Self::default(), None, Vec::new());
         for (key, value) in entries {
-            match key.as_str() {
-                "kind" => grid.kind = Some(value),
-                _ => grid.axes.push(Axis::new(key, value)?),
+            match (key.as_str(), value) {
+                ("kind", value) => grid.kind = Some(value),
+                ("samples", value) => samples = Some(of_kind::<Samples>(&key, value)?),
+                ("exclude", value) => grid.exclude = exclusions(value)?,
+                (_, value @ Value::Object(_)) => {
+                    drawn.push(of_kind::<Distribution>(&key, value)?.checked(&key)?);
+                    grid.axes.push(Axis { key, values: Vec::new(), is_list: true, is_sampled: true });
+                }
+                (_, value) => grid.axes.push(Axis::new(key, value)?),
             }
         }
-        Ok(grid)
+        match samples {
+            Some(samples) if !drawn.is_empty() => {
+                let columns = samples.draw(&drawn)?.into_iter();
+                grid.axes
+                    .iter_mut()
+                    .filter(|axis| axis.is_sampled)
+                    .zip(columns)
+                    .for_each(|(axis, values)| axis.values = values);
+            }
+            None if drawn.is_empty() => {}
+            Some(_) => {
+                return Err(ValidationError::new(
+                    "samples",
+                    "no setting has samples: give one {\"uniform\": [0.9, 0.99]}",
+                ));
+            }
+            None => return Err(ValidationError::new("samples", "is missing: give {\"count\": 20, \"seed\": 0}")),
+        }
+        let unknown = |axis: &&Axis| grid.axes.iter().all(|known| known.key != axis.key);
+        match grid.exclude.iter().flatten().find(unknown) {
+            Some(axis) => Err(ValidationError::new("exclude", format!("the sweep does not set `{}`", axis.key))),
+            None => Ok(grid),
+        }
     }
 
     /// Number of combinations; None if it cannot be represented.
     fn count(&self) -> Option<usize> {
-        self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()))
+        let samples = self.axes.iter().find(|axis| axis.is_sampled);
+        let mut axes = self.axes.iter().filter(|axis| !axis.is_sampled).chain(samples);
+        axes.try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()))
     }
 
-    /// All combinations; the last axis varies fastest.
+    /// All combinations that are not excluded; the last axis varies fastest.
     pub fn combinations<'a>(&'a self) -> Vec<Vec<Choice<'a>>> {
         let mut combinations = vec![Vec::new()];
         for axis in &self.axes {
             let longer = |combination: Vec<Choice<'a>>| {
-                (0..axis.values.len()).map(move |number| [&*combination, &[Choice { axis, number }]].concat())
+                let sample = combination.iter().find(|choice| choice.axis.is_sampled && axis.is_sampled);
+                let numbers = sample.map_or(0..axis.values.len(), |sample| sample.number..sample.number + 1);
+                numbers.map(move |number| [&*combination, &[Choice { axis, number }]].concat())
             };
             combinations = combinations.into_iter().flat_map(longer).collect();
         }
+        let has_one = |axis: &Axis, chosen: &[Choice<'_>]| {
+            chosen.iter().any(|choice| choice.key() == axis.key && axis.values.contains(choice.value()))
+        };
+        combinations.retain(|chosen| !self.exclude.iter().any(|all| all.iter().all(|axis| has_one(axis, chosen))));
         combinations
     }
 
@@ -165,26 +206,16 @@ impl Axis {
             return Err(ValidationError::new(key, "must have values that are numbers, texts, true, false or null"));
         }
         let (values, has_range) = expanded(&key, values)?;
-        Ok(Self { key, values, is_list: is_list || has_range })
+        Ok(Self { key, values, is_list: is_list || has_range, is_sampled: false })
     }
 }
 
-/// The values with ranges such as `0..9`, both ends included, as their whole numbers, and whether there is any range.
-fn expanded(key: &str, values: Vec<Value>) -> Result<(Vec<Value>, bool), ValidationError> {
-    let (mut all, mut has_range) = (Vec::new(), false);
-    for value in values {
-        let ends = value.as_str().and_then(|text| text.split_once(".."));
-        match ends.and_then(|(first, last)| Some((first.parse::<i64>().ok()?, last.parse::<i64>().ok()?))) {
-            Some((first, last)) if (0..MAX_COMBINATIONS as i64).contains(&last.saturating_sub(first)) => {
-                all.extend((first..=last).map(Value::from));
-                has_range = true;
-            }
-            Some(_) => {
-                let message = format!("a range has a first and a last value, and at most {MAX_COMBINATIONS} of them");
-                return Err(ValidationError::new(key, message));
-            }
-            None => all.push(value),
-        }
-    }
-    Ok((all, has_range))
+/// Reads the entry `exclude`: an object, or a list of objects.
+fn exclusions(value: Value) -> Result<Vec<Vec<Axis>>, ValidationError> {
+    let objects = if let Value::Array(objects) = value { objects } else { vec![value] };
+    let exclusion = |object: Value| {
+        let entries: Map<String, Value> = of_kind("exclude", object)?;
+        entries.into_iter().map(|(key, value)| Axis::new(key, value)).collect()
+    };
+    objects.into_iter().map(exclusion).collect()
 }

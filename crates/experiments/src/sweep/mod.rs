@@ -9,7 +9,10 @@
 //!  "ddpg.gamma": [0.95, 0.99], "seed": [0, 1, 2], "episodes": 1000}
 //! ```
 //!
-//! `"0..9"` stands for the whole numbers from 0 to 9. The file above
+//! `"0..9"` stands for the whole numbers from 0 to 9, `{"uniform": [0.9, 0.99]}` and `{"log_uniform": [1e-4, 1e-2]}` for
+//! as many samples as `"samples": {"count": 20, "seed": 0}` asks for, each of which has a value for every such setting.
+//! `"exclude"` leaves out the combinations that have the values of an object, or of one in a list. The file
+//! above
 //!
 //! trains agents (`"kind": "train"`, the default): `task`, `method` (by default that of `mge train`), `epsilon` (also called
 //! `threshold`), `model`, and any other setting of a run by its JSON path. `config` names a file of
@@ -47,6 +50,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 mod training;
+mod values;
 mod work;
 
 pub use expand::{Job, Sweep, Work};

@@ -90,12 +90,40 @@ fn combinations_that_differ_only_in_settings_without_effect_are_trained_once() {
 }
 
 #[test]
-fn ranges_include_both_ends() {
-    let file = json!({"task": "task1", "method": "ddpg", "seed": ["9..10", 2]});
-    assert_eq!(names(&sweep(&file)), [9, 10, 2].map(|seed| format!("task1-ddpg-seed{seed}")));
+fn ranges_include_both_ends_and_exclusions_leave_out_combinations() {
+    let file = json!({"task": "task1", "method": ["ddpg", "planning"], "seed": ["9..10", 2], "exclude": [
+        {"method": "ddpg", "seed": "10..12"}, {"seed": [2], "method": "planning"},
+    ]});
+    let expected = [("ddpg", 9), ("ddpg", 2), ("planning", 9), ("planning", 10)];
+    assert_eq!(names(&sweep(&file)), expected.map(|(method, seed)| format!("task1-{method}-seed{seed}")));
     let jobs = sweep(&json!({"task": "task1", "method": "ddpg", "ddpg.hidden": "8..10"})).jobs;
     assert_eq!(jobs.len(), 3);
     assert_eq!(jobs[2].name, "task1-ddpg-ddpg.hidden_10-seed0");
+}
+
+#[test]
+fn samples_are_drawn_for_all_settings_together_and_more_begin_with_the_same() {
+    let sampled = |count: usize| {
+        let text = format!(
+            r#"{{"task": "task1", "method": "ddpg", "ddpg.gamma": {{"uniform": [0.9, 0.99]}}, "seed": "0..1",
+                "ddpg.critic_learning_rate": {{"log_uniform": [1e-4, 1e-2]}}, "ddpg.hidden": {{"uniform": [8, 9]}},
+                "samples": {{"count": {count}, "seed": 3}}}}"#
+        );
+        Sweep::parse(text.as_bytes(), "s.json").unwrap().jobs
+    };
+    let (few, many) = (sampled(8), sampled(20));
+    assert_eq!((few.len(), many.len()), (2 * 8, 2 * 20));
+    assert!(few.iter().all(|job| many.contains(job) && sweep(&job.alone).jobs == [job.clone()]));
+    let config = |job: &Job| match &job.work {
+        Work::Train(config) => config.ddpg.clone(),
+        work => panic!("an agent: {work:?}"),
+    };
+    let drawn: Vec<_> = many.iter().map(config).collect();
+    assert!(drawn.iter().all(|ddpg| (0.9..=0.99).contains(&ddpg.gamma) && [8, 9].contains(&ddpg.hidden)));
+    assert_eq!(drawn.iter().filter(|ddpg| ddpg.hidden == 8).count() % 2, 0);
+    assert!([8, 9].iter().all(|hidden| drawn.iter().any(|ddpg| ddpg.hidden == *hidden)));
+    let low = drawn.iter().filter(|ddpg| ddpg.critic_learning_rate < 1e-3).count();
+    assert!((10..=30).contains(&low), "half of them in the lower decade: {low} of 40");
 }
 
 #[test]
@@ -174,9 +202,14 @@ fn mistakes_are_explained_before_any_work() {
         ),
         (r#"{"task": "task1", "epsilon": 0.1, "threshold": [0.2]}"#, "at threshold: sets the same as `epsilon`"),
         ("[]", "at .: makes no run"),
+        (r#"{"task": "task1", "exclude": {"task": "task1"}}"#, "at .: makes no run"),
+        (r#"{"task": "task1", "exclude": {"sed": 1}}"#, "at exclude: the sweep does not set `sed`"),
         (r#"{"task": "task1", "seed": "3..1"}"#, "at seed: a range has a first and a last value"),
         (r#"{"task": "task1", "seed": "0..10000"}"#, "at most 10000 of them"),
-        (r#"{"task": "task1", "ddpg.gamma": {"uniform": [0, 1]}}"#, "at ddpg.gamma: must have values that are numbers"),
+        (r#"{"task": "task1", "ddpg.gamma": {"unifrm": [0, 1]}}"#, "at ddpg.gamma: unknown variant `unifrm`"),
+        (r#"{"task": "task1", "ddpg.gamma": {"uniform": [0.9, 0.99]}}"#, "at samples: is missing"),
+        (r#"{"task": "task1", "ddpg.gamma": {"log_uniform": [0, 1]}}"#, "of `log_uniform` positive ones"),
+        (r#"{"task": "task1", "samples": {"count": 3}}"#, "at samples: no setting has samples"),
         ("3", "expected a map"),
         (
             r#"{"kind": "dynamic", "tools": "box"}"#,

@@ -161,7 +161,12 @@ mod tests {
 
     #[test]
     fn names_of_files_become_absolute_and_other_names_stay() {
-        let axis = |key: &str, value: &str| Axis { key: key.to_owned(), values: vec![json!(value)], is_list: false };
+        let axis = |key: &str, value: &str| Axis {
+            key: key.to_owned(),
+            values: vec![json!(value)],
+            is_list: false,
+            is_sampled: false,
+        };
         // Relative to the folder of the package.
         let axes = vec![axis("task", "task1"), axis("model", "Cargo.toml"), axis("prior", "src")];
         let grid = absolute_paths(&Grid { axes, ..Grid::default() });
