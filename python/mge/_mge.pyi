@@ -247,7 +247,7 @@ def build_prior(task: _Task, model: _Model, seed: int = 0, **settings: Any) -> A
     """Builds the action prior of a task from rollouts in a model.
 
     Args:
-        model: a `Model`, `"physics"`, or the name or path of a model.
+        model: a `Model`, `"physics"`, `"rapier"`, or the name or path of a model.
         settings: those of `guidance` that differ from their defaults, such as `model_rollouts=1000`.
     """
 

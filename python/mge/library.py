@@ -46,7 +46,7 @@ def rollout(
 
     Args:
         task: a `Task`, the name of a shipped one, or the path of a task file.
-        model: a `Model`, `"physics"`, or the name or path of a
+        model: a `Model`, `"physics"`, `"rapier"` (another engine), or the name or path of a
             model.
         actions: n x length x 2, normalised places of tools.
         start: one state for all sequences or one for each; None for the start of the task.

@@ -39,7 +39,7 @@ def train(
         progress: whether to show progress on stderr.
         config: a file of settings, or the name of a shipped one: `paper`, `paper-literal`, `adaptive`.
         settings: those of a run: `method`, `seed`, `episodes`, `epsilon`, `start_noise`, `model` (`"trained"`,
-            `"learned"`, `"true"`, `"uniform"` or a file) and so on; groups as `ddpg={"gamma": 0.9}`.
+            `"learned"`, `"true"`, `"rapier"`, `"uniform"` or a file) and so on; groups as `ddpg={"gamma": 0.9}`.
     """
     return read_run(_mge.train(task, out, config, settings, _teller(callback, progress)))
 

@@ -16,7 +16,7 @@ use super::state::{BALL, State, ball_row};
 use super::task::Task;
 use mge_dynamics::{self as dynamics, DynamicsError, Predictor, Rollout};
 use mge_env::{Action, Environment, Snapshot};
-use mge_guidance::{RolloutModel, TruePhysics};
+use mge_guidance::{RapierPhysics, RolloutModel, TruePhysics};
 use mge_physics::{BallState, Tool, to_units};
 use mge_task::{self as task, ToolSpec};
 
@@ -138,18 +138,19 @@ fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_,
     scenes
 }
 
-/// The model that is a [`Model`], `"physics"`, or the name or path of a model.
+/// The model that is a [`Model`], `"physics"`, `"rapier"`, or the name or path of a model.
 pub fn any_model(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Arc<dyn RolloutModel>> {
     let learned = if let Ok(model) = model.cast::<Model>() {
         model.get().0.clone()
     } else if let Ok(name) = model.extract::<PathBuf>() {
         match &*name.to_string_lossy() {
             "physics" => return Ok(Arc::new(TruePhysics)),
+            "rapier" => return Ok(Arc::new(RapierPhysics)),
             _ => Model::new(model.py(), name)?.0,
         }
     } else {
         return Err(PyTypeError::new_err(format!(
-            "{} is not a model: use mge.Model, \"physics\", or the name or path of a model",
+            "{} is not a model: use mge.Model, \"physics\", \"rapier\", or the name or path of a model",
             model.get_type().name()?
         )));
     };

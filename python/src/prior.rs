@@ -33,7 +33,7 @@ pub struct ActionPrior {
 
 /// Builds the action prior of a task from rollouts in a model.
 ///
-/// `model`: a `Model`, "physics", or the name or path of a model.
+/// `model`: a `Model`, "physics", "rapier", or the name or path of a model.
 /// `settings`: those of `guidance` that differ from their defaults, such as `model_rollouts=1000`.
 #[pyfunction]
 #[pyo3(signature = (task, model, seed = 0, **settings))]

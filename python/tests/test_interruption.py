@@ -46,6 +46,7 @@ def interrupted(call, after=0.3):
 
 LONG = {
     "rollouts of the physics": lambda: mge.rollout(TASK, "physics", np.tile(MANY, (20, 1, 1))),
+    "rollouts of rapier": lambda: mge.rollout(TASK, "rapier", MANY),
     "rollouts of a learned model": lambda: mge.rollout(TASK, shipped(), MANY),
     "predictions of many steps": lambda: shipped().predict(TASK, np.zeros((3, 5)), steps=2**32 - 1),
     "predictions of many balls": lambda: shipped().predict(TASK, np.zeros((50_000, 5)), steps=100),
@@ -95,9 +96,9 @@ def test_a_signal_whose_handler_returns_changes_nothing():
     before = signal.signal(signal.SIGALRM, lambda *_: seen.append(1))
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.01, 0.05)
-        rolled = mge.rollout(TASK, shipped(), MANY[:200])
+        rolled = mge.rollout(TASK, "rapier", MANY[:200])
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
     assert seen
-    np.testing.assert_array_equal(rolled.path, mge.rollout(TASK, shipped(), MANY[:200]).path)
+    np.testing.assert_array_equal(rolled.path, mge.rollout(TASK, "rapier", MANY[:200]).path)

@@ -1,4 +1,5 @@
-//! Evaluation of a model on unseen data: fresh launches and complete task scenes, compared with free flight.
+//! Evaluation of a model on unseen data: fresh launches and complete task scenes, compared with free flight and
+//! with rapier's own solver.
 
 use std::sync::Arc;
 
@@ -11,6 +12,7 @@ use super::error::Result;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::{Errors, Predictor, advance, distance};
+use super::rapier::Rapier;
 use super::rollout::rollouts;
 use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
 use super::variety::Variety;
@@ -18,7 +20,7 @@ use mge_base::identity::FileId;
 use mge_base::stop::Stop;
 use mge_base::validation::{Setting, check_settings};
 use mge_env::{Action, Snapshot, uniform_action};
-use mge_physics::{BallState, STEPS_PER_ACTION, Tool, ToolKind};
+use mge_physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use mge_task::Task;
 
 /// Settings of an evaluation.
@@ -86,6 +88,9 @@ pub struct Compared<T> {
     pub model: T,
     /// Constant velocity with gravity.
     pub constant_velocity: T,
+    /// rapier's own solver; none in older evaluations, which did not include it.
+    #[serde(default = "Option::default", skip_serializing_if = "Option::is_none")]
+    pub rapier: Option<T>,
 }
 
 /// Errors on fresh launches at one tool type.
@@ -157,7 +162,9 @@ pub fn evaluate(
     let total = PREDICTORS * (model.tools().len() + 2 * known.len());
     let parts = &mut Parts { done: 0, total, stop, on_progress };
     let interval = model.config().interval;
-    let predictors: Compared<&dyn Predictor> = Compared { model, constant_velocity: &ConstantVelocity { interval } };
+    let rapier = Rapier::every(interval, GRAVITY, Ball::default());
+    let predictors: Compared<&dyn Predictor> =
+        Compared { model, constant_velocity: &ConstantVelocity { interval }, rapier: Some(&rapier) };
     let of_launches = model.tools().iter().map(|&tool| launch_errors(tool, variety, &predictors, config, parts));
     let launches = of_launches.collect::<Result<_>>()?;
     let of_scenes = known.into_iter().map(|task| scene_errors(&Arc::new(task.clone()), &predictors, config, parts));
@@ -174,7 +181,7 @@ pub fn evaluate(
 }
 
 /// Number of predictors that are compared.
-const PREDICTORS: usize = 2;
+const PREDICTORS: usize = 3;
 
 /// The parts of an evaluation: reports each before it begins.
 struct Parts<'a> {
@@ -257,7 +264,11 @@ const HIT_HORIZON: usize = 8;
 
 impl Compared<&dyn Predictor> {
     fn map<T>(&self, mut value: impl FnMut(&dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
-        Ok(Compared { model: value(self.model)?, constant_velocity: value(self.constant_velocity)? })
+        Ok(Compared {
+            model: value(self.model)?,
+            constant_velocity: value(self.constant_velocity)?,
+            rapier: self.rapier.map(value).transpose()?,
+        })
     }
 }
 
@@ -325,8 +336,8 @@ mod tests {
         let mut reports = Vec::new();
         let stop = Stop::default();
         let whole = evaluate(&model, &tasks, &config, &stop, &mut |done, total, _| reports.push((done, total)));
-        // Two tools and two parts of one supported task, two predictors each.
-        assert_eq!(reports, (0..8).map(|done| (done, 8)).collect::<Vec<_>>());
+        // Two tools and two parts of one supported task, three predictors each.
+        assert_eq!(reports, (0..12).map(|done| (done, 12)).collect::<Vec<_>>());
         assert_eq!(whole.unwrap(), evaluate(&model, &tasks, &config, &stop, &mut |_, _, _| ()).unwrap());
         let mut parts = 0;
         let stopped = evaluate(&model, &tasks, &config, &stop, &mut |_, _, _| {

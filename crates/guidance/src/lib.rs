@@ -41,6 +41,6 @@ pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
 pub use rewarding::{Played, Rewarding};
-pub use rollout::{RolloutModel, TruePhysics};
+pub use rollout::{RapierPhysics, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
 pub use subgoals::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};

@@ -1,10 +1,10 @@
-//! Predictors of rollouts: learned models and the true physics.
+//! Predictors of rollouts: learned models, rapier's own solver and the true physics.
 
 use rayon::prelude::*;
 
 use super::rewarding::Played;
 use mge_base::stop::Stop;
-use mge_dynamics::{Model, Result, Rollout, rollouts};
+use mge_dynamics::{Model, Rapier, Result, Rollout, rollouts};
 use mge_env::{Action, Environment, Snapshot};
 use mge_physics::to_normalised;
 
@@ -47,6 +47,21 @@ impl RolloutModel for Model {
     fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
         let Some(first) = starts.first() else { return Ok(Vec::new()) };
         rollouts(&*self.for_task(&first.task)?, starts, sequences, stop)
+    }
+}
+
+/// rapier's own solver as a model: see [`Rapier`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RapierPhysics;
+
+impl RolloutModel for RapierPhysics {
+    fn name(&self) -> String {
+        "rapier".to_owned()
+    }
+
+    fn rollouts(&self, starts: &[&Snapshot], sequences: &[Vec<Action>], stop: &Stop) -> Result<Vec<Rollout>> {
+        let Some(first) = starts.first() else { return Ok(Vec::new()) };
+        rollouts(&Rapier::new(&first.task), starts, sequences, stop)
     }
 }
 

@@ -41,7 +41,7 @@ fn rollouts_aim_at_the_stages_of_a_shifted_scene() {
     task.shifts = vec![Shift { parts: vec![Part::Subgoal(0)], by: Offset::OneOf(vec![[0.0, 0.7]]) }];
     let mut env = Environment::new(Arc::new(task));
     env.reset(&mut rng());
-    for model in [&TruePhysics as &dyn RolloutModel, &*mge_dynamics::shipped("bucket-box").unwrap()] {
+    for model in [&RapierPhysics as &dyn RolloutModel, &TruePhysics, &*mge_dynamics::shipped("bucket-box").unwrap()] {
         let rollout = model.rollouts(&[env.snapshot()], &[vec![[-0.9, 0.9]]], &Stop::default()).unwrap().remove(0);
         assert!(rollout.hit, "{model:?}");
     }
@@ -443,7 +443,7 @@ fn rollouts_and_what_uses_them_can_be_stopped() {
     let learned = mge_dynamics::shipped_for(&task.tool_set()).unwrap();
     let (env, config, stop) = (Environment::new(task.clone()), GuidanceConfig::default(), Stop::default());
     stop.request();
-    for model in [&*learned as &dyn RolloutModel, &TruePhysics] {
+    for model in [&*learned as &dyn RolloutModel, &TruePhysics, &RapierPhysics] {
         let stopped = model.rollouts(&[env.snapshot()], &[vec![[0.0; 2]]], &stop);
         assert!(matches!(stopped, Err(DynamicsError::Stopped)), "{model:?}");
         assert!(matches!(build(&task, model, &config, 0, &stop, |_| ()), Err(DynamicsError::Stopped)));

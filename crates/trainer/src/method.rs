@@ -134,6 +134,8 @@ pub enum PriorSource {
     Trained(RunModel),
     /// A dynamics model in a file.
     ModelFile(ModelFile),
+    /// `rapier`: rapier's own solver, an approximation without learning.
+    Rapier,
     /// `true`: the environment's own physics, the upper bound of guidance.
     TruePhysics,
     /// `uniform`: no clusters; uniform random actions instead.
@@ -151,6 +153,7 @@ impl From<String> for PriorSource {
         match text.as_str() {
             "learned" => Self::Learned,
             "trained" => Self::default(),
+            "rapier" => Self::Rapier,
             "true" => Self::TruePhysics,
             "uniform" => Self::Uniform,
             _ => Self::ModelFile(text.into()),
@@ -163,6 +166,7 @@ impl From<PriorSource> for String {
         match source {
             PriorSource::Learned => "learned".to_owned(),
             PriorSource::Trained(_) => "trained".to_owned(),
+            PriorSource::Rapier => "rapier".to_owned(),
             PriorSource::TruePhysics => "true".to_owned(),
             PriorSource::Uniform => "uniform".to_owned(),
             PriorSource::ModelFile(file) => file.into(),
@@ -176,7 +180,7 @@ mod tests {
 
     #[test]
     fn sources_of_rollouts_round_trip_as_text() {
-        for text in ["trained", "learned", "true", "uniform", "a.safetensors"] {
+        for text in ["trained", "learned", "rapier", "true", "uniform", "a.safetensors"] {
             let source = PriorSource::from(text.to_owned());
             assert_eq!(matches!(source, PriorSource::ModelFile(_)), text.ends_with(".safetensors"), "{text}");
             assert_eq!(String::from(source), text);

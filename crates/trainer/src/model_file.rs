@@ -76,7 +76,8 @@ impl RunModel {
 }
 
 /// What may be chosen by its name.
-const NAMES: [&str; 7] = ["trained", "learned", "true", "uniform", "bucket-box", "square-floor", "box-wall-floor"];
+const NAMES: [&str; 8] =
+    ["trained", "learned", "rapier", "true", "uniform", "bucket-box", "square-floor", "box-wall-floor"];
 
 impl ModelFile {
     /// The same model, known by its content from now on. A file that cannot be read stays known by its path.
@@ -237,7 +238,7 @@ impl RunConfig {
             PriorSource::Learned => Some(dynamics::shipped_for(&self.task.tool_set())?.id().to_string()),
             PriorSource::Trained(own) => Some(own.copied(&self.recipe()).ok()??.id().to_string()),
             PriorSource::ModelFile(file) => Some(file.into()),
-            PriorSource::TruePhysics | PriorSource::Uniform => None,
+            PriorSource::Rapier | PriorSource::TruePhysics | PriorSource::Uniform => None,
         }
     }
 
@@ -246,7 +247,7 @@ impl RunConfig {
         let of = |model: &Model| (model.tools().len() * model.provenance.training.observations) as u64;
         match self.rollout_source() {
             _ if !self.uses_model() => 0,
-            PriorSource::Uniform | PriorSource::TruePhysics => 0,
+            PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => 0,
             PriorSource::Trained(_) => self.recipe().launches() as u64,
             PriorSource::Learned => dynamics::shipped_for(&self.task.tool_set()).map_or(0, |model| of(&model)),
             PriorSource::ModelFile(file) => file.load().map_or(0, |model| of(&model)),

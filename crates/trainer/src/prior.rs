@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use mge_base::stop::Stop;
 use mge_dynamics::{self as dynamics, DynamicsError};
-use mge_guidance::{self as guidance, ActionPrior, GuidanceError, RolloutModel, TruePhysics};
+use mge_guidance::{self as guidance, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, TruePhysics};
 use mge_run::{RunDirectory, RunError};
 use mge_task::Task;
 
@@ -36,7 +36,7 @@ impl PriorError {
     }
 }
 
-/// The predictor of a run's rollouts, from the source that is chosen in its configuration: a dynamics model or
+/// The predictor of a run's rollouts, from the source that is chosen in its configuration: a dynamics model, rapier or
 /// the true physics. `None` for [`PriorSource::Uniform`]. A model that has to be trained for it calls `on_phase` after
 /// every epoch.
 ///
@@ -65,6 +65,7 @@ pub(super) fn model_of(
     let task = &*config.task;
     let model = match source {
         PriorSource::Uniform => return Ok(None),
+        PriorSource::Rapier => return Ok(Some(Arc::new(RapierPhysics))),
         PriorSource::TruePhysics => return Ok(Some(Arc::new(TruePhysics))),
         PriorSource::Learned => {
             let tools = task.tool_set();
@@ -98,7 +99,9 @@ pub fn required_model(
     stop: &Stop,
 ) -> Result<Arc<dyn RolloutModel>, PriorError> {
     rollout_model(config, on_phase, stop)?.ok_or_else(|| {
-        PriorError::NoModel("`uniform` predicts nothing: use trained, learned, true, or a model file".to_owned())
+        PriorError::NoModel(
+            "`uniform` predicts nothing: use trained, learned, rapier, true, or a model file".to_owned(),
+        )
     })
 }
 

@@ -75,7 +75,7 @@ pub struct DynamicsEvaluate {
 pub struct Clusters {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// Model that predicts the rollouts: trained, learned, true, uniform, or a model file [default: trained]
+    /// Model that predicts the rollouts: trained, learned, rapier, true, uniform, or a model file [default: trained]
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// Seed of rollouts and clusters

@@ -34,7 +34,7 @@ pub enum TasksCommand {
         /// Maximum number of subgoals to propose
         #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
         subgoals: usize,
-        /// Model that predicts the rollouts: trained, learned, true, or a model file
+        /// Model that predicts the rollouts: trained, learned, rapier, true, or a model file
         #[arg(long, default_value = "trained")]
         model: PriorSource,
         /// Seed of the rollouts
@@ -80,7 +80,7 @@ pub struct PuzzlesGenerate {
 pub struct PuzzlesBench {
     /// Folder of generated puzzles
     pub puzzles: PathBuf,
-    /// Model that predicts the rollouts for subgoals and clusters: trained, learned, true, uniform, or a model file
+    /// Model that predicts the rollouts for subgoals and clusters: trained, learned, rapier, true, uniform, or a model file
     #[arg(long, default_value = "trained")]
     pub model: String,
     /// Maximum number of subgoals to propose for a puzzle

@@ -166,7 +166,7 @@ fn a_setting_given_twice_is_an_error_that_names_both() {
         ("--episodes", "5", "episodes=6"),
         ("--method", "ddpg", "method=planning"),
         ("--epsilon", "0.1", "epsilon=0.2"),
-        ("--model", "true", "prior=learned"),
+        ("--model", "true", "prior=rapier"),
         ("--set", "ddpg.gamma=0.9", "ddpg.gamma=0.8"),
         ("--set", r#"guidance.clusters={"fixed":3}"#, "guidance.clusters.fixed=4"),
     ];

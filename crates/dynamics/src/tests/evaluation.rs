@@ -4,7 +4,11 @@ use super::*;
 
 /// Maps the value of each predictor.
 fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U> {
-    Compared { model: value(&compared.model), constant_velocity: value(&compared.constant_velocity) }
+    Compared {
+        model: value(&compared.model),
+        constant_velocity: value(&compared.constant_velocity),
+        rapier: compared.rapier.as_ref().map(value),
+    }
 }
 
 #[test]
@@ -39,6 +43,8 @@ fn evaluations_of_ablated_models_report_every_part() {
             assert_eq!(launch.errors.model.rollout.len(), 8);
             assert!(launch.errors.model.one_step.mean > 0.0);
             assert!(launch.errors.constant_velocity.one_step_contact.count > 0);
+            let (rapier, free) = (launch.errors.rapier.as_ref().unwrap(), &launch.errors.constant_velocity);
+            assert!(rapier.action_contact.mean < free.action_contact.mean / 2.0, "{rapier:?}\n{free:?}");
         }
     }
     let text = serde_json::to_string(&results).unwrap();

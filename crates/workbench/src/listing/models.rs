@@ -44,6 +44,7 @@ impl ModelSummary {
         let mut models = vec![
             Self::new("trained", "trained for the task's tools with the seed of the run"),
             Self::new("learned", "the shipped dynamics model of the task's tool set"),
+            Self::new("rapier", "rapier's own solver: an approximation that learns nothing"),
             Self::new("true", "the environment's own physics: the upper bound of guidance"),
             Self::new("uniform", "no model: uniform random actions in place of clusters"),
         ];

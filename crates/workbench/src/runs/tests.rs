@@ -82,7 +82,7 @@ fn a_model_that_does_not_exist_is_refused_at_once_and_one_that_is_gone_before_th
     let refused = try_line(&mut session, "model larned").unwrap_err();
     assert_eq!(
         refused,
-        "unknown model `larned`: use one of trained, learned, true, uniform, bucket-box, square-floor, \
+        "unknown model `larned`: use one of trained, learned, rapier, true, uniform, bucket-box, square-floor, \
          box-wall-floor: did you mean `learned`?; or name the file of a model"
     );
     assert!(try_line(&mut session, "model nothing/there.safetensors").unwrap_err().contains("does not exist"));
