@@ -1,6 +1,5 @@
 //! The agent's guarantees: target update, reproducible runs, exact resuming, clear errors.
 
-mod config;
 mod probe;
 
 use rand::{Rng, SeedableRng};

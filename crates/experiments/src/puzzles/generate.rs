@@ -43,17 +43,26 @@ pub struct Criteria {
     pub least: u64,
     /// Maximum number of these that reach the goal.
     pub most: u64,
+    /// Number of further random actions that measure the random hit rate of an accepted puzzle.
+    pub random_actions: u64,
 }
 
 impl Default for Criteria {
     fn default() -> Self {
-        Self { episodes: 300_000, least: 3, most: 300 }
+        Self { episodes: 300_000, least: 3, most: 300, random_actions: 1_000_000 }
     }
 }
 
+/// Why a layout is no puzzle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Refusal {
+    TooEasy,
+    TooHard,
+}
+
 impl Criteria {
-    /// Plays a layout at random until it is decided whether it is a puzzle.
-    fn accept(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<bool, Stopped> {
+    /// Plays a layout at random until it is decided; None if it is a puzzle.
+    fn refuse(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Refusal>, Stopped> {
         let (nearest, mut episodes, mut goals, mut verdict) = (Cell::new(f32::INFINITY), 0, 0, None);
         let act = |env: &Environment, rng: &mut ChaCha8Rng| {
             let ([x, y], goal) = (to_normalised(env.snapshot().ball().position), task.goal.position);
@@ -66,21 +75,22 @@ impl Criteria {
             verdict = self.judge(episodes, goals, nearest.get());
             verdict.is_none()
         })?;
-        Ok(verdict == Some(true))
+        Ok(verdict.flatten())
     }
 
-    /// Whether it is a puzzle, after some episodes, of which some reached the goal, and in which the ball came this near to
-    /// the goal; None as long as it is open.
-    fn judge(&self, episodes: u64, goals: u64, nearest: f32) -> Option<bool> {
+    /// The verdict after some episodes, of which some reached the goal, and in which the ball came this near to the goal;
+    /// None as long as it is open.
+    fn judge(&self, episodes: u64, goals: u64, nearest: f32) -> Option<Option<Refusal>> {
         let share = episodes as f64 / self.episodes as f64;
         let limit = share * self.most as f64;
         let margin = if episodes < self.episodes { CERTAINTY * (limit.sqrt() + 1.0) } else { 0.0 };
-        let is_too_easy = goals as f64 > limit + margin;
-        let is_too_hard = goals < self.least * episodes / self.episodes || share >= FIRST_LOOK && nearest > FAR;
-        if is_too_easy || is_too_hard {
-            return Some(false);
+        if goals as f64 > limit + margin {
+            return Some(Some(Refusal::TooEasy));
         }
-        (goals >= self.least && goals as f64 <= limit - margin).then_some(true)
+        if goals < self.least * episodes / self.episodes || share >= FIRST_LOOK && nearest > FAR {
+            return Some(Some(Refusal::TooHard));
+        }
+        (goals >= self.least && goals as f64 <= limit - margin).then_some(None)
     }
 }
 
@@ -141,24 +151,29 @@ impl<'a> Search<'a> {
         format!("{}-{}-{:04}", self.index.split.name(), self.index.seed, self.number)
     }
 
-    /// Draws layouts until one is accepted, and writes it into `folder`.
+    /// Draws layouts until one is accepted, measures how often random play solves it, and writes it into `folder`.
     fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, ExperimentError> {
         let Self { number, index, criteria } = *self;
         let mut rng = Stream::Puzzle { split: index.split as u64, number }.of(index.seed);
         let (name, stop) = (self.name(), handle.stop());
-        let mut tried = 0;
+        let (mut too_easy, mut too_hard) = (0, 0);
         let task = loop {
-            handle.report(format!("{name}, {} tried", counted(tried, "layout")));
+            handle.report(format!("{name}, {} tried", counted(too_easy + too_hard, "layout")));
             let task = Arc::new(layout(&name, index.start_noise, &mut rng));
             let seed = rng.r#gen();
-            if task.validate().is_ok() {
-                if criteria.accept(&task, seed, stop)? {
-                    break task;
-                }
-                tried += 1;
+            if task.validate().is_err() {
+                continue;
+            }
+            match criteria.refuse(&task, seed, stop)? {
+                Some(Refusal::TooEasy) => too_easy += 1,
+                Some(Refusal::TooHard) => too_hard += 1,
+                None => break task,
             }
         };
-        let puzzle = Puzzle { number, name, tools: task.tool_set(), placeable: task.placeable.kind };
+        // Other episodes than those by which the puzzle was chosen.
+        let (random_episodes, random_goals) = play_actions(&task, criteria.random_actions, rng.r#gen(), stop)?;
+        let (tools, placeable) = (task.tool_set(), task.placeable.kind);
+        let puzzle = Puzzle { number, name, tools, placeable, too_easy, too_hard, random_episodes, random_goals };
         // A killed process may have written the same already.
         task::save_as(&task, Target { path: puzzle.path(&folder.path), force: folder.force })?;
         Ok(Some(puzzle))
@@ -201,6 +216,25 @@ fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
     [x, y].map(|[from, to]| (rng.gen_range(from..=to) * 100.0).round() / 100.0)
 }
 
+/// Plays at random until at least `actions` actions are taken; returns the numbers of episodes, and of those
+/// that reached the goal.
+fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Result<(u64, u64), Stopped> {
+    let (mut taken, mut episodes, mut goals) = (0, 0, 0);
+    play(
+        task,
+        |_, rng| uniform_action(rng),
+        seed,
+        stop,
+        |env| {
+            taken += u64::from(env.snapshot().actions);
+            episodes += 1;
+            goals += u64::from(env.snapshot().goal_reached);
+            taken < actions
+        },
+    )?;
+    Ok((episodes, goals))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,16 +244,16 @@ mod tests {
         let judge = |episodes, goals, nearest| Criteria::default().judge(episodes, goals, nearest);
         let (near, far) = (0.1, 0.5);
         assert_eq!(judge(1, 1, near), None, "one goal proves nothing");
-        assert_eq!(judge(10, 9, near), Some(false));
-        assert_eq!(judge(10_000, 30, near), Some(false), "three of a thousand");
+        assert_eq!(judge(10, 9, near), Some(Some(Refusal::TooEasy)));
+        assert_eq!(judge(10_000, 30, near), Some(Some(Refusal::TooEasy)), "three of a thousand");
         assert_eq!(judge(10_000, 15, near), None);
         assert_eq!(judge(20_000, 2, near), None);
-        assert_eq!(judge(20_000, 3, near), Some(true), "enough, and far fewer than one of a thousand");
+        assert_eq!(judge(20_000, 3, near), Some(None), "enough, and far fewer than one of a thousand");
         assert_eq!(judge(99_999, 0, near), None);
-        assert_eq!(judge(100_000, 0, near), Some(false));
-        assert_eq!((judge(29_999, 0, far), judge(30_000, 0, far)), (None, Some(false)));
-        assert_eq!((judge(299_999, 299, near), judge(300_000, 300, near)), (None, Some(true)));
-        assert_eq!(judge(300_000, 301, near), Some(false));
-        assert_eq!(judge(300_000, 2, near), Some(false));
+        assert_eq!(judge(100_000, 0, near), Some(Some(Refusal::TooHard)));
+        assert_eq!((judge(29_999, 0, far), judge(30_000, 0, far)), (None, Some(Some(Refusal::TooHard))));
+        assert_eq!((judge(299_999, 299, near), judge(300_000, 300, near)), (None, Some(None)));
+        assert_eq!(judge(300_000, 301, near), Some(Some(Refusal::TooEasy)));
+        assert_eq!(judge(300_000, 2, near), Some(Some(Refusal::TooHard)));
     }
 }

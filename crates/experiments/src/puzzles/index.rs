@@ -50,7 +50,7 @@ pub struct Index {
     pub puzzles: Vec<Puzzle>,
 }
 
-/// A generated puzzle.
+/// A generated puzzle and how difficult it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Puzzle {
     /// Its number, from 0.
@@ -61,6 +61,16 @@ pub struct Puzzle {
     pub tools: Vec<ToolKind>,
     /// Type of the tool that the agent places.
     pub placeable: ToolKind,
+    /// Number of layouts before it that uniformly random play solves too often.
+    #[serde(default)]
+    pub too_easy: u64,
+    /// Number of layouts before it that uniformly random play solves too rarely.
+    #[serde(default)]
+    pub too_hard: u64,
+    /// Number of episodes of uniformly random play.
+    pub random_episodes: u64,
+    /// Number of episodes of uniformly random play that reached the goal.
+    pub random_goals: u64,
 }
 
 impl Puzzle {
@@ -131,5 +141,31 @@ impl Index {
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let sequence = |index: &Self| (index.version, index.seed, index.split, index.start_noise);
         sequence(self) == sequence(other)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_index_names_only_files_of_its_folder() {
+        let parse = |name: &str, noise: &str| {
+            let puzzle = format!(
+                r#"{{"number": 0, "name": "{name}", "tools": [], "placeable": "box", "too_easy": 0,
+                "too_hard": 0, "random_episodes": 1, "random_goals": 0}}"#
+            );
+            let text = format!(
+                r#"{{"version": 2, "seed": 0, "split": "test", "start_noise": {noise}, "puzzles": [{puzzle}]}}"#
+            );
+            Index::parse(text.as_bytes(), Path::new("index.json")).map_err(|error| error.to_string())
+        };
+        assert_eq!(parse("test-0-0000", "0.01").unwrap().puzzles.len(), 1);
+        for name in ["../outside", "/etc/passwd", "", ".hidden", "a/b"] {
+            let error = parse(name, "0.01").unwrap_err();
+            assert!(error.starts_with("index.json: puzzles[0].name: "), "{error}");
+        }
+        let error = parse("test-0-0000", "7").unwrap_err();
+        assert!(error.starts_with("index.json: start_noise: "), "{error}");
     }
 }
