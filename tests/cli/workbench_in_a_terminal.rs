@@ -63,13 +63,13 @@ fn signals_restore_the_terminal_and_checkpoint_the_run() {
         let mut terminal = open(folder.path(), &["--task", "task3"]);
         terminal.wait_for("welcome");
         terminal.wait_for("no episodes yet");
-        terminal.type_text(":model uniform\r");
-        terminal.wait_for("model    uniform");
+        terminal.type_text(":method ddpg\r");
+        terminal.wait_for("method   DDPG,");
         terminal.type_text("\tl");
         terminal.wait_for("(edited)");
         terminal.type_text("t\r");
         terminal.wait_for("running");
-        let run = folder.path().join("runs/task3-ddpg-mge-adaptive-seed0");
+        let run = folder.path().join("runs/task3-ddpg-seed0");
         let episodes = || std::fs::read_to_string(run.join("metrics.csv")).unwrap_or_default().lines().count();
         terminal.wait_until("the first episode", |_| episodes() > 1);
         terminal.signal(signal);

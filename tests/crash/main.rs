@@ -76,8 +76,9 @@ struct Fault<'a> {
 fn mge(line: &str, folder: &Path, fault: Option<&Fault<'_>>) -> Output {
     let mut command = Command::new(tested_program());
     command.args(line.split_whitespace().map(|word| word.replace('@', &folder.display().to_string())));
-    if let (Some(fault), Some(library)) = (fault, library()) {
-        command.env("LD_PRELOAD", library).env("FAULT_ROOT", fault.folder);
+    command.envs(library().map(|library| ("LD_PRELOAD", library)));
+    if let Some(fault) = fault {
+        command.env("FAULT_ROOT", fault.folder);
         command.env("FAULT_KIND", fault.kind).env("FAULT_AT", fault.at.to_string());
         command.envs(fault.log.map(|log| ("FAULT_LOG", log)));
         command.envs(fault.trace.map(|trace| ("FAULT_TRACE", trace)));

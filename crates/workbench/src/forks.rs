@@ -111,7 +111,7 @@ mod tests {
     fn a_fork_with_other_guidance_has_new_clusters() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
-        let train = TRAIN.replace("method ddpg-uniform", "method ddpg-mge\nset prior rapier\nepsilon 0.5");
+        let train = TRAIN.replace("method ddpg-uniform", "method ddpg-mge\nset prior true\nepsilon 0.5");
         play(&mut session, &format!("{train}fork 12 guidance.clusters.fixed=2 guidance.std_floor=0.3\nwait\n"));
         let name = session.runs()[1].name();
         let prior = std::fs::read_to_string(folder.path().join(name).join("prior.json")).unwrap();

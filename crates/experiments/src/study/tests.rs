@@ -24,6 +24,10 @@ fn study() -> Study {
     let agent = r#""ddpg.hidden": 8, "guidance.model_rollouts": 50, "guidance.most_model_rollouts": 50,
         "guidance.environment_rollouts": 10, "model.launches": 5, "model.epochs": 3, "practice.rollouts": 2,
         "planner.rollouts": 4, "planner.horizon": 2, "planner.iterations": 1, "planner.elites": 2, "checkpoints.last_every": 2"#;
+    // One of three searches for clusters, and random play.
+    let mut hits: Vec<serde_json::Value> = serde_json::from_str(&hits).unwrap();
+    hits.drain(1..3);
+    let hits = serde_json::to_string(&hits).unwrap();
     let trainings = trainings.replace("\"episodes\": 1000,", "\"episodes\": 6,");
     let trainings = trainings.replace("\"episodes\": 500,", "\"episodes\": 6,");
     let trainings = trainings.replace("\"episodes\": 20,", "\"episodes\": 2,");
@@ -32,7 +36,7 @@ fn study() -> Study {
             models.replace(r#"["box,wall,floor", "bucket,box", "square,floor"]"#, r#""square,floor""#),
             model,
         ),
-        hits: hits.replace(TASKS, r#""task3""#).replace("\"episodes\": 1000", "\"episodes\": 4"),
+        hits: hits.replace(&TASKS.replace(' ', ""), r#""task3""#).replace("\"episodes\":1000", "\"episodes\":4"),
         trainings: small(trainings, agent),
     }
 }
@@ -80,7 +84,7 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let never = Stop::default();
     let mut reports = Vec::new();
     let report = run(1, whole.path(), &never, &mut |now| reports.push(now.message.to_owned())).unwrap();
-    assert_eq!((report.models.len(), report.hits.len()), (1, 6));
+    assert_eq!((report.models.len(), report.hits.len()), (1, 4));
     let charged = |rows: &[LearningRow]| -> Vec<bool> { rows.iter().map(|row| row.charged > Some(0)).collect() };
     let [ddpg, guided] = [false, true];
     assert_eq!(charged(&report.learning), [[ddpg; 2].as_slice(), &[guided; 4]].concat());

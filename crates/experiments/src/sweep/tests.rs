@@ -147,9 +147,10 @@ fn a_job_alone_is_the_same_job() {
 
 #[test]
 fn tasks_of_a_slurm_array_run_several_jobs_if_there_are_too_many() {
-    for (count, tasks) in [(1000, 1000), (1001, 501)] {
-        let seeds: Vec<usize> = (0..count).collect();
-        let sweep = sweep(&small(&json!({"seed": seeds, "method": "ddpg", "epsilon": 0.2})));
+    let seeds: Vec<usize> = (0..1001).collect();
+    let mut sweep = sweep(&json!({"task": "task1", "seed": seeds, "method": "ddpg", "epsilon": 0.2}));
+    for (count, tasks) in [(1001, 501), (1000, 1000)] {
+        sweep.jobs.truncate(count);
         let script = slurm(&sweep, Path::new("/mge"), Path::new("/out"), "s").unwrap();
         assert!(script.contains(&format!("#SBATCH --array=0-{}\n", tasks - 1)));
         let commands: Vec<&str> = script.lines().filter(|line| line.starts_with("/mge sweep --one ")).collect();

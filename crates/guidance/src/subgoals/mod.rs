@@ -203,13 +203,14 @@ mod tests {
 
     #[test]
     fn the_chosen_subgoals_make_a_rarely_reached_goal_more_reachable() {
-        let (task, config) = (load("task6").unwrap(), GuidanceConfig::default());
+        let config = GuidanceConfig { most_model_rollouts: 5000, ..Default::default() };
+        let task = load("task6").unwrap();
         let without = choose(&task, 0, &config);
         let choice = choose(&task, 2, &config);
         assert!(choice.least_reached > without.least_reached, "{choice:?} {without:?}");
         assert!(choice.candidates > 1 && !choice.subgoals.is_empty());
         assert!((1..=MAX_ACTIONS + config.horizon).contains(&choice.actions), "{choice:?}");
-        assert_eq!(choose(&task, 2, &config), choice, "the same seed, the same choice");
+        assert_eq!(choose(&task, 0, &config), without, "the same seed, the same choice");
     }
 
     #[test]

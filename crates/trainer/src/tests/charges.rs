@@ -9,6 +9,7 @@ fn charged_config() -> RunConfig {
     config.epsilon = EpsilonSchedule::Constant(0.5);
     config.prior = PriorSource::Learned;
     (config.guidance.environment_rollouts, config.guidance.model_rollouts, config.guidance.horizon) = (10, 100, 4);
+    config.guidance.most_model_rollouts = 400;
     (config.ddpg.hidden, config.ddpg.warmup_steps) = (8, 10_000);
     config
 }

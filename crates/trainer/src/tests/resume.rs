@@ -64,6 +64,7 @@ fn a_run_that_trains_its_model_is_the_same_after_a_stop_in_each_phase() {
     let mut config = config(Method::DdpgMgeAdaptive, 6);
     config.prior = PriorSource::default();
     config.model = TaskModelConfig { launches: 4, epochs: 150 };
+    config.guidance.most_model_rollouts = 200;
     config.practice = Practice { rollouts: 50, enough: 50 };
     // No run finds the model in the cache.
     config.seed = std::time::UNIX_EPOCH.elapsed().unwrap().as_nanos() as u64;
