@@ -78,6 +78,10 @@ impl SavedRun {
     /// # Errors
     /// When it is not recorded, or cannot be read.
     pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        if self.config.has_removed_tasks() {
+            let reason = "it was played on one of several tasks, which this version does not know".to_owned();
+            return Err(RunError::Malformed { path: self.directory.episodes_path(), line: None, reason });
+        }
         let played = read_episode(&self.directory.episodes_path(), episode)?;
         Ok(Trace::replay(self.config.task_of(episode), &played))
     }
