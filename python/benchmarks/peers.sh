@@ -1,5 +1,5 @@
 #!/bin/sh
-# The trainings of other libraries in docs/results.md: default and tuned settings, tasks 1, 2 and 4, seeds 0 to 4.
+# The trainings of other libraries in docs/comparisons.md: default and tuned settings, tasks 1, 2 and 4, seeds 0 to 4.
 # Takes hours. Finished ones are not repeated.
 #
 #     sh python/benchmarks/peers.sh FOLDER

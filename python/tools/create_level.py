@@ -180,7 +180,7 @@ def task(level):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         sys.exit("usage: create_level.py LEVEL.json > TASK.json")
     with open(sys.argv[1], encoding="utf-8-sig") as file:
         print(json.dumps(task(json.load(file)), indent=2))

@@ -21,8 +21,10 @@ use mge_trainer::{RunConfig, config_keys};
 use mge_workbench::{Verb, verbs};
 
 /// Environment variables and what they do.
-const ENVIRONMENT: [(&str, &str); 6] = [
+const ENVIRONMENT: [(&str, &str); 8] = [
     ("MGE_RUNS", "Folder for runs."),
+    ("MGE_NOTIFY", "How to announce that a training is finished or has failed: bell, desktop or off."),
+    ("XDG_CACHE_HOME", "Folder of the cache of models, `mge/models`; else `~/.cache`."),
     ("MGE_THEME", "Words such as `light,256,ascii`: dark, light, colour-blind; none, 256, true; braille, ascii."),
     ("MGE_GRAPHICS", "How figures are shown: kitty, sixel, iterm2 or half-block."),
     ("NO_COLOR", "No colours, if it is not empty."),
@@ -45,8 +47,8 @@ const EXIT_STATUS: [(&str, &str); 4] = [
 ];
 
 /// What is said about the settings of a run.
-const SETTINGS: &str =
-    "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. The defaults are those of the default method.";
+const SETTINGS: &str = "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one. The defaults are those of the default method. `prior` \
+     is what `--model` chooses, and `model` in sweeps and Python.";
 
 /// Writes the manual page to standard output, or the whole reference as Markdown.
 pub fn print(markdown: bool) -> Outcome {

@@ -70,7 +70,7 @@ impl Against {
             Self::Episodes => ["episode", "episode", ""],
             Self::Actions => ["action", "actions", " Actions are those of episodes and practice."],
             Self::Charged => [
-                "charged action",
+                "charged actions",
                 "charged_actions",
                 " Charged are all actions in the real environment: episodes, practice, the rollouts behind the \
                  clusters, the launches behind the model, and the search for subgoals.",

@@ -19,7 +19,7 @@ impl Groups<'_> {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. The charged area is that over charged actions: all in the real environment, those in practice, for the clusters, for subgoals and for launches that the dynamics model learned from included; every run on a task has the same budget of them. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; so are charged actions to 80 %, and in brackets those of episodes and practice alone. Probability of improvement over {} in the charged area, with its interval.\n",
+            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. The charged area is that over charged actions, which include practice, rollouts for clusters, the search for subgoals and the launches that the dynamics model learned from; every run on a task has the same budget of them. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; so are charged actions to 80 %, and in brackets those of episodes and practice alone. Probability of improvement over {} in the charged area, with its interval.\n",
             markdown::text(baseline)
         );
         let better = format!("P(better than {baseline})");
@@ -78,10 +78,7 @@ fn greedy_mean(rows: &[&LearningRow]) -> String {
 
 /// A fraction with its interval if it has one, to two decimals.
 pub(super) fn format_share(estimate: Estimate) -> String {
-    if !estimate.has_interval() {
-        return format!("{:.2}", estimate.value);
-    }
-    format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
+    estimate.text(2)
 }
 
 /// How many of the runs held 80 % over the last quarter of their episodes.

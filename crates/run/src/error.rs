@@ -65,7 +65,7 @@ pub enum RunError {
     /// A log ends before the checkpoint from which to resume.
     #[error(
         "{} ends at episode {last}, before the checkpoint of episode {checkpoint}: the file was changed; \
-         a fork can only continue from a checkpoint of episode {last} or before",
+         only a fork from a checkpoint of episode {last} or before can go on",
         path.display()
     )]
     LogTooShort {

@@ -55,6 +55,14 @@ impl Estimate {
         self.lower.is_finite() && self.upper.is_finite()
     }
 
+    /// The value to so many decimals, with its interval if it has one.
+    pub fn text(&self, digits: usize) -> String {
+        let Self { value, lower, upper } = self;
+        let interval =
+            if self.has_interval() { format!(" [{lower:.digits$}, {upper:.digits$}]") } else { String::new() };
+        format!("{value:.digits$}{interval}")
+    }
+
     /// The value and both ends of the interval.
     pub fn values(&self) -> [f64; 3] {
         [self.value, self.lower, self.upper]

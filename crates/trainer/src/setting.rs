@@ -86,6 +86,9 @@ fn in_plain_words(key: &str, message: String) -> String {
             setting.map_or_else(|| "it is a number".to_owned(), |(_, setting)| format!("it is {}", setting.range))
         }
         "a boolean" => "it is true or false".to_owned(),
+        "struct TaskModelConfig" => {
+            "it is a group of settings, such as model.launches; `prior` chooses the model".to_owned()
+        }
         group if group.starts_with("struct ") => format!("it is a group of settings, such as {key}.KEY"),
         _ => message.replace("unknown variant", "unknown value"),
     }

@@ -35,7 +35,7 @@ pub const EXAMPLES: [&str; 40] = [
     "mge delete --restore runs/first",
     "mge rename runs/first \"first try\"",
     "mge evaluate runs/first --episodes 20",
-    "mge evaluate runs/first --checkpoint best --task task2",
+    "mge evaluate runs/first --checkpoint best --task task3",
     "mge export runs/first --out actor.safetensors",
     "mge figures runs/first runs/plain --set against=charged",
     "mge script assets/scripts/tour.mge --define out=results",

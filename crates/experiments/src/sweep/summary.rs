@@ -22,6 +22,8 @@ pub struct Summary {
     settings: Vec<String>,
     /// Names of what was measured.
     measures: Vec<String>,
+    /// Decimals of a mean: none of counts, four of errors and shares.
+    decimals: usize,
 }
 
 /// Work that differs only in the seed.
@@ -75,7 +77,8 @@ impl Summary {
             let measures = measures.iter().map(estimate).collect::<Result<_, StatsError>>()?;
             Ok(Group { settings, count: rows.len(), measures })
         };
-        Ok(Self { groups: rows.into_iter().map(group).collect::<Result<_, StatsError>>()?, settings, measures })
+        let groups = rows.into_iter().map(group).collect::<Result<_, StatsError>>()?;
+        Ok(Self { groups, settings, measures, decimals: if results.kind == "hits" { 0 } else { 4 } })
     }
 
     /// The summary as a Markdown table.
@@ -84,7 +87,8 @@ impl Summary {
         let mut text =
             markdown::header(settings.map(String::as_str).chain(["seeds"]).chain(measures.map(String::as_str)));
         for Group { settings, count, measures } in &self.groups {
-            let cells = measures.iter().map(|(_, estimate)| estimate.map_or_else(|| "none".to_owned(), format_mean));
+            let mean = |estimate: Estimate| estimate.text(self.decimals);
+            let cells = measures.iter().map(|(_, estimate)| estimate.map_or_else(|| "none".to_owned(), mean));
             let first = settings.iter().map(|(_, value)| value.clone()).chain([count.to_string()]);
             text += &markdown::row(first.chain(cells));
         }
@@ -96,12 +100,6 @@ impl Summary {
 type Choice = Vec<(String, String)>;
 /// A row of results.
 type Row = BTreeMap<String, Value>;
-
-/// A mean with its interval: counts without decimals, errors and shares with four.
-fn format_mean(Estimate { value, lower, upper }: Estimate) -> String {
-    let digits = if value >= 10.0 { 0 } else { 4 };
-    format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
-}
 
 /// Whether these folders hold dynamics models or counts of hits.
 ///

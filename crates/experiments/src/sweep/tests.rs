@@ -463,6 +463,12 @@ fn hits_are_counted_once_and_tabulated() {
     assert_eq!((counted.episodes, job.build, job.seed), (3, 5, 1));
     assert_eq!(finish(&sweep, folder.path()), []);
     assert_eq!(read_results(folder.path()), results);
+    let table = |results: &Results| Summary::new(results, &mge_stats::Bootstrap::default()).unwrap().to_markdown();
+    assert!(table(&results).contains(" [0, 0] |"), "counts have no decimals: {}", table(&results));
+    let mut alone = results;
+    alone.rows.retain(|row| row["seed"] == 0);
+    let table = table(&alone);
+    assert!(table.contains("| random |") && !table.contains('['), "a single seed has no interval: {table}");
     let wrong = json!({"kind": "hits", "task": "task1", "polcy": "random"}).to_string();
     let error = Sweep::parse(wrong.as_bytes(), "s.json").unwrap_err().to_string();
     assert!(error.contains("no setting `polcy` of a count of hits: did you mean `policy`?"), "{error}");

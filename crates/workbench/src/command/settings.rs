@@ -77,7 +77,7 @@ command! {
 command! {
     /// Chooses the model that predicts the rollouts.
     Model(model: PriorSource = Text("a model")):
-        "model" "trained|learned|true|uniform|NAME|FILE" "choose what predicts the rollouts behind the clusters";
+        "model" "trained|learned|true|rapier|uniform|NAME|FILE" "choose what predicts the rollouts behind the clusters";
     prepare = |this, setup| {
         setup.config.prior = this.0.clone().identified();
         setup.set.insert("prior".to_owned());
