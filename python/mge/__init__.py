@@ -11,6 +11,7 @@ models and model-guided exploration.
     run = mge.train(task, episodes=1000, seed=0)
 """
 
+from mge import figures
 from mge._mge import (
     ActionPrior,
     Actor,
@@ -29,7 +30,7 @@ from mge._mge import (
 )
 from mge.environments import PuzzleEnv, PuzzleVectorEnv, register
 from mge.library import Rollouts, rollout
-from mge.results import Run, Table, read_report, read_results, read_run
+from mge.results import Report, Run, Table, read_report, read_results, read_run, write_report
 from mge.training import resume, train
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "Model",
     "PuzzleEnv",
     "PuzzleVectorEnv",
+    "Report",
     "Rollouts",
     "Run",
     "State",
@@ -45,6 +47,7 @@ __all__ = [
     "Task",
     "__version__",
     "build_prior",
+    "figures",
     "level_names",
     "model_names",
     "read_report",
@@ -59,6 +62,7 @@ __all__ = [
     "tool_numbers",
     "tool_types",
     "train",
+    "write_report",
 ]
 
 register()

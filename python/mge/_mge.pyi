@@ -10,12 +10,17 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "ActionPrior",
     "Actor",
+    "Figure",
     "Model",
     "State",
     "Task",
     "VectorCore",
     "__version__",
     "build_prior",
+    "figure_clusters",
+    "figure_learning",
+    "figure_methods",
+    "figure_tasks",
     "level_names",
     "model_names",
     "read_results",
@@ -30,6 +35,7 @@ __all__ = [
     "train",
     "whole",
     "words",
+    "write_report",
 ]
 
 __version__: str
@@ -87,6 +93,9 @@ class State:
     @property
     def balls(self) -> _Float32:
         """Balls, one row per state: x, y (normalised), velocity x, y (units/s), spin (radians/s)."""
+
+    def figure(self) -> Figure:
+        """The scene of the first state as a figure."""
 
 @final
 class VectorCore:
@@ -214,6 +223,20 @@ class Actor:
     def values(self, observations: ArrayLike, actions: ArrayLike) -> _Float32:
         """The critic's values of pairs of observations and actions."""
 
+@final
+class Figure:
+    """A figure: displayed by notebooks, written by `save`."""
+
+    def svg(self) -> str:
+        """The figure as SVG."""
+
+    def csv(self) -> str:
+        """The figure's data as CSV."""
+
+    def save(self, path: _Path, dpi: int | None = None) -> None:
+        """Writes the figure in the format of the path's extension (.png, .svg), and its data
+        beside it as CSV."""
+
 def task_names() -> list[str]:
     """Names of the shipped tasks."""
 
@@ -264,3 +287,15 @@ def train(
 ) -> _Path: ...
 def resume(run: _Path, episodes: int | None, tell: Callable[[str, str], object]) -> _Path: ...
 def read_results(folders: Sequence[_Path]) -> str: ...
+def write_report(
+    folders: Sequence[_Path],
+    out: _Path,
+    resamples: int = 2000,
+    confidence: float = 0.95,
+    seed: int = 0,
+    dpi: int | None = None,
+) -> str: ...
+def figure_tasks(tasks: Sequence[_Task]) -> Figure: ...
+def figure_learning(folders: Sequence[_Path], greedy: bool = False, steps: bool = False) -> Figure: ...
+def figure_methods(folders: Sequence[_Path]) -> Figure: ...
+def figure_clusters(task: _Task, prior: ActionPrior, seed: int = 0) -> Figure: ...

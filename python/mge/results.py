@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mge import _mge
-
-Folders = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+from mge.figures import Folders, folder_list
 
 
 class Table(dict[str, Any]):
@@ -45,6 +44,13 @@ class Run(NamedTuple):
         return f"<Run of {self.config['task']['name']}, {self.state}, {episodes} episodes>"
 
 
+class Report(dict[str, Any]):
+    """The content of a `report.json`."""
+
+    def __repr__(self) -> str:
+        return f"<Report: {_few(self)}>"
+
+
 def _few(names: Iterable[str]) -> str:
     """The first few names of many."""
     names = list(names)
@@ -74,13 +80,6 @@ def _table(rows: list[dict[str, Any]], example: dict[str, Any] | None = None) ->
     return Table({name: _column([row.get(name) for row in rows]) for name in names})
 
 
-def _folder_list(folders: Folders) -> list[str]:
-    """One folder or several, as a list."""
-    if isinstance(folders, (str, os.PathLike)):
-        return [os.fspath(folders)]
-    return [os.fspath(folder) for folder in folders]
-
-
 def read_run(path: str | os.PathLike[str]) -> Run:
     """Reads the run in a folder; it may still be training."""
     run = json.loads(_mge.read_run(path))
@@ -93,11 +92,25 @@ def read_results(folders: Folders) -> Table:
     """Results of all runs in folders (runs, folders of runs, sweeps, studies): one row for each run, in
     which `episodes` are those done."""
     rows = []
-    for run in json.loads(_mge.read_results(_folder_list(folders))):
+    for run in json.loads(_mge.read_results(folder_list(folders))):
         measures = run.pop("measures")
         differing = {**measures.pop("settings", {}), **measures.pop("implied", {})}
         rows.append({**run, **differing, **measures})
     return _table(rows)
+
+
+def write_report(
+    folders: Folders,
+    out: str | os.PathLike[str],
+    resamples: int = 2000,
+    confidence: float = 0.95,
+    seed: int = 0,
+    dpi: int | None = None,
+) -> Report:
+    """Writes a report of all finished runs in folders to `out`, like `mge report`, and returns the content of its
+    `report.json`. If Ctrl-C interrupts it, the report may still be written in the background."""
+    text = _mge.write_report(folder_list(folders), out, resamples, confidence, seed, dpi)
+    return Report(json.loads(text))
 
 
 def read_report(path: str | os.PathLike[str], part: str = "aggregates") -> Table:

@@ -45,7 +45,13 @@ whole_numbers! {
     stage: usize, 0, i64::MAX.into();
     count: usize, 0, i64::MAX.into();
     steps: u32, 0, u32::MAX.into();
+    resamples: u32, 1, 1_000_000;
     num_envs: usize, 1, i32::MAX.into();
+}
+
+/// A resolution in dots per inch; None for the usual one.
+pub fn dpi(value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
+    (!value.is_none()).then(|| whole(value, "dpi", 1..=u32::MAX.into())).transpose()
 }
 
 /// A number of threads; None for as many as cores.

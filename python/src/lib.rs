@@ -8,6 +8,7 @@ mod arguments;
 mod arrays;
 mod error;
 mod facts;
+mod figures;
 mod model;
 mod pool;
 mod prior;
@@ -25,9 +26,10 @@ mod _mge {
     use super::{
         arguments::checked,
         facts::words,
+        figures::{Figure, figure_learning, figure_methods, figure_tasks},
         model::{Model, model_names, rollout, tool_types},
-        prior::{ActionPrior, Actor, build_prior},
-        runs::{read_results, read_run},
+        prior::{ActionPrior, Actor, build_prior, figure_clusters},
+        runs::{read_results, read_run, write_report},
         state::State,
         task::{Task, level_names, task_names},
         tools::{tool_feature_names, tool_features, tool_numbers},

@@ -12,11 +12,13 @@ use serde_json::json;
 use super::arguments::{self, count, numbers, room, seed, stage};
 use super::arrays::rows;
 use super::error::exception;
+use super::figures::Figure;
 use super::model::any_model;
 use super::pool::{abandonable, pool_for, work, work_on};
 use super::task::Task;
 use mge_agent::Ddpg;
 use mge_base::streams::Stream;
+use mge_figures::{ActionSamples, TaskActions};
 use mge_guidance::{self as guidance, GuidanceConfig, StagePrior};
 use mge_run::RunDirectory;
 use mge_task as task;
@@ -206,3 +208,11 @@ impl Actor {
 
 /// Number of observations that networks evaluate between two looks at the stop request.
 const AT_ONCE: usize = 256;
+
+/// Actions drawn from the clusters of each stage, on the scene.
+#[pyfunction]
+#[pyo3(signature = (task, prior, seed = 0))]
+pub fn figure_clusters(task: Task, prior: &ActionPrior, #[pyo3(from_py_with = seed)] seed: u64) -> Figure {
+    let tasks = vec![TaskActions::sample(&task.0, &prior.prior, seed)];
+    Figure::new(ActionSamples { tasks }, "mge.figures.clusters()")
+}

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use super::arguments::whole;
 use super::arrays::rows;
 use super::error::exception;
+use super::figures::Figure;
 use super::pool::{pool_for, work_on};
 use mge_env as env;
 use mge_figures::{Moment, Mover};
@@ -80,6 +81,12 @@ impl State {
         let place = if place < 0 { place.saturating_add(self.0.len() as i128) } else { place };
         let state = usize::try_from(place).ok().and_then(|place| self.0.get(place));
         Ok(Self(vec![state.ok_or_else(missing)?.clone()]))
+    }
+
+    /// The scene of the first state as a figure.
+    fn figure(&self) -> PyResult<Figure> {
+        let first = self.0.first().ok_or_else(|| PyIndexError::new_err("there is no state"))?;
+        Ok(Figure::new(scene(first.environment()), "State.figure()"))
     }
 
     /// Balls, one row per state: x, y (normalised), velocity x, y (units/s), spin (radians/s); float32.

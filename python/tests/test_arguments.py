@@ -24,6 +24,8 @@ def prior():
 SEEDED = {
     "build_prior": lambda prior, seed: mge.build_prior(TASK, "physics", seed=seed),
     "sample": lambda prior, seed: prior.sample(0, 1, seed),
+    "clusters": lambda prior, seed: mge.figures.clusters(TASK, prior, seed=seed),
+    "write_report": lambda prior, seed: mge.write_report(".", "report", seed=seed),
     "PuzzleEnv": lambda prior, seed: mge.PuzzleEnv().reset(seed=seed),
     "PuzzleVectorEnv": lambda prior, seed: mge.PuzzleVectorEnv(num_envs=2).reset(seed=seed),
     "PuzzleVectorEnv, a list": lambda prior, seed: mge.PuzzleVectorEnv(num_envs=2).reset(seed=[1, seed]),
@@ -59,6 +61,8 @@ COUNTS = {
     "count": (lambda prior, n: prior.sample(0, n, 0), [-1, 2**70], [1.5, None, True]),
     "stage": (lambda prior, n: prior.clusters(n), [-1, 2**70], [0.0, "goal"]),
     "steps": (lambda prior, n: mge.Model.shipped_for(TASK).predict(TASK, np.zeros((1, 5)), steps=n), [-1], [1.5]),
+    "dpi": (lambda prior, n: mge.figures.tasks(TASK).save("never.png", dpi=n), [-1, 0], [96.0]),
+    "resamples": (lambda prior, n: mge.write_report(".", "report", resamples=n), [-1, 0, 10**9], [1e3]),
     "num_envs": (lambda prior, n: mge.PuzzleVectorEnv(TASK, n), [-1, 0, 2**40], [2.0, "task2", True]),
     "num_threads": (lambda prior, n: mge.PuzzleVectorEnv(TASK, 2, num_threads=n), [-1, 0, 10**6], [1.0, True]),
     "render_size": (lambda prior, n: mge.PuzzleEnv(render_size=(n, 10)), [-1, 0], [9.5]),
@@ -140,6 +144,8 @@ def test_every_call_with_a_task_takes_a_name_a_path_or_a_task(prior, tmp_path):
         lambda task: mge.rollout(task, "physics", np.zeros((1, 1, 2))).path.tolist(),
         lambda task: mge.build_prior(task, "physics", model_rollouts=50).to_json(),
         lambda task: mge.ActionPrior.parse(text, task).to_json(),
+        lambda task: mge.figures.tasks(task, task).csv(),
+        lambda task: mge.figures.clusters(task, prior).csv(),
         lambda task: mge.PuzzleEnv(task).task.to_json(),
         lambda task: mge.PuzzleVectorEnv(task=task).task.to_json(),
     ]
@@ -169,14 +175,15 @@ def test_the_rules_of_a_task_are_arguments():
         mge.Task("task2", start_noise=object())
 
 
-def test_shown_values_are_short(run):
+def test_shown_values_are_short(run, tmp_path):
     read = mge.read_run(run)
     assert repr(read) == "<Run of task1, finished, 40 episodes>"
     assert "Table of 40 rows" in repr(read.episodes) and "Table of 4 rows" in repr(read.evaluations)
+    report = mge.write_report(run.parent, tmp_path / "report", resamples=50)
     shown = [
-        *read, mge.read_results(run.parent), mge.Actor(run), mge.ActionPrior.of_run(run),
+        *read, report, mge.read_results(run.parent), mge.Actor(run), mge.ActionPrior.of_run(run),
         mge.rollout(TASK, "physics", np.zeros((500, 3, 2))), mge.Model.shipped_for(TASK), TASK,
-        mge.PuzzleVectorEnv(num_envs=300).get_state(), mge.PuzzleEnv(), mge.PuzzleVectorEnv(),
+        mge.PuzzleVectorEnv(num_envs=300).get_state(), mge.figures.tasks(TASK), mge.PuzzleEnv(), mge.PuzzleVectorEnv(),
     ]  # fmt: skip
     for value in shown[1:]:
         assert len(repr(value)) < 200, repr(value)
@@ -224,8 +231,9 @@ def test_environments_are_pickled_as_they_are(settings):
 
 
 def test_what_cannot_be_pickled_says_what_to_do(run):
-    with pytest.raises(TypeError, match="cannot be pickled: .*path of its run"):
-        pickle.dumps(mge.Actor(run))
+    for value, remedy in [(mge.Actor(run), "path of its run"), (mge.figures.tasks(TASK), "svg")]:
+        with pytest.raises(TypeError, match=f"cannot be pickled: .*{remedy}"):
+            pickle.dumps(value)
 
 
 def test_a_file_that_is_not_a_report(tmp_path):

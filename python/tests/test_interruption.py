@@ -78,6 +78,11 @@ def test_ctrl_c_ends_a_step_and_a_reset_makes_the_environments_usable():
     envs.step(actions)
 
 
+def test_ctrl_c_ends_a_report(run, tmp_path):
+    assert interrupted(lambda: mge.write_report(run.parent, tmp_path / "report", resamples=1_000_000)) < 3
+    assert len(mge.read_results(run.parent)["seed"]) == 2
+
+
 def test_ctrl_c_ends_pickling_and_the_state_stays_whole():
     envs = mge.PuzzleVectorEnv(TASK, 20_000)
     envs.reset(seed=0)

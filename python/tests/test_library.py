@@ -1,4 +1,4 @@
-"""The rest of the library: tasks, models, priors, actors, results."""
+"""The rest of the library: tasks, models, priors, actors, results, figures."""
 
 import json
 import pickle
@@ -176,15 +176,18 @@ def test_missing_measurements_are_nan(plain):
     assert read.episodes["critic_loss"].dtype == np.float64 and np.isnan(read.episodes["critic_loss"][0])
 
 
-def test_results_and_reports_are_tables(program, run, tmp_path):
+def test_results_and_reports_are_tables(run, tmp_path):
     results = mge.read_results(run.parent)
     assert results["seed"].tolist() == [0, 1] and results["task"] == ["task1", "task1"]
     assert set(results["state"]) == {"finished"} and len(set(results["label"])) == 1
-    subprocess.run([program, "report", str(run.parent), "--out", str(tmp_path / "report")], check=True, capture_output=True)
+    report = mge.write_report([run.parent], tmp_path / "report", resamples=50)
+    assert report["learning"] and (tmp_path / "report" / "figures" / "learning.svg").exists()
     table = mge.read_report(tmp_path / "report", "learning")
     assert table["seed"].dtype == np.int64 and table["seed"].tolist() == [0, 1]
     with pytest.raises(ValueError, match="no table `nothing`: use one of"):
         mge.read_report(tmp_path / "report", "nothing")
+    with pytest.raises(ValueError, match="confidence"):
+        mge.write_report(run.parent, tmp_path, confidence=1.5)
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])
@@ -194,3 +197,25 @@ def test_tables_become_frames(run, library):
     frame = frame_of(table)
     assert frame.shape == (40, len(table)) and list(frame.columns) == list(table)
     assert frame_of(mge.read_results(run)).shape[0] == 1
+
+
+def test_figures(run, tmp_path):
+    task = mge.Task("task1")
+    drawn = [
+        mge.figures.tasks(task, mge.Task("task2")),
+        mge.figures.clusters(task, mge.ActionPrior.of_run(run)),
+        mge.figures.learning_curves(run.parent),
+        mge.figures.learning_curves([run], steps=True),
+        mge.figures.methods(run.parent),
+        mge.figures.scene(mge.PuzzleEnv(task).get_state()),
+    ]
+    for figure in drawn:
+        assert figure.svg().lstrip().startswith("<svg") or "<svg" in figure.svg()[:200]
+        assert "," in figure.csv()
+    for ending in ("png", "svg"):
+        drawn[0].save(tmp_path / f"tasks.{ending}")
+        assert (tmp_path / f"tasks.{ending}").stat().st_size > 1000
+    with pytest.raises(ValueError, match="png"):
+        drawn[0].save(tmp_path / "tasks.jpg")
+    with pytest.raises(ValueError, match="no runs|holds no"):
+        mge.figures.methods(tmp_path)
