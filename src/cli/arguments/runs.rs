@@ -148,8 +148,8 @@ pub struct Evaluate {
     /// Checkpoint of the agent: last, best or the number of its episode
     #[arg(long, value_name = "NAME", default_value_t = CheckpointName::Last)]
     pub checkpoint: CheckpointName,
-    /// Task to play on, with its own start noise: a name or a file [default: that of the run, with the start noise of
-    /// the run]
+    /// Task to play on, with as many subgoals, and its own start noise: a name or a file [default: that of the run,
+    /// with the start noise of the run]
     #[arg(long)]
     pub task: Option<String>,
     /// Also print the actor's observation before each action
