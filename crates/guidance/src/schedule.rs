@@ -32,7 +32,7 @@ pub enum EpsilonSchedule {
 /// A text is not a valid schedule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "epsilon `{text}`: {problem}; write 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500, points:0=0.8,1000=0.3 or need:0.5:0.25:20"
+    "epsilon `{text}`: {problem}; write 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500, points:0=0.8,1000=0.3 or need:0.25:0.25:10"
 )]
 pub struct ScheduleError {
     text: String,

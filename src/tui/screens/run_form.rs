@@ -23,7 +23,7 @@ const FIELDS: [(&str, &str, &str); 9] = [
         "epsilon",
         "set epsilon",
         "How often actions come from the action clusters: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, \
-         step:0.8:0.5:500, points:0=0.8,1000=0.3, need:0.5:0.25:20.",
+         step:0.8:0.5:500, points:0=0.8,1000=0.3, need:0.25:0.25:10.",
     ),
     ("model", "model", "Left and right choose what predicts the rollouts behind the action clusters."),
     (

@@ -30,7 +30,7 @@ command! {
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
-    }: "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; the key opens a dialog";
+    }: "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; alone it opens a dialog";
     execute = |this, session| match this.seeds {
         None => session.train(this.folder.as_deref(), this.until),
         Some(seeds) => session.train_seeds(seeds, this.folder.as_deref(), this.until),

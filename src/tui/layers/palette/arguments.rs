@@ -133,7 +133,7 @@ fn schedules() -> Vec<Value> {
         ("exp:0.8:0.05:0.999", "from 0.8 towards 0.05"),
         ("step:0.8:0.5:500", "from 0.8, times 0.5 every 500 episodes"),
         ("points:0=0.8,1000=0.3", "lines between points"),
-        ("need:0.5:0.25:20", "by the share of the last 20 greedy attempts that failed"),
+        ("need:0.25:0.25:10", "by the share of the last 10 greedy attempts that failed"),
     ]
     .map(|(text, about)| Value::new(text, about))
     .into()
