@@ -88,7 +88,11 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
             "actions are uniform, and nothing refines them to clusters",
         ),
         (&["model"], !is_trained, "no model is trained for the run, as it is given"),
-        (&["stop.success"], (*episodes as usize) < WINDOW.get(), "the run is shorter than 100 episodes"),
+        (
+            &["stop.success"],
+            config.stop.success.is_some() && (*episodes as usize) < WINDOW.get(),
+            "the run is shorter than 100 episodes",
+        ),
         (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
         (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["checkpoints.periodic_kept"], config.checkpoints.periodic_every == 0, "`checkpoints.periodic_every` is 0"),
@@ -201,6 +205,7 @@ mod tests {
             let told = told(method, settings);
             assert!(told.len() == 1 && told[0].contains(expected) && !told[0].contains('\n'), "{settings:?}: {told:?}");
         }
+        assert!(told(Ddpg, &[("episodes", "99"), ("stop.success", "null")]).is_empty(), "it is switched off");
     }
 
     #[test]
