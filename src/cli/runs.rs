@@ -32,7 +32,8 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
         Some(run) if !run.exists() => return Err(no_such(run).into()),
         Some(run) => Session::on_run(run)?,
         None => {
-            let mut session = Session::on_task(&arguments.task, RUNS.into())?;
+            let mut session =
+                Session::on_task(arguments.task.as_deref().unwrap_or(workbench::FIRST_TASK), RUNS.into())?;
             use_folder(&mut session, &arguments.runs)?;
             session
         }
@@ -41,6 +42,7 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
     let options = tui::Options {
         greet: first_start,
         fresh: arguments.fresh,
+        keeps_task: run.is_some() || arguments.task.is_some(),
         no_mouse: arguments.no_mouse,
         notify: arguments.notify,
     };
@@ -122,9 +124,10 @@ pub fn resume(arguments: &Resume) -> Outcome {
         }
         match session.apply(command::Continue { folder: Some(run.clone()), until: None }) {
             // It is left as it is, and its result is printed.
-            Err(SessionError::Finished { run: name, episodes }) => {
+            Err(SessionError::Finished { run: name, episodes, by }) => {
                 if !arguments.quiet {
-                    output::message(format_args!("{name} is finished after {episodes} episodes: --episodes sets more"));
+                    let done = format!("{name} is finished after {episodes} episodes{by}");
+                    output::message(format_args!("{done}: --episodes sets more"));
                 }
                 session.apply(command::Open(run.clone()))?;
             }

@@ -28,6 +28,8 @@ pub struct Options {
     pub greet: bool,
     /// Forget what earlier sessions with the folder of runs have chosen.
     pub fresh: bool,
+    /// The session has the task that the user named, not the one of the last session.
+    pub keeps_task: bool,
     /// Do not capture the mouse.
     pub no_mouse: bool,
     /// How the terminal announces that long work has ended.
@@ -65,7 +67,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
     app.keeps_edits = true;
     app.screens.preview.graphics = graphics;
     if let Some(remembered) = Remembered::load(&folder).filter(|_| !options.fresh) {
-        app.restore(remembered);
+        app.restore(remembered, options.keeps_task);
     }
     report_recovered_edits(&mut app, Path::new("."));
     if options.greet {

@@ -177,7 +177,7 @@ mod tests {
             (r#"{"replay_capacity": 0}"#, "replay_capacity: is 0, but must be a whole number from 1 to 10000000"),
             (
                 r#"{"target_clamp": [2, 1]}"#,
-                "target_clamp: is [2, 1], but must be two numbers from -1e9 to 1e9, the lower first, or null",
+                "target_clamp: is [2, 1], but must be two numbers from -1e9 to 1e9, the lower first, or none",
             ),
             (r#"{"ou": {"theta": 2}}"#, "ou.theta: is 2, but must be a number from 1e-6 to 1.999"),
             (r#"{"ou": {"sigma": -1}}"#, "ou.sigma: is -1, but must be a number from 0 to 10"),

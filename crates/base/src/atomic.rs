@@ -128,6 +128,7 @@ fn create(folder: &Path) -> io::Result<(File, TempPath)> {
         // Not `tempfile_in`: its files are private, and its errors name the temporary file.
         let created = temporary().make_in(folder, |path| File::create_new(path));
         let created = created.map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound if folder.is_dir() => io::Error::other("its folder takes no new files"),
             io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
             _ => error,
         })?;

@@ -98,7 +98,8 @@ pub fn to_value(data: &impl Serialize) -> Value {
 pub fn text(value: &Value) -> String {
     let all: Option<Vec<&str>> =
         value.as_array().filter(|all| !all.is_empty()).and_then(|all| all.iter().map(Value::as_str).collect());
-    value.as_str().map(str::to_owned).or(all.map(|all| all.join(", "))).unwrap_or_else(|| value.to_string())
+    let none = value.is_null().then(|| "none".to_owned());
+    value.as_str().map(str::to_owned).or(none).or(all.map(|all| all.join(", "))).unwrap_or_else(|| value.to_string())
 }
 
 /// The value of a text: JSON, or a string without its quotes.

@@ -104,13 +104,13 @@ pub enum Range {
     #[display("numbers from {} to {}", Short(*_0), Short(*_1))]
     Numbers(f32, f32),
     /// A whole number, or null for none.
-    #[display("a whole number from {_0} to {_1}, or null")]
+    #[display("a whole number from {_0} to {_1}, or none")]
     CountOrNull(u64, u64),
     /// Any number, or null for none.
-    #[display("a number from {} to {}, or null", Short(*_0), Short(*_1))]
+    #[display("a number from {} to {}, or none", Short(*_0), Short(*_1))]
     NumberOrNull(f32, f32),
     /// Two numbers in increasing order, or null for none.
-    #[display("two numbers from {} to {}, the lower first, or null", Short(*_0), Short(*_1))]
+    #[display("two numbers from {} to {}, the lower first, or none", Short(*_0), Short(*_1))]
     IntervalOrNull(f32, f32),
 }
 
@@ -219,16 +219,16 @@ mod tests {
             ("/a/n", json!(1.5), "a.n: is 1.5, but must be a whole number from 1 to 10"),
             ("/a/x", json!(0.11), "a.x: is 0.11, but must be a number from 0 to 0.1"),
             ("/a/x", json!(f32::NAN), "a.x: is not a number, but must be a number from 0 to 0.1"),
-            ("/kept", json!(6), "kept: is 6, but must be a whole number from 0 to 5, or null"),
+            ("/kept", json!(6), "kept: is 6, but must be a whole number from 0 to 5, or none"),
             (
                 "/clamp",
                 json!([2, 1]),
-                "clamp: is [2, 1], but must be two numbers from -10 to 10, the lower first, or null",
+                "clamp: is [2, 1], but must be two numbers from -10 to 10, the lower first, or none",
             ),
             (
                 "/clamp",
                 json!([1, 11]),
-                "clamp: is [1, 11], but must be two numbers from -10 to 10, the lower first, or null",
+                "clamp: is [1, 11], but must be two numbers from -10 to 10, the lower first, or none",
             ),
         ] {
             let mut wrong = right.clone();

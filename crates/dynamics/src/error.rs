@@ -24,7 +24,8 @@ pub enum DynamicsError {
     ToolSet { given: String },
     /// The scene has an edge of a type the model was never trained on.
     #[error(
-        "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
+        "the model was never trained on {sender}-to-ball edges: it knows the tools {}; train one for this tool set",
+        known.replace('-', ", ")
     )]
     UnseenEdge { sender: ToolKind, known: String },
     /// Something other than the one ball that a model predicts moves in the task.

@@ -19,6 +19,8 @@ pub struct LearningCurves {
     pub against: Against,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
     pub window: usize,
+    /// Number of points of the moving average that smoothed the curves.
+    pub smooth: usize,
     /// How runs were summarised.
     pub statistics: Statistics,
     /// The panels in order.
@@ -195,7 +197,8 @@ impl LearningCurves {
             Success::Training => format!("Share of the last {window} training episodes that reached the goal"),
             Success::Greedy => format!("Success of the actor without noise, mean of the last {window} evaluations"),
         };
-        let what = what + "; of fewer at the start." + self.against.words()[2];
+        let smooth = if self.smooth > 1 { format!(", mean of {} points", self.smooth) } else { String::new() };
+        let what = what + &smooth + "; of fewer at the start." + self.against.words()[2];
         let mark = if legend.banded { "band" } else { "in the CSV only" };
         format!("{what} {}.", self.statistics.caption(mark))
     }

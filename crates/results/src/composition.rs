@@ -223,7 +223,8 @@ impl Composition {
         let chosen: Vec<(String, String)> = self.curves.iter().map(text).collect();
         let legend = if chosen.is_empty() { known_names } else { chosen };
         let (reference, style) = (self.reference.clone(), self.style);
-        Ok(Composed { figure: LearningCurves { legend, reference, style, known, ..curves }, seeds, config_hash })
+        let figure = LearningCurves { legend, reference, style, known, smooth: self.smooth, ..curves };
+        Ok(Composed { figure, seeds, config_hash })
     }
 
     /// The labels of the chosen curves and of the reference.

@@ -157,7 +157,6 @@ fn effective_settings(config: &RunConfig) -> Settings {
 pub fn leaf_settings(config: &Value) -> Settings {
     let value = |value: &Value| match value {
         Value::Number(_) | Value::Bool(_) => value.clone(),
-        Value::Null => NONE.into(),
         value => Some(json::text(value)).filter(|text| !text.is_empty()).unwrap_or_else(|| NONE.to_owned()).into(),
     };
     json::leaf_values(config).into_iter().map(|(path, found)| (path, value(found))).collect()

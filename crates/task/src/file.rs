@@ -126,9 +126,14 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
 }
 
 /// Whether [`load`] finds this name within the program.
-pub fn is_built_in(name: &str) -> bool {
+fn is_built_in(name: &str) -> bool {
     let level = name.strip_prefix("create/").map(|level| level.strip_suffix("-random").unwrap_or(level));
     built_in().any(|(known, _)| *known == name) || level_names().any(|known| Some(known) == level)
+}
+
+/// The name by which [`load`] finds the task or level within the program that has this name, if there is one.
+pub fn shipped_name(name: &str) -> Option<String> {
+    [name.to_owned(), format!("create/{name}")].into_iter().find(|name| is_built_in(name))
 }
 
 /// The file that [`load`] reads for this name; None for a task or level within the program.

@@ -30,8 +30,8 @@ mod validate;
 
 pub use edit::{Draft, Edit, Editor};
 pub use file::{
-    FORMAT, TaskError, file_of, is_built_in, is_edited, level_names, load, load_regular, parse, save, save_as, shipped,
-    shipped_names, to_json,
+    FORMAT, TaskError, file_of, is_edited, level_names, load, load_regular, parse, save, save_as, shipped,
+    shipped_name, shipped_names, to_json,
 };
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};
 pub use part::{Offset, Part, Shift};

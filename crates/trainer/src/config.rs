@@ -114,7 +114,7 @@ const SETTINGS: [Setting; 19] = [
     Setting::number("noise_decay.share", 0.0, 1.0, "share of the episodes after which the scale would be 0"),
     Setting::new("hold_tolerance", NumberOrNull(0.0, 1.0), "share of failed attempts that replaces the held policy"),
     Setting::count("mastered_update_interval", 1, 1000, "steps for each update while no stage needs exploration"),
-    Setting::new("start_noise", NumberOrNull(0.0, 1.0), "half width of the start noise; null for the task's own"),
+    Setting::new("start_noise", NumberOrNull(0.0, 1.0), "half width of the start noise; none for the task's own"),
     Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),

@@ -65,6 +65,8 @@ impl RunConfig {
         };
         match serde_json::from_str(value) {
             // A string setting such as the schedule `0.1` may look like a number.
+            // What there is not has the word that users read.
+            _ if value == "none" && !place.is_string() => *place = Value::Null,
             Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => put(place, parsed),
             _ => *place = Value::String(value.to_owned()),
         }
@@ -160,6 +162,8 @@ mod tests {
         let changed = config().with_setting("epsilon", "exp:0.8:0.1:0.99").unwrap();
         assert_eq!(changed.epsilon.to_string(), "exp:0.8:0.1:0.99");
         assert_eq!(config().with_setting("epsilon", "0.25").unwrap().epsilon.to_string(), "0.25");
+        let stop = |value: &str| config().with_setting("stop.success", value).map(|config| config.stop.success);
+        assert_eq!(["0.5", "none", "null"].map(|value| stop(value).unwrap()), [Some(0.5), None, None]);
         let changed = config().with_setting("granularity", "step").unwrap();
         assert_eq!(changed.granularity, super::super::Granularity::Step);
     }
@@ -184,6 +188,7 @@ mod tests {
             ("episodes", "many", "cannot be `many`: it is a whole number from 1 to 10000000"),
             ("episodes", "1e99", "it is a whole number from 1 to 10000000"),
             ("ddpg.gamma", "2", "gamma"),
+            ("episodes", "none", "cannot be `none`: it is a whole number from 1"),
         ] {
             let error = config().with_setting(key, value).unwrap_err().to_string();
             assert!(error.contains(expected), "{key}: {error}");

@@ -41,10 +41,7 @@ impl Session {
             let drawn = drawing(&mut |done, all| _ = reporter.progress(done, all))?;
             let DrawnFigure { figure, seeds, config_hash } = drawn;
             let provenance = Provenance::new(made_by, &seeds, config_hash);
-            figure
-                .write(&to, &provenance, dpi.unwrap_or(DEFAULT_DPI))
-                .map(|()| to.path)
-                .map_err(|error| error.to_string())
+            figure.write(&to, &provenance, dpi.unwrap_or(DEFAULT_DPI)).map(|()| to.path).map_err(|it| it.to_string())
         };
         self.start_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())));
         Ok(report)
@@ -56,12 +53,11 @@ impl Session {
         if !composition.runs.is_empty() {
             return composition.runs.clone();
         }
-        let elsewhere =
-            self.runs().iter().map(|run| run.directory().path()).filter(|path| !path.starts_with(self.folder()));
-        let elsewhere: Vec<PathBuf> = elsewhere.map(Path::to_owned).collect();
+        let others = self.runs().iter().map(|run| run.directory().path()).filter(|it| !it.starts_with(self.folder()));
+        let others: Vec<PathBuf> = others.map(Path::to_owned).collect();
         // A session folder without runs is left out if other runs are open.
-        let holds_runs = elsewhere.is_empty() || find_runs(&[self.folder().to_owned()]).is_ok();
-        Some(self.folder().to_owned()).filter(|_| holds_runs).into_iter().chain(elsewhere).collect()
+        let holds_runs = others.is_empty() || find_runs(&[self.folder().to_owned()]).is_ok();
+        Some(self.folder().to_owned()).filter(|_| holds_runs).into_iter().chain(others).collect()
     }
 
     /// A figure of the session, to be drawn later.
@@ -151,7 +147,7 @@ mod tests {
             text(&mut session, &format!("width=single font=9 curve='{label}' name=ours curve=DDPG reference=DDPG"));
         assert!(own.contains("\nours\n") && own.contains("\nDDPG\n") && own.contains("width=\"252pt\""), "{own}");
         let shaped = text(&mut session, "x=0:2 y=0:50 bands=off height=200 smooth=2");
-        assert!(shaped.contains("in the CSV only") && !shaped.contains("100</text>"), "{shaped}");
+        assert!(shaped.contains(", mean of 2 points;") && !shaped.contains("100</text>"), "{shaped}");
         // The colour of a run does not depend on which others are shown.
         let plain = options(&[&format!("runs={}", first.runs()[0].directory().path().display())]);
         let Composed { figure, .. } = plain.figure(&session.reader, &mut |_, _| ()).unwrap();

@@ -49,8 +49,7 @@ impl Script {
         let mut commands = Vec::new();
         for (index, line) in text.lines().enumerate() {
             // A comment is not a use of a variable.
-            let text =
-                if line.trim_start().starts_with('#') { Ok(line.to_owned()) } else { substitute(line, variables) };
+            let text = if line.trim_start().starts_with('#') { Ok(line.into()) } else { substitute(line, variables) };
             let command = text
                 .and_then(|line| Command::parse(&line).map_err(|error| error.to_string()))
                 .map_err(|problem| ScriptError::Line { origin: origin.to_owned(), line: index + 1, problem })?;
@@ -118,17 +117,13 @@ impl Script {
 }
 
 /// Executes a command and waits for the results that the following lines need.
-fn play(
-    session: &mut Session,
-    command: &Command,
-    on_output: &mut impl FnMut(Output<'_>),
-) -> Result<String, SessionError> {
+fn play(session: &mut Session, command: &Command, output: &mut impl FnMut(Output<'_>)) -> Result<String, SessionError> {
     let command = &session.with_folders(command.clone())?;
     let report = session.apply(command.clone())?;
     match command.as_execute().script_role().awaits {
         WaitFor::Nothing | WaitFor::Work => Ok(report),
         WaitFor::Result => Ok(session.wait_for(command)?.unwrap_or(report)),
-        WaitFor::Everything => session.wait(|notice| on_output(Output::Notice(notice))),
+        WaitFor::Everything => session.wait(|notice| output(Output::Notice(notice))),
     }
 }
 

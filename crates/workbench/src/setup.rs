@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::{Command, SessionError, free_name};
 use mge_base::atomic::Target;
+use mge_base::validation::ValidationError;
 use mge_task::{Edit, Editor, Task, file_of, load_regular, save_as};
 use mge_trainer::{RunConfig, check_model};
 
@@ -110,7 +111,7 @@ impl Setup {
 
     pub fn edit(&mut self, edit: &Edit) -> Result<String, SessionError> {
         let (own, proposed) = (self.editor.task().subgoals.len(), self.editor.proposed().len());
-        self.editor.apply(edit)?;
+        self.editor.apply(edit).map_err(|error| ValidationError::new(on_screen(&error.path), error.message))?;
         self.task_changed();
         Ok(match edit {
             Edit::AcceptProposal { index: Some(_) } => format!("subgoal {} was proposed", own + 1),
@@ -146,6 +147,14 @@ impl Setup {
             self.config.task = Arc::new(self.editor.task().clone());
         }
     }
+}
+
+/// The place of a value in a task as the screens name it: `tools[0].size` is `tool 1 size`.
+fn on_screen(path: &str) -> String {
+    let one = path.replace("position[0]", "x").replace("position[1]", "y").replace("boxes[", "box[").replace("s[", "[");
+    let words = one.split(['.', '[', ']']).filter(|word| !word.is_empty());
+    let counted = words.map(|word| word.parse().map_or(word.to_owned(), |place: usize| (place + 1).to_string()));
+    counted.collect::<Vec<_>>().join(" ")
 }
 
 /// That there is nothing to undo, redo or restore.

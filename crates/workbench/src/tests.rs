@@ -443,3 +443,15 @@ fn endless_files_are_refused_as_tasks_and_models() {
         }
     }
 }
+
+#[test]
+fn errors_of_edits_name_places_as_the_screens_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "subgoal add 0.5 0\ntool add box 0.5 0.9");
+    let lines = ["tool size 1 -4", "subgoal size 1 -1", "ball move 3 0", "subgoal move 1 0 3"];
+    for (line, place) in lines.into_iter().zip(["tool 1 size: ", "subgoal 1 radius: ", "ball x: ", "subgoal 1 y: "]) {
+        let error = apply(&mut session, line).unwrap_err();
+        assert!(error.starts_with(place), "{line}: {error}");
+    }
+}

@@ -94,13 +94,13 @@ pub struct Workbench {
     /// Folder of a run to open, with its task
     #[arg(value_name = "RUN")]
     pub run: Option<PathBuf>,
-    /// Task to open: the name of a shipped task, or a file
-    #[arg(long, default_value = "task1")]
-    pub task: String,
+    /// Task to open: the name of a shipped task, or a file; by default the one opened last, at first task1
+    #[arg(long)]
+    pub task: Option<String>,
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// Ignore the settings and the screen that earlier sessions with this folder of runs have left
+    /// Ignore the task, the settings and the screen that earlier sessions with this folder of runs have left
     #[arg(long)]
     pub fresh: bool,
     /// Do not capture the mouse

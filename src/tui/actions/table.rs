@@ -8,6 +8,7 @@ use super::tab::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Range;
 use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};
+use crate::tui::view::XAxis;
 
 /// An action: its name, default keys, word in the footer, verb in a script, description (empty if it is the help text
 /// of the verb), and what it does.
@@ -27,7 +28,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("fork", "F", "", "fork", "", Do(|app| app.on_chosen(runs::fork))),
         ("epsilon", "e", "epsilon", "epsilon", "", Verb),
         ("clusters", "c", "clusters", "clusters", "", Verb),
-        ("task", "o", "open", "task", "", Verb),
+        ("task", "o", "open task", "task", "", Verb),
         ("undo", "u", "", "undo", "", Do(App::undo)),
         ("redo", "U ctrl-r", "", "redo", "", Verb),
         ("save", "w ctrl-s", "", "save", "", Do(App::save)),
@@ -111,7 +112,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s, ui, 0.5))),
         ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0))),
         ("whole-range", "0", "", "", "show all episodes", Change(|s, _| s.curves.range = Range::Whole)),
-        ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Change(|s, _| s.curves.next_axis())),
+        ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Change(|s, _| s.curves.axis = XAxis::ALL[(s.curves.axis as usize + 1) % XAxis::ALL.len()])),
         ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Change(|s, _| s.curves.folded ^= true)),
     ]),
     (Runs, &[

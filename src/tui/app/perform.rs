@@ -7,6 +7,7 @@ use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
+use crate::tui::scene::Object;
 use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary};
@@ -63,12 +64,8 @@ impl App {
                 }
                 let title = format!("overwrite {}?", counted(lost.len(), "file"));
                 let names = some_of(lost.iter().map(|path| path.display().to_string()));
-                let overwrite = Effect::new(|app| app.apply_confirmed(command.forced()));
-                self.ask(
-                    &title,
-                    format!("What they contain will be lost: {names}."),
-                    vec![('y', "overwrite", overwrite)],
-                );
+                let go = Effect::new(|app| app.apply_confirmed(command.forced()));
+                self.ask(&title, format!("What they contain will be lost: {names}."), vec![('y', "overwrite", go)]);
             }
         }
         Ok(())
@@ -79,11 +76,15 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn apply_confirmed(&mut self, command: Command) -> Result<(), String> {
-        let is_schedule = matches!(command, Command::Epsilon(_));
+        let [is_schedule, is_task] = [matches!(command, Command::Epsilon(_)), matches!(command, Command::Task(_))];
         let report = self.workspace.apply(command)?;
         if is_schedule {
             self.screens.schedule.discard();
         }
+        // What was selected in another task, or is gone, is no longer selected.
+        let objects = self.workspace.view().objects();
+        let is_there = |object: &Object| !is_task && objects.position(*object).is_some();
+        self.screens.scene.select(self.screens.scene.selected().filter(is_there));
         // The command succeeds even if the tool could not be placed.
         let level = if report.starts_with("not placed") { Level::Warning } else { Level::Good };
         self.show_message(level, report);
@@ -113,7 +114,8 @@ impl App {
     /// Opens the palette with the command that saves the task as another file.
     pub fn save_as(&mut self) {
         let view = self.workspace.view();
-        let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
+        let path =
+            view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name.trim_start_matches("my-")).into());
         self.open_palette(&Command::from(command::Save(Some((&path).into()))).to_string());
     }
 

@@ -1,6 +1,6 @@
 //! What the workbench remembers between sessions with one folder of runs.
 
-use std::path::Path;
+use std::path::{Path, absolute};
 
 use serde::{Deserialize, Serialize};
 
@@ -9,22 +9,22 @@ use crate::tui::actions::Tab;
 use crate::tui::view::Level;
 use mge_base::atomic::{Format, Target};
 use mge_base::{bounded, json};
+use mge_task::shipped_name;
 use mge_trainer::non_default_settings;
 use mge_workbench::{Command, command};
 
 /// The name of the file in the folder of runs.
 const FILE: &str = ".workbench.json";
-/// The settings of the next run that are remembered besides the method.
-const SETTINGS: [&str; 5] = ["episodes", "epsilon", "prior", "stop.success", "stop.minutes"];
 /// The format of the file.
-const FORMAT: Format<'static> =
-    Format { name: "the choices of a session", is: &|found| json::keys(found).contains("screen") };
+const FORMAT: Format<'_> = Format { name: "a session's choices", is: &|found| json::keys(found).contains("screen") };
 
 /// The choices of a session.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Remembered {
     screen: Tab,
+    /// The name of the task, or its file; empty if it has none.
+    task: String,
     /// Number of seeds of the training started last.
     seeds: u32,
     /// The method of the next run, and settings that are not its defaults.
@@ -52,26 +52,31 @@ impl Remembered {
 impl App {
     /// The choices to remember.
     pub fn remembered(&self) -> Remembered {
-        let settings = &self.workspace.view().settings;
-        let mut kept = non_default_settings(settings);
-        kept.retain(|(key, _)| SETTINGS.contains(&&**key));
-        kept.insert(0, ("method".to_owned(), settings.method.to_string()));
-        Remembered { screen: self.tab, seeds: self.seeds, settings: kept }
+        let view = self.workspace.view();
+        let mut settings = non_default_settings(&view.settings);
+        settings.retain(|(key, _)| key != "method");
+        settings.insert(0, ("method".to_owned(), view.settings.method.to_string()));
+        let file = view.file.as_ref().map(|file| absolute(file).unwrap_or(file.clone()).display().to_string());
+        let task = file.or_else(|| shipped_name(&view.task.name)).unwrap_or_default();
+        Remembered { screen: self.tab, task, seeds: self.seeds, settings }
     }
 
-    /// Makes remembered choices again. Those that are no longer possible are logged.
-    pub fn restore(&mut self, remembered: Remembered) {
-        let Remembered { screen, seeds, settings } = remembered;
+    /// Makes remembered choices again, that of the task unless the user named one. Those that are no longer possible
+    /// are told.
+    pub fn restore(&mut self, remembered: Remembered, keeps_task: bool) {
+        let Remembered { screen, task, seeds, settings } = remembered;
         self.seeds = seeds.max(1);
-        for (key, value) in settings {
-            let command: Command = match key.as_str() {
-                "prior" => command::Model(value.into()).into(),
-                _ => command::Set { key, value }.into(),
-            };
+        let task = Some(task).filter(|task| !keeps_task && !task.is_empty()).map(|task| command::Task(task).into());
+        let settings = settings.into_iter().map(|(key, value)| match key.as_str() {
+            "prior" => command::Model(value.into()).into(),
+            _ => command::Set { key, value }.into(),
+        });
+        for command in task.into_iter().chain(settings).collect::<Vec<Command>>() {
             if let Err(error) = self.workspace.apply(command) {
-                self.workspace.log(Level::Warning, format!("not as in the last session: {error}"));
+                self.warn(Level::Warning, &format!("not as in the last session: {error}"));
             }
         }
+        self.choose_subject(None, false);
         self.show(screen);
     }
 }

@@ -110,8 +110,7 @@ impl App {
         // They tell what further runs will cost.
         for method in Method::ALL {
             let runs = comparable(&ui.view.runs, &ui.view.task.name, method, ui.view.settings.episodes.into());
-            let others: Vec<_> =
-                runs.iter().map(|run| &run.path).filter(|path| !wanted.contains(path)).cloned().collect();
+            let others: Vec<_> = runs.iter().map(|run| &run.path).filter(|it| !wanted.contains(it)).cloned().collect();
             wanted.extend(others);
         }
         self.workspace.request_curves(wanted);

@@ -27,8 +27,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     // Braille has two columns of dots in each cell.
     let columns = (2 * area.width.saturating_sub(GUTTER)).max(2);
     let look = |curve: &Curve| Look { x: plot.x, scale: plot.scale, smoothing: curve.smoothing, columns };
-    let lines: Vec<Vec<Point>> =
-        plot.curves.iter().map(|curve| look(curve).decimate(curve.episodes, curve.values)).collect();
+    let lines: Vec<Vec<Point>> = plot.curves.iter().map(|one| look(one).decimate(one.episodes, one.values)).collect();
     let found = range(&lines, plot);
     let axes = Axes::draw(area, (plot.x, plot.unit), found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {

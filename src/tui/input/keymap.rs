@@ -42,7 +42,8 @@ pub fn hints(contexts: &[Context]) -> Vec<(String, &'static Entry)> {
         let (key, _) = BINDINGS.iter().find(|(_, bound)| bound.name == entry.name)?;
         // A key of an inner context shadows the same key of an outer one.
         let reached = self::entry(*key, contexts).is_some_and(|reached| reached.name == entry.name);
-        reached.then(|| (key.to_string(), entry))
+        // One arrow key stands for all.
+        reached.then(|| (if entry.name == "right" { "arrows".to_owned() } else { key.to_string() }, entry))
     };
     contexts.iter().flat_map(of_context).filter_map(hint).collect()
 }

@@ -248,8 +248,7 @@ impl Layer for Form {
             }
             cursor = if is_selected { Some(end) } else { cursor };
         }
-        let [between, below] =
-            [0, 1].map(|row| Rect { y: inside.y + count as u16 + row, ..inside }.intersection(inside));
+        let [between, below] = [0, 1].map(|y| Rect { y: inside.y + count as u16 + y, ..inside }.intersection(inside));
         if let Some(problem) = problem {
             let line = columns::shortened(&problem, usize::from(width), false);
             Line::styled(line, Style::new().fg(theme.bad)).render(between, buffer);

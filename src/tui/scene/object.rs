@@ -61,9 +61,8 @@ impl Objects<'_> {
     pub fn all(self) -> Vec<Object> {
         let subgoals = (0..self.task.subgoals.len()).map(Part::Subgoal);
         let proposals = (0..self.proposed.len()).map(Object::Proposal);
-        let is_other =
-            |part: &Part| matches!(part, Part::Marker | Part::MarkerSubgoal(_) | Part::Ball(_) | Part::Box(_));
-        let others = self.task.parts().into_iter().filter(is_other);
+        let other = |part: &Part| matches!(part, Part::Marker | Part::MarkerSubgoal(_) | Part::Ball(_) | Part::Box(_));
+        let others = self.task.parts().into_iter().filter(other);
         let tools = (0..self.task.tools.len()).map(Part::Tool);
         let later = [Part::Goal, Part::Target].into_iter().chain(others).chain(tools);
         subgoals.map(Object::Part).chain(proposals).chain(later.map(Object::Part)).collect()
@@ -83,9 +82,7 @@ impl Objects<'_> {
             Object::Part(Part::MarkerSubgoal(index)) => marker?.subgoals.get(index).map(region),
             Object::Part(Part::Ball(index)) => task.balls.get(index).map(ball),
             Object::Part(Part::Box(index)) => task.boxes.get(index).map(|moving| (moving.position, moving.size / 2.0)),
-            Object::Part(Part::Tool(index)) => {
-                task.tools.get(index).map(|tool| (tool.position, tool.tool().size as f32))
-            }
+            Object::Part(Part::Tool(index)) => task.tools.get(index).map(|it| (it.position, it.tool().size as f32)),
         }
     }
 

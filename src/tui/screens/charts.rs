@@ -145,8 +145,8 @@ impl<'a> Charts<'a> {
             points: &greedy[index],
         });
         let empty = match self.shown.first() {
-            Some(Shown::Run(RunSummary { preparing: Some(work), .. }, _)) => {
-                format!("before the first episode: {work}")
+            Some(Shown::Run(RunSummary { preparing: Some(it), .. }, _)) => {
+                format!("before the first episode: {it}")
             }
             Some(Shown::Run(run, _)) if run.done > 0 => "its log is being read".to_owned(),
             Some(Shown::Run(run, _)) => format!("no episodes yet: {}", run.state_word()),

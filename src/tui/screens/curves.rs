@@ -67,11 +67,6 @@ impl CurvesState {
         self.selected = (self.selected + count).wrapping_add_signed(by) % count;
     }
 
-    /// Draws the curves against the next quantity.
-    pub fn next_axis(&mut self) {
-        self.axis = XAxis::ALL[(self.axis as usize + 1) % XAxis::ALL.len()];
-    }
-
     /// Smoothing of a metric: none for the success rate, which is a mean already, and for schedules, which are exact.
     pub(super) fn smoothing(metric: Metric) -> usize {
         match metric {

@@ -122,8 +122,7 @@ pub fn wanted(
     ui: &Ui,
     regions: &HitRegions,
 ) -> Option<(FigureKind, Composition, PreviewRequest)> {
-    let (area, _) =
-        regions.all().iter().find(|(area, region)| matches!(region, HitRegion::Preview) && !area.is_empty())?;
+    let (area, _) = regions.all().iter().find(|(area, it)| matches!(it, HitRegion::Preview) && !area.is_empty())?;
     let kind = selected(lists);
     let composition = composition(kind, lists, runs, ui);
     let wanted = PreviewRequest {
@@ -172,7 +171,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
         }
         let composition = Composition::default().with_options(options)?;
         is_known.then(|| composition.check_labels(&labels)).transpose().map_err(|error| error.to_string())?;
-        let report = Effect::info(format!("composed: {text}; {exports}"));
+        let report = Effect::info(format!("composed: {}; {exports}", if text.is_empty() { "as usual" } else { text }));
         let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
         Ok(Effect::all(vec![Effect::call(change), report]))
     });

@@ -32,7 +32,8 @@ pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize
         Tab::Log => {
             let last = lists.log.lines(ui.view).len().saturating_sub(1);
             // Counted from the end.
-            lists.log.selected = last - line(last - lists.log.selected.min(last), last);
+            let selected = &lists.log.selected;
+            selected.set(last - line(last - selected.get().min(last), last));
         }
         Tab::Scene | Tab::Edit | Tab::Schedule | Tab::Training => {}
     }

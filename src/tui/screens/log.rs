@@ -1,5 +1,7 @@
 //! The Log screen: what happened, the latest line last, or those lines that matter or have some words.
 
+use std::cell::Cell;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span, Text};
@@ -19,8 +21,8 @@ const TIME: usize = 9;
 /// Which lines of the log are shown.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct LogState {
-    /// Number of lines after the selected one.
-    pub selected: usize,
+    /// Number of lines after those that are shown; drawing limits it to what leaves a full page.
+    pub selected: Cell<usize>,
     /// The least level.
     least: Level,
     /// Words that all lines have, in lower case.
@@ -35,7 +37,7 @@ impl LogState {
 
     /// Shows the lines from the next level on, or all of them after the last.
     pub fn next_level(&mut self) {
-        self.selected = 0;
+        self.selected.set(0);
         self.least = match self.least {
             Level::Info => Level::Good,
             Level::Good => Level::Warning,
@@ -45,9 +47,10 @@ impl LogState {
 
     /// Asks for the words of the lines to show.
     pub fn ask_for_words(&self, ui: &Ui) -> Vec<Effect> {
-        let read = |text: &str| {
+        let least = self.least;
+        let read = move |text: &str| {
             let words = text.trim().to_lowercase();
-            Ok(Effect::call(|app| (app.screens.lists.log.words, app.screens.lists.log.selected) = (words, 0)))
+            Ok(Effect::call(move |app| app.screens.lists.log = LogState { words, least, ..LogState::default() }))
         };
         let runs = ui.view.runs.iter().rev().map(|run| Value::new(&*run.name, &*run.label)).collect();
         let prompt = Form::prompt("show lines with", "words, such as the name of a run", &*self.words, read);
@@ -84,7 +87,6 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         return hint(text, inside, theme, buffer);
     }
     let shown = lists.log.lines(view);
-    let end = shown.len() - lists.log.selected.min(shown.len().saturating_sub(1));
     let of_entry = |entry: &&LogLine| {
         let (mark, style) = level_style(entry.level, theme);
         let time = entry.time.strftime("%H:%M:%S ").to_string();
@@ -93,7 +95,13 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         let line = |(time, text)| Line::from(vec![Span::styled(time, theme.faint()), Span::styled(text, style)]);
         times.zip(text).map(line).collect::<Vec<Line>>().into_iter().rev()
     };
-    let mut lines: Vec<Line> = shown[..end].iter().rev().flat_map(of_entry).take(usize::from(inside.height)).collect();
+    // The first lines fill the page.
+    let height = usize::from(inside.height);
+    let rows = shown.iter().enumerate().flat_map(|(place, entry)| of_entry(entry).map(move |_| place + 1));
+    let first = rows.take(height).last().unwrap_or(0);
+    let end = shown.len().saturating_sub(lists.log.selected.get()).max(first);
+    lists.log.selected.set(shown.len() - end);
+    let mut lines: Vec<Line> = shown[..end].iter().rev().flat_map(of_entry).take(height).collect();
     lines.reverse();
     Text::from(lines).render(inside, buffer);
 }

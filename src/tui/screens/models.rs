@@ -11,7 +11,7 @@ use super::pane::{lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
 use crate::tui::effect::Effect;
-use crate::tui::view::ModelSummary;
+use crate::tui::view::{Level, ModelSummary};
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
 use mge_physics::ToolKind;
@@ -89,7 +89,10 @@ const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters,
 
 /// Chooses the selected model for the next clusters.
 pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {
-    let choose = |model: &ModelSummary| Effect::apply(command::Model(PriorSource::from(model.name.clone())));
+    let choose = |model: &ModelSummary| match model.about.split(';').next() {
+        Some(reason) if !model.fits => Effect::message(Level::Error, format!("{}: {reason}", model.name)),
+        _ => Effect::apply(command::Model(PriorSource::from(model.name.clone()))),
+    };
     ui.view.models.get(lists.model).or(ui.view.models.last()).map(choose).into_iter().collect()
 }
 

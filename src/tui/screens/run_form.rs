@@ -9,8 +9,9 @@ use crate::tui::effect::Effect;
 use crate::tui::layers::{Field, Form, tool_text};
 use crate::tui::view::{RunSummary, comparable, cost_of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
+use mge_base::json;
 use mge_base::text::counted;
-use mge_trainer::{Method, RunConfig, warnings};
+use mge_trainer::{Method, RunConfig, non_default_settings, warnings};
 use mge_workbench::{Command, check_settings, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
@@ -34,8 +35,6 @@ const FIELDS: [(&str, &str, &str); 9] = [
     ("minutes", "set stop.minutes", "Minutes after which a run stops; it can be continued. None sets no limit."),
     ("name", "", "The folder of the run."),
 ];
-/// The text of a rule that there is not.
-const NONE: &str = "none";
 /// Places of some of them.
 const SEEDS: usize = 2;
 const EPSILON: usize = 4;
@@ -70,11 +69,13 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         let epsilon = texts[EPSILON].parse().unwrap_or_else(|_| settings.epsilon.clone());
         let count = texts[SEEDS].parse().unwrap_or(seeds);
         let cost = cost(&runs, &settings, episodes, count);
+        let others = others(&settings);
         let doubts = warnings([(&RunConfig { episodes, epsilon, ..settings }, &BTreeSet::new())]);
         let doubts: String = doubts.iter().map(|doubt| format!("\n! {doubt}")).collect();
-        [value, format!("{about}\nThe agent places: {tool}.\n{cost}{doubts}")]
+        [value, format!("{about}\nThe agent places: {tool}.{others}\n{cost}{doubts}")]
     };
-    let title = format!("train on {}", view.task.name);
+    let edited = if view.dirty { "the edited " } else { "" };
+    let title = format!("train on {edited}{}", view.task.name);
     let mut form = Form::new(title, fields, explain, move |texts| read(texts, (&before, seeds), &folder));
     form.enter = "start";
     form
@@ -86,9 +87,7 @@ fn read(texts: &[&str], (before, seeds): (&RunConfig, u32), folder: &Path) -> Re
         return Err(format!("`{}` is not a name: it has no / and does not begin with a dot", texts[NAME]));
     }
     let set = FIELDS.iter().zip(texts).filter(|((_, verb, _), text)| !verb.is_empty() && !text.is_empty());
-    // A rule that is left out is null in the settings.
-    let value = |text: &'_ str| if text == NONE { "null".into() } else { shell_words::quote(text).into_owned() };
-    let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", value(text)));
+    let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", shell_words::quote(text)));
     let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {}", before.method)).collect();
     let count = if texts[SEEDS].is_empty() { &*seeds.to_string() } else { texts[SEEDS] };
     let with_seeds = if count == "1" { String::new() } else { format!("seeds {count}") };
@@ -97,29 +96,29 @@ fn read(texts: &[&str], (before, seeds): (&RunConfig, u32), folder: &Path) -> Re
     lines.push(format!("train {place} {with_seeds}"));
     let parsed = lines.iter().map(|line| Command::parse(line).map_err(|error| error.to_string()));
     let commands: Vec<Command> = parsed.filter_map(Result::transpose).collect::<Result<_, String>>()?;
-    // The errors of settings have the words of their files.
-    let reworded = |error: String| error.replace("or null", "or none");
-    check_settings(before, folder, &commands).map_err(|error| reworded(error.to_string()))?;
+    check_settings(before, folder, &commands).map_err(|error| error.to_string())?;
     let seeds = count.parse().unwrap_or(1);
     Ok(Effect::new(move |app| {
-        app.apply_all(commands).map_err(reworded)?;
+        app.apply_all(commands)?;
         app.seeds = seeds;
         Ok(())
     }))
 }
 
+/// The settings without a field that are not the method's defaults, as a line; empty if there are none.
+fn others(settings: &RunConfig) -> String {
+    let is_field = |key: &str| key == "prior" || FIELDS.iter().any(|(_, verb, _)| verb.ends_with(key));
+    let others = non_default_settings(settings).into_iter().filter(|(key, _)| !is_field(key));
+    let others: Vec<String> = others.map(|(key, value)| format!("{key} {value}")).collect();
+    if others.is_empty() { String::new() } else { format!("\nAlso set: {}.", others.join(", ")) }
+}
+
 /// The value of a field in settings.
 fn value(settings: &RunConfig, place: usize) -> String {
-    match FIELDS[place].0 {
-        "method" => settings.method.to_string(),
-        "episodes" => settings.episodes.to_string(),
-        "first seed" => settings.seed.to_string(),
-        "epsilon" => settings.epsilon.to_string(),
-        "model" => settings.prior.place(),
-        "success" => settings.stop.success.map_or_else(|| NONE.to_owned(), |success| success.to_string()),
-        "minutes" => settings.stop.minutes.map_or_else(|| NONE.to_owned(), |minutes| minutes.to_string()),
-        _ => usual_name(settings),
-    }
+    let verb = FIELDS[place].1;
+    let mut all = json::to_value(settings);
+    let value = json::at_mut(&mut all, verb.trim_start_matches("set ")).filter(|_| verb != "model");
+    value.map_or_else(|| settings.prior.place(), |value| json::text(value).trim_end_matches(".0").to_owned())
 }
 
 /// What runs with these settings will cost together, from the latest ones.

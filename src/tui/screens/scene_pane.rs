@@ -74,12 +74,13 @@ fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
 /// Draws action, speed and reward in the lower border of the pane; during hand play, the held tool.
 fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &mut Buffer) {
     let player = &scene.player;
-    let state = if player.is_moving() { format!("x{}", player.speed) } else { "stopped".to_owned() };
+    let speed = || format!("speed x{}", player.speed);
+    let state = if player.is_moving() { speed() } else { "stopped".to_owned() };
     let room = usize::from(area.width.saturating_sub(4));
     let mut parts = vec![format!("action {}", frame.action), state, format!("reward {:.2}", frame.reward)];
     parts.extend(ui.subject.facts());
     if !player.is_moving() {
-        parts.push(format!("x{}", player.speed));
+        parts.push(speed());
     }
     let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
     let mut style = ui.theme.faint();

@@ -16,7 +16,7 @@ use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 use mge_base::text::printable;
 use mge_run::Metric;
-use mge_task::is_built_in;
+use mge_task::shipped_name;
 
 /// Rows of the status pane.
 const STATUS: u16 = 13;
@@ -70,8 +70,8 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
         let name = view.objects().name(object);
         // In a narrow pane the tool's type is left out.
         let name = if roomy { name.as_str() } else { name.split(" (").next().unwrap_or_default() };
-        let number = |text: String| Text::from(text).right_aligned();
-        let [px, py, size] = [format!("{px:.2}"), format!("{py:.2}"), format!("{size:.1}")].map(number);
+        let of = |text: String| Text::from(text).right_aligned();
+        let [px, py, size] = [format!("{px:.2}"), format!("{py:.2}"), format!("{size:.1}")].map(of);
         Row::new([Text::from(name.to_owned()), px, py, size])
     };
     let widths = if roomy { [16, 6, 6, 5] } else { [10, 5, 5, 4] }.map(Constraint::Length);
@@ -99,11 +99,10 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
     put(&format!("\n{}", printable(&view.task.description)), Style::new());
     let placeable = view.task.placeable;
-    let is_shipped = || is_built_in(&view.task.name) || is_built_in(&format!("create/{}", view.task.name));
     let file = match &view.file {
         Some(file) => file.display().to_string(),
-        None if is_shipped() => "shipped with the program".to_owned(),
-        None => ui.text("not saved: {save} saves"),
+        None if shipped_name(&view.task.name).is_some() => "shipped with the program".to_owned(),
+        None => ui.text("kept with its run; {save-as} saves it as a file"),
     };
     let tool = tool_text(&placeable.tool([0.0; 2]), true);
     put(&ui.text(&format!("the agent places: {tool}; {{agent-tool}} chooses another")), theme.faint());
@@ -118,9 +117,8 @@ fn proposals(ui: &Ui) -> Option<String> {
     let view = ui.view;
     if let Some((tried, count)) = view.proposing {
         // The number is unknown before the first report.
-        let number =
-            if count > 0 { format!(", proposal {} of {count}", (tried + 1).min(count)) } else { String::new() };
-        return Some(format!("looking for subgoals{number}"));
+        let of = if count > 0 { format!(", proposal {} of {count}", (tried + 1).min(count)) } else { String::new() };
+        return Some(format!("looking for subgoals{of}"));
     }
     let count = view.proposed.len();
     let answers = ui.text("{accept-proposals} accepts, {reject-proposals} rejects the selected one or all");

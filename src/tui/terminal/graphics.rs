@@ -36,8 +36,7 @@ pub fn ask(variable: impl Fn(&str) -> Option<String>) -> (Option<Picker>, Option
     if !is_known(value) && wanted.is_none_or(|wanted| wanted == ProtocolType::Halfblocks) {
         return (None, None);
     }
-    let options =
-        QueryStdioOptions { timeout: TIMEOUT, terminal_background_color_osc: true, ..QueryStdioOptions::default() };
+    let options = QueryStdioOptions { timeout: TIMEOUT, terminal_background_color_osc: true, ..Default::default() };
     let Ok(mut picker) = Picker::from_query_stdio_with_options(options) else { return (None, None) };
     if let Some(wanted) = wanted {
         picker.set_protocol_type(wanted);

@@ -225,8 +225,7 @@ impl Player {
     /// The next faster or slower speed.
     pub fn change_speed(&mut self, faster: bool) {
         let mut speeds = SPEEDS.into_iter();
-        let next =
-            if faster { speeds.find(|speed| *speed > self.speed) } else { speeds.rfind(|speed| *speed < self.speed) };
+        let next = if faster { speeds.find(|it| *it > self.speed) } else { speeds.rfind(|it| *it < self.speed) };
         self.speed = next.unwrap_or(self.speed);
     }
 }

@@ -97,18 +97,11 @@ impl Preview {
     }
 
     /// Draws the picture of a kind of figure in the middle of `area`. Pictures of pixels, which may show
-    /// through layers, are not drawn while `covered` by one.
+    /// through layers, are not drawn while `under` one.
     ///
     /// # Errors
     /// The text to show if there is no picture.
-    pub fn draw(
-        &self,
-        kind: &str,
-        covered: bool,
-        area: Rect,
-        theme: &Theme,
-        buffer: &mut Buffer,
-    ) -> Result<(), String> {
+    pub fn draw(&self, kind: &str, under: bool, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Result<(), String> {
         let picture = match self.picture.latest(|wanted| wanted.kind == kind) {
             Some((_, Ok(picture))) => picture,
             Some((_, Err(reason))) => return Err(reason.clone()),
@@ -122,7 +115,7 @@ impl Preview {
         if width > area.width || height > area.height {
             return Err("drawing ...".to_owned());
         }
-        if covered && matches!(picture, Protocol::Sixel(_) | Protocol::ITerm2(_)) {
+        if under && matches!(picture, Protocol::Sixel(_) | Protocol::ITerm2(_)) {
             return Ok(());
         }
         let place =

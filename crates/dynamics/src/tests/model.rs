@@ -124,7 +124,7 @@ fn an_unseen_edge_type_is_refused() {
     let training = training(small(), quick());
     let far_wall = [Tool::new(ToolKind::Wall, [80.0, 5.0])];
     let error = training.model.advance(&[ball()], &[&far_wall]).unwrap_err();
-    assert!(error.to_string().contains("wall-to-ball") && error.to_string().contains("box-floor"), "{error}");
+    assert!(error.to_string().contains("wall-to-ball") && error.to_string().contains("box, floor"), "{error}");
     let task = task::load("task1").unwrap();
     assert!(matches!(training.model.check_task(&task), Err(DynamicsError::UnseenEdge { .. })));
     let broken = BallState { velocity: [f32::NAN, 0.0], ..ball() };

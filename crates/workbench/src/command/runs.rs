@@ -14,8 +14,7 @@ use mge_run::{CheckpointName, RunDirectory, RunError};
 use mge_trainer::Control;
 
 /// Commands that control the current run. The journal derives them from the run's state or event log.
-const CONTROLS_RUN: ScriptRole =
-    ScriptRole { unrecorded: true, depends_on: DependsOn::Nothing, awaits: WaitFor::Nothing };
+const CONTROLS: ScriptRole = ScriptRole { unrecorded: true, depends_on: DependsOn::Nothing, awaits: WaitFor::Nothing };
 
 /// The number of episodes after which a run pauses.
 const UNTIL: Keyword<Number> = Keyword("until", Number("number of episodes"));
@@ -44,7 +43,7 @@ command! {
     /// Pauses the current run.
     Pause: "pause" "" "pause the training; the key also resumes it";
     execute = |_, session| session.send(Control::Pause, "pausing {run} after this episode");
-    script_role = |_| CONTROLS_RUN;
+    script_role = |_| CONTROLS;
 }
 
 command! {
@@ -57,14 +56,14 @@ command! {
         let control = this.until.map_or(Control::Resume, |episode| Control::PauseAt(episode.into()));
         session.send(control, "resumed {run}")
     };
-    script_role = |_| CONTROLS_RUN;
+    script_role = |_| CONTROLS;
 }
 
 command! {
     /// Stops the current run, keeping a checkpoint.
     Stop: "stop" "" "end the training; a checkpoint is kept";
     execute = |_, session| session.stop();
-    script_role = |_| CONTROLS_RUN;
+    script_role = |_| CONTROLS;
 }
 
 command! {

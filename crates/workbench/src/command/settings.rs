@@ -57,8 +57,8 @@ command! {
         let (has_prior, config) = (run.prior().is_some(), RunConfig::clone(run.config()));
         session.warn(&RunConfig { epsilon: this.0.clone(), ..config }, &BTreeSet::new());
         Ok(match has_prior {
-            true => format!("{report}, from the next episode on"),
-            false => format!("{report}; the run has no action clusters to draw from: compute them, then `guide`"),
+            true => format!("{report}, from the next episode on, and for the runs started next"),
+            false => format!("{report}, for the runs started next, too; the run has no action clusters to draw from: compute them, then `guide`"),
         })
     };
 }

@@ -56,7 +56,7 @@ impl Session {
         let again = format!("the last checkpoint is of episode {saved} of {done}: ");
         let again = if saved < done { again } else { String::new() };
         let report = match self.extend(&directory)? {
-            Some(episodes) => format!("{again}extended to {episodes} episodes, continuing"),
+            Some(extended) => format!("{again}{extended}, continuing"),
             None => again + "continuing",
         };
         let number = self.known_or_read(&folder, command.clone().into())?;
@@ -69,8 +69,8 @@ impl Session {
     }
 
     /// Lets a run play the number of episodes set in the session, if that was set explicitly and the run ends before;
-    /// returns it then. Otherwise refuses a run of which no episode is left.
-    fn extend(&mut self, directory: &RunDirectory) -> Result<Option<u32>, SessionError> {
+    /// says so then. Otherwise refuses a run of which no episode is left.
+    fn extend(&mut self, directory: &RunDirectory) -> Result<Option<String>, SessionError> {
         directory.check_free()?;
         let config = RunConfig::of(directory)?;
         let status = directory.status()?;
@@ -85,8 +85,11 @@ impl Session {
             if !is_finished || config.has_more(done) {
                 return Ok(None);
             }
-            return Err(SessionError::Finished { run, episodes: done });
+            let by = format!(" of {}, by its `stop.success`, which ends if it goes on", config.episodes);
+            let by = if done < config.episodes.into() { by } else { String::new() };
+            return Err(SessionError::Finished { run, episodes: done, by });
         };
+        let rule = if config.stop.success.is_some() { " whatever its success (`stop.success` ends)" } else { "" };
         let config = config.extended(episodes);
         check_continuation(directory, &config)
             .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
@@ -94,7 +97,7 @@ impl Session {
         if let Some(run) = self.runs.all.iter_mut().find(|run| run.directory() == directory) {
             run.config = Arc::new(config);
         }
-        Ok(Some(episodes))
+        Ok(Some(format!("extended to {episodes} episodes{rule}")))
     }
 
     /// The number of the run in a folder. A run new to the session is added, and its log is read in

@@ -160,6 +160,18 @@ fn a_finished_run_is_extended_to_the_episodes_set() {
     play(&mut session, &["episodes 5", "continue", "wait", "expect episodes = 5", "episodes 4"]);
     assert!(apply(&mut session, "continue").unwrap_err().contains("finished after 5 episodes"));
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
+    // One that was ended by its success says so, and that the rule ends.
+    let second = quoted(&folder.path().join("second"));
+    let rule = ["episodes 200", "set stop.success 0", &format!("train {second}"), "wait", "expect episodes = 100"];
+    play(&mut session, &rule);
+    session.setup.extends_to = None;
+    let refusal = apply(&mut session, "continue").unwrap_err();
+    assert!(refusal.contains("after 100 episodes of 200, by its `stop.success`, which ends if it goes on: `episodes`"));
+    let report = apply(&mut session, "episodes 101").and_then(|_| apply(&mut session, "continue"));
+    assert!(report.is_err(), "fewer than it was to have");
+    play(&mut session, &["episodes 200"]);
+    let report = apply(&mut session, "continue").unwrap();
+    assert!(report.starts_with("extended to 200 episodes whatever its success (`stop.success` ends), "));
     drop(session);
     // Without an explicit number, the run is not extended.
     let mut other = Session::on_run(&folder.path().join("run")).unwrap();

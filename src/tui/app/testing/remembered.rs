@@ -1,24 +1,45 @@
 //! What is remembered between sessions.
 
-use super::{app, grouped, press, shot, text};
-use crate::tui::app::Remembered;
+use super::{app, empty, grouped, press, shot, text};
+use crate::tui::app::{App, Remembered};
+use crate::tui::view::{SessionWorkspace, ViewModel};
 
 #[test]
 fn choices_are_made_again_in_the_next_session() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut first, _) = app(grouped());
+    let view = || {
+        let settings = grouped().settings.with_setting("ddpg.gamma", "0.9").unwrap();
+        ViewModel { settings, file: Some("/mine/puzzle.json".into()), ..grouped() }
+    };
+    let (mut first, _) = app(view());
     press(&mut first, "5");
     first.seeds = 3;
     press(&mut first, ": b e l l enter");
     first.remembered().save(folder.path()).unwrap();
-    let (mut second, asked) = app(grouped());
-    second.restore(Remembered::load(folder.path()).unwrap());
+    let (mut second, asked) = app(view());
+    second.restore(Remembered::load(folder.path()).unwrap(), false);
     assert_eq!(second.remembered(), first.remembered());
-    assert_eq!(*asked.borrow(), ["set method ddpg-mge", "set epsilon linear:0.8:0.05:1500"]);
+    let settings = ["set method ddpg-mge", "set epsilon linear:0.8:0.05:1500", "set ddpg.gamma 0.9"];
+    assert_eq!(*asked.borrow(), [&["task /mine/puzzle.json"][..], &settings].concat());
+    let (mut named, asked) = app(view());
+    named.restore(Remembered::load(folder.path()).unwrap(), true);
+    assert_eq!(*asked.borrow(), settings, "the user named another task");
     let screen = text(&shot(&mut second, 120, 40));
     assert!(screen.contains("runs in runs"), "{screen}");
     press(&mut second, "t down down");
     assert!(text(&shot(&mut second, 120, 40)).contains("seeds      > 3"));
+}
+
+#[test]
+fn a_task_whose_file_is_gone_is_told_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, _) = app(ViewModel { file: Some("/gone.json".into()), ..empty() });
+    first.remembered().save(folder.path()).unwrap();
+    let session = mge_workbench::Session::on_task("task2", folder.path().to_owned()).unwrap();
+    let mut second = App::new(Box::new(SessionWorkspace::new(session)), first.theme.clone());
+    second.restore(Remembered::load(folder.path()).unwrap(), false);
+    assert!(second.message().contains("not as in the last session: "), "{}", second.message());
+    assert_eq!(second.workspace.view().task.name, "task2");
 }
 
 #[test]

@@ -100,9 +100,7 @@ impl Arguments {
                 std::iter::once(edited).chain(self.watched.iter().filter(own).map(key)).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
-            ("figure", ["learning", _, ..]) => {
-                OPTIONS.map(|(name, about)| Value::new(format!("{name}="), about)).into()
-            }
+            ("figure", ["learning", _, ..]) => OPTIONS.map(|(key, about)| Value::new(format!("{key}="), about)).into(),
             ("epsilon", []) => schedules(),
             ("tool add" | "placeable", []) => ToolKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("tool set" | "placeable", [_, ..]) | ("tool add", [_, _, _, ..]) => {

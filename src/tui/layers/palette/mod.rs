@@ -382,7 +382,7 @@ mod tests {
             ("epsilon 0.3", "[\"epsilon 0.3\"]"),
             ("undo", "[\"undo\"]"),
             ("subgoal move 1 0 0.5", "[\"subgoal move 1 0 0.5\"]"),
-            ("train", "train on task1"),
+            ("train", "train on the edited task1"),
             ("hand-play", "hand play: move the tool"),
             ("theme", "colours: light"),
             ("seed", "seed "),

@@ -83,8 +83,7 @@ pub fn draw(
         .map(Constraint::Length)
         .collect();
     let headings = ["", "run", "state"].map(Text::from).into_iter();
-    let cell =
-        |text: &str, column: &Column| Text::from(shortened(text, usize::from(column.width), true)).right_aligned();
+    let cell = |it: &str, column: &Column| Text::from(shortened(it, usize::from(column.width), true)).right_aligned();
     let headings = headings.chain(shown.iter().map(|column| cell(&column.heading, column)));
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
     let row = |index: usize| {
@@ -102,8 +101,7 @@ pub fn draw(
             Text::from(line.named(usize::from(name), several_tasks)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
-        let others =
-            shown.iter().map(|column| cell(&(column.cell)(line, ui, &column.heading).unwrap_or_default(), column));
+        let others = shown.iter().map(|one| cell(&(one.cell)(line, ui, &one.heading).unwrap_or_default(), one));
         Row::new(first.into_iter().chain(others))
     };
     regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));

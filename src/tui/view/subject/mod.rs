@@ -11,7 +11,7 @@ pub use overlays::AgentView;
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
-use super::{PastAgent, RunSummary, TaskModel, ViewModel, Watched};
+use super::{Live, PastAgent, RunSummary, TaskModel, ViewModel, Watched};
 use mge_agent::Ddpg;
 use mge_env::Snapshot;
 use mge_guidance::{ActionPrior, RolloutModel};
@@ -185,8 +185,11 @@ fn chosen(
                     (view.task.clone(), continued(view, before, next).unwrap_or(&live.episode).clone(), None)
                 }
                 _ => {
-                    let note =
-                        trained.map(|live| format!("the run trains {}, not the edited task", live.episode.task.name));
+                    let shown = if view.dirty { "edited" } else { "open" };
+                    let note = |live: &Live| {
+                        format!("the run trains {}, not the {shown} {}", live.episode.task.name, view.task.name)
+                    };
+                    let note = trained.map(note);
                     (view.task.clone(), untouched(&view.task, before), note)
                 }
             }

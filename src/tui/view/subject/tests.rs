@@ -79,7 +79,7 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
     let subject = choose(&view, Choice::Latest, None);
     assert_eq!(
         (subject.episode.origin.clone(), subject.note.as_deref()),
-        (Origin::Untouched, Some("the run trains task4, not the edited task"))
+        (Origin::Untouched, Some("the run trains task4, not the open task1"))
     );
     assert!(subject.agent_view(0).is_err());
     let mut edited = Task::clone(&view.task);
@@ -87,8 +87,12 @@ fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
     assert!(choose(&view, Choice::Latest, None).agent_view(0).is_ok());
     edited.goal.position[0] += 0.1;
     view.task = Arc::new(edited);
-    let subject = choose(&view, Choice::Latest, None);
-    assert_eq!(subject.note.as_deref(), Some("the run trains task1, not the edited task"));
+    for (dirty, note) in
+        [(true, "the run trains task1, not the edited task1"), (false, "the run trains task1, not the open task1")]
+    {
+        view.dirty = dirty;
+        assert_eq!(choose(&view, Choice::Latest, None).note.as_deref(), Some(note));
+    }
     let renamed = Task { name: "mine".to_owned(), ..task("task1").as_ref().clone() };
     view.task = Arc::new(renamed);
     assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name does not make another scene");

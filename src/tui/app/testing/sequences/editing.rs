@@ -4,6 +4,15 @@ use super::*;
 use mge_workbench::Command;
 
 #[test]
+fn what_was_selected_is_not_selected_in_another_task() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "2 tab");
+    assert!(app.screens.scene.selected().is_some());
+    press(&mut app, ": t a s k space t a s k 2 enter");
+    assert_eq!(app.screens.scene.selected(), None);
+}
+
+#[test]
 fn a_subgoal_is_moved_with_keys() {
     check(empty(), "tab right", &["subgoal move 1 0.01 0.2"], "subgoal 1");
     check(empty(), "tab K", &["subgoal move 1 0 0.3"], "subgoal 1");

@@ -9,10 +9,10 @@ use mge_env::Environment;
 
 #[test]
 fn playback_is_made_faster_and_slower_and_starts_again() {
-    check(empty(), "space >", &[], " x8 ");
-    check(empty(), "space <", &[], " x2 ");
-    check(empty(), ">", &[], "stopped · reward 0.00 · x8 ");
-    check(empty(), "<", &[], "stopped · reward 0.00 · x2 ");
+    check(empty(), "space >", &[], " speed x8 ");
+    check(empty(), "space <", &[], " speed x2 ");
+    check(empty(), ">", &[], "stopped · reward 0.00 · speed x8 ");
+    check(empty(), "<", &[], "stopped · reward 0.00 · speed x2 ");
     let (mut app, _) = app(empty());
     press(&mut app, ". . .");
     assert_eq!(app.screens.scene.player.step(), 3);

@@ -84,6 +84,9 @@ fn tasks_and_models_are_picked_in_the_palette() {
 #[test]
 fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t", &[], "train on task1");
+    check(typical(), "t", &[], "train on the edited task1");
+    let settings = empty().settings.with_setting("ddpg.gamma", "0.9").unwrap();
+    check(ViewModel { settings, ..empty() }, "t", &[], "Also set: ddpg.gamma 0.9.");
     check(empty(), "t", &[], "DDPG-MGE. Left and right choose how");
     check(empty(), "t", &[], "The agent places: b");
     check(empty(), "t left enter", &["method ddpg", "train"], "");
@@ -95,7 +98,7 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t up up up up right enter", &["model true", "train"], "");
     check(empty(), "t down down 3 enter", &["train seeds 3"], "");
     check(empty(), "t up up up 0 . 8 down 3 0 enter", &["set stop.success 0.8", "set stop.minutes 30", "train"], "");
-    check(empty(), "t up up up n o n e enter", &["set stop.success null", "train"], "");
+    check(empty(), "t up up up n o n e enter", &["set stop.success none", "train"], "");
     check(empty(), "t up m i n e enter", &["train runs/mine"], "");
     check(empty(), "t up a / b enter", &[], "`a/b` is not a name");
     check(empty(), "t down down 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
