@@ -184,7 +184,8 @@ impl Work {
 }
 
 fn name_part(choice: &Choice<'_>, work: &Work) -> String {
-    let mut text = json::text(choice.value());
+    // As JSON, so that the names of runs stay those of earlier versions.
+    let mut text = choice.value().as_str().map_or_else(|| choice.value().to_string(), str::to_owned);
     if let Work::Train(config) = work
         && let Some(id) = super::training::file_behind(config, choice.key(), &text)
     {

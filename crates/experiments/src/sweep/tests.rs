@@ -437,6 +437,7 @@ fn a_setting_that_is_a_list_is_swept_as_one_value_or_as_a_list_of_them() {
     let one = jobs(json!([-2, 9]));
     assert_eq!((one.len(), clamp(&one[0]), one[0].name.as_str()), (1, Some([-2.0, 9.0]), "task1-ddpg-seed0"));
     let two = jobs(json!([[-2, 9], null]));
+    assert!(two[1].name.ends_with("ddpg.target_clamp_null-seed0"), "{}", two[1].name);
     assert_eq!(two.iter().map(clamp).collect::<Vec<_>>(), [Some([-2.0, 9.0]), None]);
     assert_eq!(jobs(json!("[-2, 9]"))[0].work, one[0].work);
 }
