@@ -9,11 +9,11 @@ use super::output::{self, Outcome};
 use super::session::RUNS;
 use mge_base::json;
 use mge_base::text::{counted, number};
-use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
+use mge_results::{FoundRun, differences, find_runs, read_runs, result_label, span};
 use mge_run::{RunDirectory, RunError, RunHistory};
 use mge_task::is_edited;
 use mge_trainer::non_default_settings;
-use mge_workbench::listing::{self, RunSummary, read_run, span};
+use mge_workbench::listing::{self, RunSummary, read_run};
 
 /// Lists runs. Damaged ones are named on stderr.
 pub fn runs(arguments: &Runs) -> Outcome {

@@ -103,7 +103,9 @@ pub fn train(arguments: &Train) -> Outcome {
     ];
     let own = definitions(&arguments.settings, "--set", options)?.into_iter();
     session.set_all(arguments.config.as_deref(), own.map(|(key, value)| (key, value.into())).collect())?;
-    session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
+    // A path, also if it is a name alone.
+    let out = |out: &PathBuf| if out.parent() == Some(Path::new("")) { Path::new(".").join(out) } else { out.clone() };
+    session.apply(command::Train { folder: arguments.out.as_ref().map(out), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, interrupt)
 }
 

@@ -5,6 +5,7 @@ use super::geometry::{Point, Rect};
 use super::style::{
     BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, THIN_WIDTH, TICK_LENGTH, TITLE_SIZE, faded,
 };
+use mge_base::text::number as short;
 use mge_stats::Estimate;
 
 /// Width of a vertical label left of a plot.
@@ -72,6 +73,50 @@ pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     });
     // A step beyond the range leaves at most one tick, so that one is found.
     ticks.into_iter().find(|ticks| ticks.len() <= most).map(Iterator::collect).unwrap_or_default()
+}
+
+/// Labels of an axis, at most `most`, each in `width` characters: as many as differ when they are rounded to that. The
+/// range of a logarithmic axis is that of the logarithms.
+pub fn value_labels(range: [f32; 2], is_log: bool, most: usize, width: usize) -> Vec<(f32, String)> {
+    let ticks = if is_log { powers(range, most) } else { labelled_ticks(range, most) };
+    let fits = |text: &String| text.len() <= width;
+    let fit = |(value, text): (f32, String)| (value, Some(text).filter(fits).unwrap_or_else(|| short(value)));
+    let mut labels: Vec<(f32, String)> = ticks.into_iter().map(fit).collect();
+    if most > 2 && labels.windows(2).any(|pair| pair[0].1 == pair[1].1) {
+        return value_labels(range, is_log, most - 1, width);
+    }
+    labels.dedup_by(|next, before| next.1 == before.1);
+    labels
+}
+
+/// At most `most` round values in a range, with their labels.
+pub fn labelled_ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
+    let values = round_ticks(f64::from(low), f64::from(high), most);
+    let step = values.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
+    let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+    // Not "-0.0", and not a single value, from which no range can be read.
+    let text = |value: f64| format!("{:.decimals$}", if value.abs() < step / 1e6 { 0.0 } else { value });
+    match values[..] {
+        [] | [_] => [low, high].map(|value| (value, short(value))).into(),
+        _ => values.iter().map(|value| (*value as f32, text(*value))).collect(),
+    }
+}
+
+/// At most `most` powers of ten in a range of logarithms, with their labels; if there are fewer than two, also their
+/// double and fivefold values, or else round values.
+fn powers([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
+    let (first, last) = (low.ceil() as i32, high.floor() as i32);
+    if last <= first {
+        let range = [10f32.powf(low), 10f32.powf(high)];
+        let near = (first - 1..=last).flat_map(|power| [1.0, 2.0, 5.0].map(|factor| factor * 10f32.powi(power)));
+        let near: Vec<f32> = near.filter(|value| (range[0]..=range[1]).contains(value)).collect();
+        let every = near.len().div_ceil(most).max(1);
+        let labels: Vec<_> = near.into_iter().step_by(every).map(|value| (value, short(value))).collect();
+        return if labels.len() > 1 { labels } else { labelled_ticks(range, most) };
+    }
+    let every = (last - first) as usize / most + 1;
+    let powers = (first..=last).step_by(every).map(|power| 10f32.powi(power));
+    powers.map(|value| (value, short(value))).collect()
 }
 
 /// A number with a true minus sign and thin spaces between thousands.
@@ -227,6 +272,28 @@ fn finite_runs(xs: &[f64], columns: &[&[f64]]) -> Vec<std::ops::Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ticks_are_round_even_between_two_powers_of_ten() {
+        let texts = |ticks: Vec<(f32, String)>| ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
+        assert_eq!(texts(labelled_ticks([0.0, 1.0], 3)), "0.0 0.5 1.0");
+        assert_eq!(texts(labelled_ticks([0.0, 0.1], 3)), "0.00 0.05 0.10");
+        assert_eq!(texts(labelled_ticks([1.0, 700.0], 4)), "200 400 600");
+        assert_eq!(texts(powers([-2.1, 0.1], 6)), "0.010 0.10 1");
+        assert_eq!(texts(powers([0.1, 0.9], 4)), "2 5");
+        assert_eq!(texts(labelled_ticks([-0.3, 0.1], 5)), "-0.3 -0.2 -0.1 0.0 0.1");
+        assert_eq!(texts(labelled_ticks([-0.013, 0.013], 2)), "-0.01 0.013");
+        assert!(labelled_ticks([0.3, 0.3], 4).len() <= 4);
+        assert_eq!(texts(powers([-1.7, -0.45], 6)), "0.020 0.050 0.10 0.20", "they are near all values");
+    }
+
+    #[test]
+    fn labels_of_an_axis_do_not_repeat_where_they_are_rounded() {
+        let texts =
+            |y: [f32; 2]| value_labels(y, false, 6, 5).into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
+        assert_eq!(texts([-0.014, 0.0]), "-0.01 -5e-3 0.000");
+        assert_eq!(texts([0.9991, 0.9993]), "1.00", "no room for what differs");
+    }
 
     #[test]
     fn gaps_split_runs() {

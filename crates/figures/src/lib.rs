@@ -50,7 +50,7 @@ mod tests;
 mod xml;
 
 pub use actions::{ActionSamples, TaskActions};
-pub use axes::round_ticks;
+pub use axes::{labelled_ticks, value_labels};
 pub use canvas::{Canvas, Pen, TextFormat, svg};
 pub use curves::{Against, CurvePanel, LearningCurves, Success};
 pub use data::{Curve, Statistics};

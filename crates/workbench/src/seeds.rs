@@ -65,6 +65,11 @@ mod tests {
         assert_eq!(names(&second), names(&session), "{}", session.to_script());
         let metrics = |folder: &Path| std::fs::read(folder.join("task1-ddpg-seed9/metrics.csv")).unwrap();
         assert_eq!(metrics(elsewhere.path()), metrics(folder.path()));
+        // A name alone is that of a run in the folder for runs, as in the dialog and for forks.
+        play(&mut session, "train alone\ntrain together seeds 2\nwait\n");
+        for name in ["alone", "together-seed7", "together-seed8"] {
+            assert!(folder.path().join(name).join("metrics.csv").exists(), "{name}");
+        }
         // Runs in a folder of their own name are beside it, where the folder's runs are listed.
         play(&mut session, &format!("train {}/ seeds 2\nwait\n", folder.path().join("named").display()));
         assert!(

@@ -44,12 +44,9 @@ impl Setup {
         Self { editor: Editor::new(task), file: None, config, set: BTreeSet::new(), extends_to: None, folder }
     }
 
-    /// Where a fork goes: a name alone is that of a folder in the folder for runs.
+    /// Where a new run goes: a name alone is that of a folder in the folder for runs.
     pub fn place(&self, folder: &Path) -> PathBuf {
-        match folder.file_name() {
-            Some(name) if name == folder => self.folder.join(name),
-            _ => folder.to_owned(),
-        }
+        if folder.file_name() == Some(folder.as_os_str()) { self.folder.join(folder) } else { folder.to_owned() }
     }
 
     /// An unused folder of this name in the folder for runs, with a number appended if needed.

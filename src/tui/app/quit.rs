@@ -20,12 +20,12 @@ impl App {
         let mut text = Vec::new();
         for run in view.active_runs() {
             let doing = match run.state {
-                _ if run.queued => "waits for a core",
-                RunState::Paused => "is paused",
-                _ => "is being trained",
+                _ if run.queued => "was waiting for a core",
+                RunState::Paused => "was paused",
+                _ => "was being trained",
             };
-            // No number of episodes: it would be out of date while the question is open.
-            text.push(format!("{} {doing}.", run.name));
+            // No number of episodes, and no present: they would be out of date while the question is open.
+            text.push(format!("{} {doing} when you asked.", run.name));
         }
         let trained = !text.is_empty();
         if trained {

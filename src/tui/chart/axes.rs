@@ -7,8 +7,7 @@ use ratatui::widgets::Widget;
 
 use super::range::Window;
 use crate::tui::widgets::theme::Theme;
-use mge_base::text::number;
-use mge_figures::round_ticks;
+use mge_figures::{labelled_ticks, value_labels};
 
 /// How values map to heights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -84,12 +83,7 @@ impl Axes {
             buffer.set_string(row.x - 1, row.y, bar, theme.border);
         }
         let most = usize::from(self.plot.height / 2).clamp(2, 6);
-        let ticks = match self.scale {
-            Scale::Linear => ticks(self.y, most),
-            Scale::Log => powers(self.y, most),
-        };
-        for (value, text) in ticks {
-            let text = if text.len() <= usize::from(width) { text } else { number(value) };
+        for (value, text) in value_labels(self.y, self.scale == Scale::Log, most, width.into()) {
             let row = self.row(value).unwrap_or(self.plot.y);
             let place = Rect { x: self.plot.x - GUTTER, y: row, width, height: 1 };
             Line::styled(text, theme.faint()).right_aligned().render(place, buffer);
@@ -99,7 +93,7 @@ impl Axes {
     fn draw_x(&self, unit: f32, theme: &Theme, buffer: &mut Buffer) {
         let mut free = self.plot.x;
         let most = usize::from(self.plot.width / 10).clamp(2, 8);
-        for (value, text) in ticks([self.x.from / unit, self.x.to / unit], most) {
+        for (value, text) in labelled_ticks([self.x.from / unit, self.x.to / unit], most) {
             let (Some(column), width) = (self.column(value * unit), text.len() as u16) else { continue };
             let last = self.plot.right().saturating_sub(width);
             let start = column.saturating_sub(width / 2).min(last).max(self.plot.x);
@@ -149,48 +143,9 @@ fn place(share: f32, length: u16) -> Option<u16> {
     (0.0..f32::from(length)).contains(&cell).then_some(cell as u16)
 }
 
-/// At most `most` round values in a range, with their labels.
-fn ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
-    let values = round_ticks(f64::from(low), f64::from(high), most);
-    let step = values.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
-    let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
-    // Not "-0.0", and not a single value, from which no range can be read.
-    let text = |value: f64| format!("{:.decimals$}", if value.abs() < step / 1e6 { 0.0 } else { value });
-    match values[..] {
-        [] | [_] => [low, high].map(|value| (value, number(value))).into(),
-        _ => values.iter().map(|value| (*value as f32, text(*value))).collect(),
-    }
-}
-
-/// At most `most` powers of ten in a range of logarithms, with their labels; round values if there are fewer
-/// than two powers.
-fn powers([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
-    let (first, last) = (low.ceil() as i32, high.floor() as i32);
-    if last <= first {
-        let range = [10f32.powf(low), 10f32.powf(high)];
-        return ticks(range, most);
-    }
-    let every = (last - first) as usize / most + 1;
-    let powers = (first..=last).step_by(every).map(|power| 10f32.powi(power));
-    powers.map(|value| (value, number(value))).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_round_even_between_two_powers_of_ten() {
-        let texts = |ticks: Vec<(f32, String)>| ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
-        assert_eq!(texts(ticks([0.0, 1.0], 3)), "0.0 0.5 1.0");
-        assert_eq!(texts(ticks([0.0, 0.1], 3)), "0.00 0.05 0.10");
-        assert_eq!(texts(ticks([1.0, 700.0], 4)), "200 400 600");
-        assert_eq!(texts(powers([-2.1, 0.1], 6)), "0.010 0.10 1");
-        assert_eq!(texts(powers([0.1, 0.9], 4)), "2 4 6");
-        assert_eq!(texts(ticks([-0.3, 0.1], 5)), "-0.3 -0.2 -0.1 0.0 0.1");
-        assert_eq!(texts(ticks([-0.013, 0.013], 2)), "-0.01 0.013");
-        assert!(ticks([0.3, 0.3], 4).len() <= 4);
-    }
 
     #[test]
     fn the_smallest_area_has_a_plot_and_a_range_of_one_value_is_widened() {

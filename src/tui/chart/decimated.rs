@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::axes::Scale;
 use super::range::Window;
 use crate::tui::widgets::canvas::Point;
+use mge_stats::rolling::finite_means;
 
 /// How a curve is displayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +27,7 @@ impl Look {
         let shown = self.shown(episodes);
         let last = f32::from(self.columns - 1);
         let width = (self.x.to - self.x.from).max(f32::EPSILON);
-        let smooth = smoothed(&values[..shown.end], self.smoothing).skip(shown.start);
+        let smooth = finite_means(&values[..shown.end], self.smoothing).skip(shown.start);
         let visible: Vec<Point> = episodes[shown]
             .iter()
             .zip(smooth)
@@ -69,24 +70,6 @@ pub fn place(episodes: &[u64], episode: u64) -> usize {
     episodes.partition_point(|known| *known < episode)
 }
 
-/// For each finite value the mean of the finite ones among it and those before it, `width` in all.
-pub fn smoothed(values: &[f32], width: usize) -> impl Iterator<Item = f32> {
-    let finite = |value: &f32| if value.is_finite() { (f64::from(*value), 1) } else { (0.0, 0) };
-    let (mut sum, mut count) = (0.0, 0u32);
-    values.iter().enumerate().map(move |(index, value)| {
-        if index % width == 0 {
-            // Summed anew now and then, so that rounding errors of large values do not persist.
-            let all = values[(index + 1).saturating_sub(width)..=index].iter().map(finite);
-            (sum, count) = all.fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1));
-        } else {
-            let added = finite(value);
-            let left = index.checked_sub(width).map_or((0.0, 0), |before| finite(&values[before]));
-            (sum, count) = (sum + added.0 - left.0, count + added.1 - left.1);
-        }
-        if value.is_finite() { (sum / f64::from(count)) as f32 } else { f32::NAN }
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,7 +96,8 @@ mod tests {
 
     #[test]
     fn smoothing_is_a_trailing_mean_over_finite_values() {
-        let smooth = |values: &[f32], width| smoothed(values, width).map(|value| value.to_string()).collect::<Vec<_>>();
+        let smooth =
+            |values: &[f32], width| finite_means(values, width).map(|value| value.to_string()).collect::<Vec<_>>();
         assert_eq!(smooth(&[0.0, 4.0, 2.0, f32::NAN, 6.0], 2), ["0", "2", "3", "NaN", "6"]);
         assert_eq!(smooth(&[3.0, f32::INFINITY, 5.0, 7.0], 3), ["3", "NaN", "4", "6"]);
         assert_eq!(smooth(&[1e30, 0.1, 0.1, 0.1, 0.1, 0.1], 2)[4..], ["0.1", "0.1"], "a spike leaves no error");

@@ -32,8 +32,11 @@ fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) 
     let all = plot.curves.iter().filter(|curve| !curve.values.is_empty());
     let text = |curve: &Curve| {
         let name = columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true);
-        let name = if name.is_empty() || !is_named { String::new() } else { name + ": " };
-        format!("  {name}{}", number(curve.value(plot.crosshair.map(|[x, _]| x))))
+        let value = number(curve.value(plot.crosshair.map(|[x, _]| x)));
+        // Below the title, a number alone looks like one of the axis.
+        let is_below = columns::width(plot.title) + value.len() + 2 > usize::from(area.width);
+        let name = if name.is_empty() && is_below { "value".to_owned() } else { name };
+        if name.is_empty() || !is_named { format!("  {value}") } else { format!("  {name}: {value}") }
     };
     let texts: Vec<(String, Color)> = all.map(|curve| (text(curve), curve.colour)).collect();
     for (index, (text, colour)) in texts.iter().enumerate() {

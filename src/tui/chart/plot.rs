@@ -5,8 +5,9 @@ use std::borrow::Cow;
 use ratatui::style::Color;
 
 use super::axes::Scale;
-use super::decimated::{place, smoothed};
+use super::decimated::place;
 use super::range::Window;
+use mge_stats::rolling::finite_means;
 
 /// A curve.
 pub struct Curve<'a> {
@@ -37,7 +38,7 @@ impl Curve<'_> {
         };
         let Some(last) = last else { return f32::NAN };
         let window = &self.values[(last + 1).saturating_sub(self.smoothing)..=last];
-        smoothed(window, self.smoothing).last().unwrap_or(f32::NAN)
+        finite_means(window, self.smoothing).last().unwrap_or(f32::NAN)
     }
 }
 

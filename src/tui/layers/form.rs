@@ -142,6 +142,13 @@ impl Form {
         self.emptied().or_else(|| (self.read)(texts).err()).filter(|_| is_typed)
     }
 
+    /// Makes the value that stands in a field without a text its text.
+    fn edit_shown(&mut self) {
+        let [shown, _] = (self.explain)(self.selected, &self.texts());
+        let field = &mut self.fields[self.selected];
+        (field.typed, field.input) = (!shown.is_empty(), TextInput::new(shown));
+    }
+
     /// Selects the field that is `by` after the selected one.
     fn go(&mut self, by: usize) {
         self.select((self.selected + by) % self.fields.len());
@@ -174,6 +181,9 @@ impl Layer for Form {
         let field = &mut self.fields[self.selected];
         field.typed |= !field.name.is_empty() && !field.input.text().is_empty();
         let choices = field.choices.len();
+        if key.code == KeyCode::Backspace && choices == 0 && !self.fields[self.selected].typed {
+            self.edit_shown();
+        }
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Enter if self.picked.is_some() => self.complete(),
@@ -227,12 +237,18 @@ impl Layer for Form {
             Some(error) => (error, Style::new().fg(theme.bad)),
             None => (&explained[self.selected][1], theme.faint()),
         };
-        let about = wrap(about, usize::from(width));
+        let room = usize::from(width);
+        let whole = wrap(about, room);
+        let problem = problem.map_or_else(Vec::new, |problem| wrap(&problem, room));
+        // Estimates below the explanation are not of what is typed as long as that is wrong.
+        let about = if problem.is_empty() { &**about } else { about.lines().next().unwrap_or_default() };
+        let about = wrap(about, room);
+        let rows = about.len() + problem.len().max(1);
         let tab = if self.completions.is_empty() { "" } else { "   tab: complete" };
         let title = format!("{} · enter: {}{tab}   esc: close", self.title, self.enter);
         // The popup keeps its height while one types.
         let listed = self.completions.len().min(LISTED);
-        let inside = frame(&title, (width, (count + 1 + about.len() + listed) as u16), area, theme, buffer);
+        let inside = frame(&title, (width, (count + rows.max(1 + whole.len()) + listed) as u16), area, theme, buffer);
         let names = self.fields.iter().map(|field| field.name.len() as u16 + 1).max().filter(|width| *width > 1);
         let mut cursor = None;
         self.rows = inside.rows().take(count).zip(0..).collect();
@@ -248,11 +264,9 @@ impl Layer for Form {
             }
             cursor = if is_selected { Some(end) } else { cursor };
         }
-        let [between, below] = [0, 1].map(|y| Rect { y: inside.y + count as u16 + y, ..inside }.intersection(inside));
-        if let Some(problem) = problem {
-            let line = columns::shortened(&problem, usize::from(width), false);
-            Line::styled(line, Style::new().fg(theme.bad)).render(between, buffer);
-        }
+        let [between, below] = [0, problem.len().max(1)]
+            .map(|row| Rect { y: inside.y + (count + row) as u16, ..inside }.intersection(inside));
+        Text::from_iter(problem).style(Style::new().fg(theme.bad)).render(between, buffer);
         let rows = about.len() as u16;
         Text::from_iter(about).style(style).render(below, buffer);
         let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);

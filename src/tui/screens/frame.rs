@@ -12,7 +12,7 @@ use crate::tui::actions::{Context, Entry, Tab};
 use crate::tui::input;
 use crate::tui::layers::{some_of, tool_text};
 use crate::tui::scene::Object;
-use crate::tui::view::Level;
+use crate::tui::view::{Level, RunSummary};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body};
 use mge_run::RunState;
@@ -65,7 +65,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Figures => figures::draw(screens, ui, chrome.covered, body, buffer, &mut regions),
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
     }
-    footer(ui, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
+    footer(ui, screens, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
     regions
 }
 
@@ -81,17 +81,23 @@ fn message(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect) -> Text<'sta
     Text::from_iter(text.take(usize::from(area.height / 3)))
 }
 
+/// The paused runs that the key resumes; if others go on, it pauses them.
+fn paused<'a>(ui: &Ui<'a>, screens: &Screens, tab: Tab) -> Vec<&'a RunSummary> {
+    let acted_on = if tab == Tab::Runs { screens.runs.acted_on(ui) } else { ui.subject.run().into_iter().collect() };
+    let goes_on = acted_on.iter().any(|run| run.state == RunState::Running);
+    acted_on.into_iter().filter(|run| !goes_on && run.state == RunState::Paused).collect()
+}
+
 /// One line about what the cursor is on.
 fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
-    let acted_on = if tab == Tab::Runs { screens.runs.acted_on(ui) } else { ui.subject.run().into_iter().collect() };
-    let paused: Vec<_> = acted_on.iter().filter(|run| run.state == RunState::Paused).collect();
-    // If others go on, the key pauses them.
-    if !paused.is_empty() && acted_on.iter().all(|run| run.state != RunState::Running) {
+    let paused = paused(ui, screens, tab);
+    if !paused.is_empty() {
         return ui.text("paused: {pause} resumes ") + &some_of(paused.iter().map(|run| run.name.clone()));
     }
     match tab {
         Tab::Scene | Tab::Edit => screens.scene.selected().map_or_else(String::new, |object| {
-            let [x, y] = ui.view.objects().position(object).unwrap_or_default();
+            // Another task may lack it.
+            let Some([x, y]) = ui.view.objects().position(object) else { return String::new() };
             let name = match object {
                 Object::Part(Part::Tool(index)) => {
                     ui.view.task.tools.get(index).map_or_else(String::new, |tool| tool_text(&tool.tool(), true))
@@ -133,24 +139,26 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
     }
 }
 
-fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+fn footer(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let theme = ui.theme;
+    let resumes = !paused(ui, screens, chrome.tab).is_empty();
+    let word = |entry: &'static Entry| if entry.name == "pause" && resumes { "resume" } else { entry.hint };
     let mut put = |x: u16, key: &str, entry: &'static Entry| {
         let (after, _) = buffer.set_stringn(x, area.y, key, key.len(), theme.strong());
-        buffer.set_stringn(after + 1, area.y, entry.hint, entry.hint.len(), theme.faint());
-        regions.add(Rect { x, width: hint_width(key, entry.hint) - 2, ..area }, HitRegion::Hint(entry));
+        buffer.set_stringn(after + 1, area.y, word(entry), word(entry).len(), theme.faint());
+        regions.add(Rect { x, width: hint_width(key, word(entry)) - 2, ..area }, HitRegion::Hint(entry));
     };
     // The key for help is always shown, at the right.
     let (always, others): (Vec<_>, Vec<_>) =
         input::hints(chrome.contexts).into_iter().partition(|(_, entry)| entry.name == "help");
     let mut end = area.right();
     for (key, entry) in always {
-        end = end.saturating_sub(hint_width(&key, entry.hint) - 2).max(area.x);
+        end = end.saturating_sub(hint_width(&key, word(entry)) - 2).max(area.x);
         put(end, &key, entry);
     }
     let mut x = area.x;
     for (key, entry) in others {
-        let width = hint_width(&key, entry.hint);
+        let width = hint_width(&key, word(entry));
         if x + width > end {
             break;
         }

@@ -53,7 +53,8 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     let (now, before, runs_folder) = (settings.method, settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
     let explain = move |place: usize, texts: &[&str]| {
-        let settings = settings.with_method(texts[0].parse().unwrap_or(now));
+        let method = settings.with_method(texts[0].parse().unwrap_or(now));
+        let settings = RunConfig { seed: texts[3].parse().unwrap_or(method.seed), ..method };
         let about = match FIELDS[place] {
             ("method", _, about) => format!("{}. {about}", settings.method.label()),
             (name, ..) if !settings.method.uses(name) => format!("Not used by {}.", settings.method.label()),

@@ -17,11 +17,12 @@ use crate::tui::scene::Objects;
 use mge_agent::Ddpg;
 use mge_env::Snapshot;
 use mge_guidance::ActionPrior;
+pub use mge_results::span;
 use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, Trace};
 pub use mge_workbench::listing::{
-    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, comparable, cost_of_an_episode, span,
+    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, comparable, cost_of_an_episode,
 };
 use mge_workbench::{PriorState, SavedAgent};
 

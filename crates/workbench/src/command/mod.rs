@@ -374,7 +374,7 @@ fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandErro
     let word = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
     let names = || verbs().map(|verb| verb.name);
     let nearest = nearest(names(), &word).or_else(|| nearest(names(), words.first()?));
-    Err(CommandError::Unknown { word, nearest })
+    Err(CommandError::Unknown { word: words.join(" "), nearest })
 }
 
 /// A line that is not a valid command.

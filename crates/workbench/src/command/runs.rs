@@ -1,6 +1,6 @@
 //! Commands that start, control, open and delete runs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::arguments::{
     Argument, Changes, Index, Keyword, Named, Number, Optional, Parsed, Place, RUN, Rest, RunFolders, Within, Words,
@@ -23,7 +23,7 @@ command! {
     /// Starts or queues a run with the current settings.
     #[derive(Default)]
     Train {
-        /// Its folder; None for a new one in the folder for runs. With several seeds, `-seedN` is appended to its name.
+        /// Its folder: a name alone is that of one in the folder for runs, as is one that is not given. With several seeds, `-seedN` is appended to its name.
         folder: Option<PathBuf> = Optional(Place("a folder", false), |word| ["seeds", "until"].contains(&word)),
         /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
@@ -181,13 +181,13 @@ impl Command {
     /// The first that is not.
     pub(crate) fn check_room(&self, setup: &Setup) -> Result<(), RunError> {
         let (folder, seeds) = match self {
-            Self::Train(Train { folder: Some(folder), seeds, .. }) => (folder.clone(), *seeds),
-            Self::Fork(Fork { folder: Some(folder), .. }) => (setup.place(folder), None),
+            Self::Train(Train { folder: Some(folder), seeds, .. }) => (folder, *seeds),
+            Self::Fork(Fork { folder: Some(folder), .. }) => (folder, None),
             _ => return Ok(()),
         };
-        let check = |folder: PathBuf| RunDirectory::at(&folder).check_room();
+        let check = |folder: &Path| RunDirectory::at(&setup.place(folder)).check_room();
         let Some(count) = seeds else { return check(folder) };
         let first = setup.config.seed;
-        (first..first.saturating_add(count.into())).try_for_each(|seed| check(folder_of_seed(&folder, seed)))
+        (first..first.saturating_add(count.into())).try_for_each(|seed| check(&folder_of_seed(folder, seed)))
     }
 }

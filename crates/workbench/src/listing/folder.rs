@@ -143,6 +143,7 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     let name = directory.name();
     Ok(Some(RunSummary {
         name,
+        made: path.metadata().and_then(|folder| folder.created()).ok(),
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success as f32),

@@ -9,7 +9,7 @@ mod interventions;
 mod models;
 mod summary;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,7 +20,7 @@ pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use interventions::interventions;
 pub use models::ModelSummary;
-pub use summary::{RunSummary, span};
+pub use summary::RunSummary;
 
 use crate::{Loader, RunView, Session};
 use folder::Folder;
@@ -44,8 +44,6 @@ pub struct Listing {
     pub is_due: bool,
     histories: Histories,
     grouper: Grouper,
-    /// Runs that were in the session before they were found in the folder; they are listed last.
-    begun: HashSet<PathBuf>,
 }
 
 impl Listing {
@@ -120,7 +118,7 @@ impl Listing {
     pub fn refresh(&mut self, session: &Session) {
         let before = std::mem::take(&mut self.runs).into_iter().filter(|run| run.opened);
         let mut before: HashMap<PathBuf, Arc<RunSummary>> = before.map(|run| (run.path.clone(), run)).collect();
-        let opened: HashMap<&Path, Arc<RunSummary>> = session
+        let mut opened: HashMap<&Path, Arc<RunSummary>> = session
             .runs()
             .iter()
             .map(|run| {
@@ -131,14 +129,12 @@ impl Listing {
             .collect();
         let folder = self.folder_of(session).cloned();
         let folder = folder.as_ref();
-        // A run keeps its place in the list.
-        let is_on_disk = |path: &Path| folder.is_some_and(|folder| folder.runs().any(|run| run.path == path));
-        self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).map(|path| path.to_path_buf()));
-        let on_disk = folder.into_iter().flat_map(|folder| folder.runs()).filter(|run| !self.begun.contains(&run.path));
-        let listed = on_disk.map(|run| opened.get(&*run.path).cloned().unwrap_or_else(|| self.with_history(run)));
-        let begun = session.runs().iter().map(|run| run.directory().path());
-        let begun = begun.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path).cloned());
-        self.runs = listed.chain(begun).collect();
+        let on_disk = folder.into_iter().flat_map(|folder| folder.runs());
+        let on_disk = on_disk.map(|run| opened.remove(&*run.path).unwrap_or_else(|| self.with_history(run)));
+        self.runs = on_disk.collect();
+        self.runs.extend(session.runs().iter().filter_map(|run| opened.remove(run.directory().path())));
+        // Those that are not found in the folder yet are the latest ones.
+        self.runs.sort_by_key(|run| (run.made.is_none(), run.made));
         self.expect();
         self.grouper.stale = true;
     }
@@ -176,6 +172,7 @@ impl Listing {
         let summary = RunSummary {
             name: run.name(),
             opened: true,
+            made: on_disk.and_then(|known| known.made),
             active: run.is_active(),
             queued: run.is_queued(),
             damaged: run.is_damaged(),

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 
 use super::{Curves, XAxis};
 use crate::run_label;
@@ -47,23 +48,14 @@ pub struct RunSummary {
     pub success: Option<f32>,
     /// One value per episode for every metric, as far as they have been read.
     pub curves: Arc<Curves>,
+    /// When its folder was made, if that is known.
+    pub made: Option<SystemTime>,
     /// When it began, in seconds since 1970, as far as that has been read.
     pub began: Option<f64>,
     /// The seconds that an episode of it will take, as others tell.
     pub expected: Option<f64>,
     /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
-}
-
-/// A span of time as `12 s`, `3:05` or `1:02:30`.
-pub fn span(seconds: f64) -> String {
-    let whole = seconds.clamp(0.0, 3.6e6).round() as u64;
-    match (whole / 3600, whole / 60 % 60, whole % 60) {
-        (0, 0, 0) if seconds > 0.0 => "under 1 s".to_owned(),
-        (0, 0, s) => format!("{s} s"),
-        (0, m, s) => format!("{m}:{s:02}"),
-        (h, m, s) => format!("{h}:{m:02}:{s:02}"),
-    }
 }
 
 impl RunSummary {
@@ -82,6 +74,7 @@ impl RunSummary {
             done: 0,
             success: None,
             curves: Arc::default(),
+            made: None,
             began: None,
             expected: None,
             evaluations: Vec::new(),
@@ -100,7 +93,7 @@ impl RunSummary {
                 matches!(event, Event::ScheduleChanged { .. } | Event::ClustersChanged { given: true, .. })
             });
         let summary = Self { curves, evaluations, changed: changed.map(Event::to_string), began: log.began, ..self };
-        summary.with_schedule(log.interventions.iter().rev().find_map(Event::schedule))
+        summary.with_schedule(log.interventions.iter().rev())
     }
 
     /// The same run with the schedule that its log tells; only the lines that may tell it are parsed.
@@ -108,12 +101,17 @@ impl RunSummary {
     pub fn with_latest_schedule(self) -> Self {
         let Ok(log) = File::open(RunDirectory::at(&self.path).events_path()) else { return self };
         let lines = BufReader::new(log).lines().map_while(Result::ok).filter(|line| line.contains("schedule_changed"));
-        let latest = lines.filter_map(|line| serde_json::from_str::<Event>(&line).ok()).last();
-        self.with_schedule(latest.as_ref().and_then(Event::schedule))
+        let events: Vec<Event> = lines.filter_map(|line| serde_json::from_str(&line).ok()).collect();
+        self.with_schedule(events.iter().rev())
     }
 
-    /// The same run with the schedule that was set during the training, if there was one, also in its label.
-    pub(super) fn with_schedule(self, schedule: Option<&str>) -> Self {
+    /// The same run with the schedule that was set during the training, if there was one, also in its label. A fork with
+    /// its own one does not keep that of the run that it comes from.
+    pub(crate) fn with_schedule<'a>(self, latest: impl Iterator<Item = &'a Event>) -> Self {
+        let own = self.config.fork.iter().find(|fork| fork.changes.iter().any(|change| change.starts_with("epsilon=")));
+        let first = own.map_or(0, |fork| u64::from(fork.episode));
+        let is_kept = |event: &&Event| matches!(event, Event::ScheduleChanged { episode, .. } if *episode >= first);
+        let schedule = latest.into_iter().find(is_kept).and_then(Event::schedule);
         let Some(epsilon) = schedule.and_then(|schedule| schedule.parse().ok()) else { return self };
         let config = RunConfig { epsilon, ..RunConfig::clone(&self.config) };
         Self { label: run_label(&config), epsilon: config.epsilon, ..self }

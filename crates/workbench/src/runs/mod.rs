@@ -35,7 +35,7 @@ impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
         self.setup.check()?;
         let free = || self.setup.free_folder(&usual_name(&self.setup.config));
-        let path = folder.map_or_else(free, Path::to_owned);
+        let path = folder.map_or_else(free, |folder| self.setup.place(folder));
         let directory = self.setup.config.create_run(&path)?;
         let Setup { config, set, .. } = self.setup.clone();
         self.warn(&config, &set);

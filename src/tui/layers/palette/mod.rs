@@ -394,7 +394,7 @@ mod tests {
             ("resume", "[\"resume\"]"),
             ("continue", "[\"continue\"]"),
             ("epsilon 7", "7 is not between 0 and 1"),
-            ("quarrel 7", "unknown command `quarrel 7`"),
+            ("quarrel 7 ü", "unknown command `quarrel 7 ü`"),
         ] {
             let response = entered(typed);
             assert!(response.contains(expected), "{typed}: {response}");

@@ -24,7 +24,18 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
             _ => command::Resume { until: None }.into(),
         }
     };
-    on_each(wanted.map(|run| (run, command(run))), ui)
+    let queued = going().filter(|run| runs.len() > 1 && run.queued).count();
+    let wanted: Vec<_> = wanted.map(|run| (run, command(run))).collect();
+    let going = format!("{} {}", if all_paused { "resuming" } else { "pausing" }, wanted.len());
+    let text = match queued {
+        _ if wanted.is_empty() => "none of them is being trained".to_owned(),
+        0 => going,
+        _ => {
+            ui.text(&format!("{going}; of those that wait, {queued} begin as cores become free: {{stop}} prevents it"))
+        }
+    };
+    let report = (runs.len() > 1).then(|| Effect::info(text));
+    on_each(wanted.into_iter(), ui).into_iter().chain(report).collect()
 }
 
 /// Whether a run is queued, being trained or paused.
@@ -42,8 +53,8 @@ pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let resumed = |run: &RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
     let mut effects: Vec<Effect> = others.into_iter().map(|run| Effect::apply(resumed(run))).collect();
     if !over.is_empty() {
-        let more = "`:episodes N` sets more episodes";
-        effects.push(Effect::info(format!("finished: {} of {}; {more}", over.len(), runs.len())));
+        let (done, more) = (format!("{} of {}", over.len(), runs.len()), "`:episodes N` sets more episodes");
+        effects.push(Effect::info(format!("continuing {}; finished: {done}; {more}", effects.len())));
     }
     effects
 }

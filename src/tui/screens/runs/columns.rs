@@ -27,6 +27,9 @@ pub struct Column {
 /// Lines that decide which columns are shown: judging thousands for every key would take milliseconds.
 pub const JUDGED: usize = 500;
 
+/// Room of success and episodes, beside which a name is not shortened.
+pub const FIRST: u16 = 19;
+
 /// Those that are not settings, the most important ones first.
 const COMMON: [(&str, u16, Cell); 7] = [
     ("success", 7, |line, _, _| Some(line.success().map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)))),
@@ -41,7 +44,7 @@ const COMMON: [(&str, u16, Cell); 7] = [
     }),
     ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map(span)),
     ("start", 11, |line, _, _| start(line)),
-    ("speed", 9, |line, _, _| speed(line.foremost())),
+    ("speed", 9, |line, _, _| speed(line)),
 ];
 
 /// The columns that fit into `room` and say something of some line: settings in which the runs differ, in at most half
@@ -67,7 +70,8 @@ pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
 
 /// What the columns of time and cost say of a line, which may have no room for them.
 pub fn costs(line: &Line, ui: &Ui) -> Vec<String> {
-    let told = |(heading, _, cell): &(&str, u16, Cell)| Some(format!("{heading} {}", cell(line, ui, heading)?));
+    let sum = |heading: &str| if line.is_group() && heading != "start" { " in all" } else { "" };
+    let told = |(name, _, cell): &(&str, u16, Cell)| Some(format!("{name} {}{}", cell(line, ui, name)?, sum(name)));
     COMMON[2..].iter().filter_map(told).collect()
 }
 
@@ -107,9 +111,9 @@ fn start(line: &Line) -> Option<String> {
     Some(first.strftime("%m-%d %H:%M").to_string())
 }
 
-/// Episodes a second, now or on the whole.
-fn speed(run: &RunSummary) -> Option<String> {
-    let whole = || run.seconds().filter(|seconds| *seconds > 0.0).map(|seconds| run.done as f64 / seconds);
-    let rate = run.rate().or_else(whole)?;
+/// Episodes a second: now, or of a single run on the whole.
+fn speed(line: &Line) -> Option<String> {
+    let whole = |run: &RunSummary| run.seconds().filter(|time| *time > 0.0).map(|time| run.done as f64 / time);
+    let rate = line.speed(RunSummary::rate).or_else(|| if let Line::Run(run, _) = line { whole(run) } else { None })?;
     Some(if rate < 1.0 { format!("{:.1}/min", 60.0 * rate) } else { format!("{rate:.1}/s") })
 }

@@ -6,8 +6,9 @@ use ratatui::style::Style;
 
 use super::super::status::state_colour;
 use crate::tui::view::{RunGroup, RunSummary};
-use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::theme::Theme;
+use mge_results::LabelParts;
 use mge_run::RunState;
 
 /// The identity of a line: whether it is a group, and the folder of one of its runs. The label of a group and its runs
@@ -70,9 +71,9 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs. Says
-    /// which runs were changed during the training.
-    pub fn named(&self, columns: usize, several_tasks: bool) -> String {
+    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs;
+    /// what most groups have is left out first. Says which runs were changed during the training.
+    pub fn named(&self, columns: usize, several_tasks: bool, parts: &LabelParts) -> String {
         let changed = self.runs().iter().filter(|run| run.changed.is_some()).count();
         let (before, name, after) = match self {
             Self::Run(run, is_below) => (
@@ -86,7 +87,9 @@ impl<'a> Line<'a> {
                 ("", label, format!(" ({}{changed})", runs.len()))
             }
         };
-        format!("{before}{}{after}", shortened(&name, columns.saturating_sub(before.len() + after.len()), true))
+        let room = columns.saturating_sub(before.len() + after.len());
+        let name = parts.of(&name, |name| width(name) <= room);
+        format!("{before}{}{after}", shortened(&name, room, true))
     }
 
     /// Episodes done and episodes in all.
@@ -94,19 +97,28 @@ impl<'a> Line<'a> {
         self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes()])
     }
 
-    /// Success rate; a group's is the interquartile mean.
+    /// Success rate; a group's is the interquartile mean, if all its runs are listed.
     pub fn success(&self) -> Option<f64> {
         match self {
             Self::Run(run, _) => run.success.map(f64::from),
-            Self::Group(group, _) => group.success.map(|success| success.value),
+            Self::Group(group, runs) => {
+                group.success.filter(|_| runs.len() == group.runs.len()).map(|success| success.value)
+            }
         }
     }
 
-    /// Seconds until all its runs that are being trained are finished at their present rates; None if one of them is
-    /// too young to tell.
-    pub fn seconds_left(&self) -> Option<f64> {
+    /// The sum of the speeds of its runs that are being trained, in episodes a second; None if that of one is not known.
+    pub fn speed(&self, of: impl Fn(&RunSummary) -> Option<f64>) -> Option<f64> {
         let running = self.runs().into_iter().filter(|run| run.state == RunState::Running);
-        running.map(RunSummary::seconds_left).reduce(|one, other| Some(one?.max(other?)))?
+        running.map(of).reduce(|one, other| Some(one? + other?))?
+    }
+
+    /// Seconds until all its runs that are being trained or wait for it are finished, at the present speed together.
+    pub fn seconds_left(&self) -> Option<f64> {
+        let left = |run: &RunSummary| run.episodes().saturating_sub(run.done) as f64;
+        let waits = |run: &&RunSummary| run.queued || run.state == RunState::Running;
+        let speed = self.speed(|run| Some((left(run) / run.seconds_left()?).max(f64::MIN_POSITIVE)))?;
+        Some(self.runs().into_iter().filter(waits).map(left).sum::<f64>() / speed)
     }
 
     /// The most urgent state of its runs with the number of runs in it, and its style.

@@ -15,6 +15,7 @@ use super::line::Line;
 use crate::tui::view::RunGroup;
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
+use mge_results::LabelParts;
 
 /// The lines of the list.
 pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
@@ -72,8 +73,11 @@ pub fn draw(
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
-    let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks));
-    let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).min(area.width / 3).max(NAME[0]);
+    let parts = LabelParts::of_all(ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)));
+    let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &parts));
+    // Names that set the lines apart come before all columns but the first ones.
+    let most = area.width.saturating_sub(MARK + STATE + columns::FIRST + 3).max(NAME[0]);
+    let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).clamp(NAME[0], most);
     let shown = columns::fitting(lines, area.width.saturating_sub(MARK + STATE + least + 3), ui);
     let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
     let name = area.width.saturating_sub(taken).min(NAME[1]);
@@ -98,7 +102,7 @@ pub fn draw(
         let (text, style) = line.state(theme);
         let first = [
             Text::from(TextLine::from(mark)),
-            Text::from(line.named(usize::from(name), several_tasks)),
+            Text::from(line.named(usize::from(name), several_tasks, &parts)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
         let others = shown.iter().map(|one| cell(&(one.cell)(line, ui, &one.heading).unwrap_or_default(), one));

@@ -224,11 +224,17 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
     if runs.len() > seeds.len() {
         text = format!("{text} in {} runs, of which the longest of each seed counts", runs.len());
     }
+    if runs.len() < group.runs.len() {
+        return format!("{text}: {} of its {} runs are not listed", group.runs.len() - runs.len(), group.runs.len());
+    }
     if let Some(success) = group.success {
         let [value, lower, upper] = success.values().map(|share| 100.0 * share);
         text = format!("{text}: success {value:.0} %");
         if group.seeds() > 1 && lower.is_finite() {
             text = format!("{text} (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
+        }
+        if runs.iter().any(|run| run.done != runs[0].done) {
+            text += "; the curves go on with the runs that have got so far";
         }
     }
     text
@@ -259,13 +265,16 @@ mod tests {
         assert!(about.ends_with("on task1, seeds 0, 1, 2"), "none of its runs has begun: {about}");
         view.runs.drain(..3);
         let about = about_three(&mut view, 0);
-        assert!(about.ends_with("to 25 %)"), "there is no other group: {about}");
+        assert!(about.contains("to 25 %); the curves go on with"), "there is no other group: {about}");
         let config = view.runs[0].config.clone();
         for run in &mut view.runs {
             Arc::make_mut(run).config = config.clone();
         }
         let about = about_three(&mut view, 0);
         let expected = "seed 0 in 3 runs, of which the longest of each seed counts: success 25 %";
-        assert!(about.ends_with(expected), "{about}");
+        assert!(about.contains(expected), "{about}");
+        let runs = [&*view.runs[0], &*view.runs[1]];
+        let about = about_group(view.groups.of(&runs[0].path).unwrap(), &runs);
+        assert!(about.ends_with("1 of its 3 runs are not listed"), "not the success of all of them: {about}");
     }
 }

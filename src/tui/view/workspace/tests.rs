@@ -191,7 +191,7 @@ fn a_renamed_run_has_its_name_in_the_title_of_its_episodes() {
 }
 
 #[test]
-fn a_new_run_is_listed_at_once_and_stays_last() {
+fn runs_are_listed_in_the_order_in_which_they_were_made_and_a_new_one_at_once() {
     let folder = tempfile::tempdir().unwrap();
     make(folder.path(), "z");
     let mut workspace = workspace(folder.path(), &[]);
@@ -201,7 +201,7 @@ fn a_new_run_is_listed_at_once_and_stays_last() {
     // A later scan finds both.
     make(folder.path(), "zz");
     poll_until(&mut workspace, |workspace| names(workspace).contains(&"zz"));
-    assert_eq!(names(&workspace), ["z", "zz", "task1-ddpg-seed0"]);
+    assert_eq!(names(&workspace), ["z", "task1-ddpg-seed0", "zz"]);
 }
 
 #[test]

@@ -69,8 +69,8 @@ fn a_queued_run_is_shown_as_queued_and_leaving_lists_all_runs() {
     let mut view = typical();
     change_run(&mut view, 0, |run| run.queued = true);
     check(view.clone(), "5 / s t a t e : q u e u e d enter enter", &["open runs/old"], "old");
-    check(view.clone(), "q", &[], "old waits for a core");
-    check(view, "q", &[], "task1-ddpg-mge-seed0 is being trained.");
+    check(view.clone(), "q", &[], "old was waiting for a core");
+    check(view, "q", &[], "task1-ddpg-mge-seed0 was being trained when you asked.");
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_paused_run_does_not_go_on_in_the_background() {
     let (mut alone, _) = app(view.clone());
     press(&mut alone, "q");
     let screen = text(&shot(&mut alone, 120, 40));
-    assert!(screen.contains("is paused.") && !screen.contains("in the background"), "{screen}");
+    assert!(screen.contains("was paused when") && !screen.contains("in the background"), "{screen}");
     change_run(&mut view, 0, |run| (run.active, run.state) = (true, RunState::Running));
     let (mut app, _) = app(view);
     press(&mut app, "q b");

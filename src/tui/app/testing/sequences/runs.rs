@@ -59,7 +59,11 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     check(typical(), "5 space down space C", &go_on[1..], "finished: 1 of 2; `:episodes N` sets more episodes");
     let longer = ViewModel { extends_to: Some(4000), ..typical() };
     check(longer, "5 space down space C", &go_on, "");
-    check(typical(), "5 space down space p", &["pause"], "");
+    check(typical(), "5 space down space p", &["pause"], "pausing 1");
+    check(grouped(), "5 p", &[], "none of them is being trained");
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    check(view, "5", &[], "p resume ");
     check(typical(), "5 space down space x", &[], "stop 1 run?");
     check(typical(), "5 space down space x y", &["stop"], "");
     let mut view = typical();
@@ -74,7 +78,7 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
 
 #[test]
 fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
-    check(grouped(), "5 down", &[], "DDPG-MGE,.. to 0.05 (3) ");
+    check(grouped(), "5 down", &[], "DDPG-MGE, eps..n 0.8 to 0.05 (3) ");
     check(grouped(), "5", &[], "3 finished");
     check(grouped(), "5 down tab", &[], "guided-1");
     check(grouped(), "5 tab down down tab enter", &["open runs/plain-0"], "3 finished");
@@ -235,7 +239,11 @@ fn a_group_shows_the_most_urgent_state_of_its_runs() {
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 200, 60));
     assert!(screen.contains("1 failed") && screen.contains("task1: DDPG"), "{screen}");
-    assert!(screen.contains(" 1:28 "), "1100 episodes at 12.5 a second take longest\n{screen}");
+    assert!(screen.contains(" 1:24 "), "1000 and 1100 episodes at 12.5 a second each\n{screen}");
+    let (mut app_of_group, _) = super::app(view.clone());
+    press(&mut app_of_group, "5 down");
+    let about = text(&shot(&mut app_of_group, 200, 60));
+    assert!(about.contains("speed 25.0/s in all"), "{about}");
     change_run(&mut view, 4, |run| run.done = 900);
     bring(&mut app, view);
     press(&mut app, "end tab down space");

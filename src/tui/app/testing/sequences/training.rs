@@ -107,6 +107,8 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t left up up up up", &[], "model      > not used");
     check(empty(), "t down 5 backspace enter", &[], "`episodes` is empty: write a value");
     check(empty(), "t down 5 backspace 6 enter", &["set episodes 6", "train"], "");
+    check(empty(), "t down backspace backspace enter", &["set episodes 20", "train"], "");
+    check(empty(), "t down down down 7 down left", &[], "name         task1-ddpg-mge-seed7");
     check(empty(), "t down 1 0 0", &[], "linear:0.8:0.05:1500 is longer than the run");
     check(empty(), "t esc", &[], "status");
 }
@@ -120,6 +122,10 @@ fn a_wrong_value_in_the_run_dialog_is_told_while_it_is_typed() {
     check(empty(), "t up a / b", &[], "`a/b` is not a name");
     check(empty(), "t down 5 backspace", &[], "`episodes` is empty: write a value");
     let (mut app, _) = app(empty());
+    press(&mut app, "t down 5 backspace");
+    let screen = text(&shot(&mut app, 80, 24));
+    assert!(screen.contains("usual one") && !screen.contains("x 2000 episodes"), "{screen}");
+    press(&mut app, "esc");
     press(&mut app, "t down 0");
     let wrong = text(&shot(&mut app, 80, 24));
     press(&mut app, "backspace 5");
