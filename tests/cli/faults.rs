@@ -199,7 +199,7 @@ fn a_signal_ends_every_long_command_with_one_line() {
         let is_told = last.contains("the same command") || last.contains("stopped before its end");
         assert!(is_told && message.lines().count() < 4, "{line}: {message}");
     }
-    std::fs::write(folder.path().join("s.mge"), "method ddpg\nepisodes 100000\ntrain made\nwait\n").unwrap();
+    std::fs::write(folder.path().join("s.mge"), "method ddpg\nepisodes 100000\ntrain ./made\nwait\n").unwrap();
     let child = listening("script s.mge --quiet", folder.path());
     wait_until(|| folder.path().join("made/metrics.csv").exists());
     signal(&child, Signal::INT);
@@ -539,7 +539,7 @@ fn a_script_finishes_what_it_has_started() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.mge"), "method ddpg\nset ddpg.hidden 4\nepisodes 3\ntrain run").unwrap();
     succeed(mge(&folder, ["script", "s.mge", "--quiet"]));
-    assert_eq!(metrics(&folder.path().join("run")).lines().count(), 4);
+    assert_eq!(metrics(&folder.path().join("runs/run")).lines().count(), 4);
     std::fs::write(folder.path().join("s.mge"), "model nothing\nclusters").unwrap();
     fail(mge(&folder, ["script", "s.mge", "--quiet"]), "nothing");
 }

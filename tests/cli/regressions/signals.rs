@@ -94,7 +94,7 @@ fn saves_nothing(line: &str) -> bool {
 fn prepare(folder: &Path) {
     let training = "train task1 --method ddpg --quiet --set ddpg.hidden=4 --out run --episodes 20";
     succeed(mge(folder, training.split(' ')));
-    std::fs::write(folder.join("long.mge"), "method ddpg\nepisodes 1000000\ntrain scripted\nwait\n").unwrap();
+    std::fs::write(folder.join("long.mge"), "method ddpg\nepisodes 1000000\ntrain ./scripted\nwait\n").unwrap();
     let sweep = r#"{"task": "task1", "method": "ddpg", "seed": [0, 1], "episodes": 100000, "ddpg.hidden": 4}"#;
     std::fs::write(folder.join("sweep.json"), sweep).unwrap();
     let models = r#"{"kind": "dynamics", "tools": "box", "epochs": 1, "observations": 2, "layers": 1,

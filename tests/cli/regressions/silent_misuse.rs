@@ -26,7 +26,7 @@ fn train(folder: &Path, more: &[&str]) -> Output {
 /// A script that trains a run in the folder `scripted` after these lines.
 fn script(folder: &Path, lines: &str) {
     let quick: String = QUICK.iter().map(|(key, value)| format!("set {key} {value}\n")).collect();
-    std::fs::write(folder.join("s.mge"), format!("{lines}\n{quick}train scripted\n")).unwrap();
+    std::fs::write(folder.join("s.mge"), format!("{lines}\n{quick}train ./scripted\n")).unwrap();
 }
 
 /// A sweep file of a run with these settings too.
