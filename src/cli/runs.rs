@@ -91,6 +91,8 @@ pub fn no_such(word: &Path) -> String {
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let runs = expanded(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()));
+    // A path, also if it is a name alone.
+    let runs = if arguments.out.is_some() { PathBuf::new() } else { runs };
     let mut session = Session::on_task(&arguments.task, runs)?;
     let Train { method, seed, episodes, epsilon, model, .. } = arguments;
     let options = [
@@ -103,9 +105,7 @@ pub fn train(arguments: &Train) -> Outcome {
     ];
     let own = definitions(&arguments.settings, "--set", options)?.into_iter();
     session.set_all(arguments.config.as_deref(), own.map(|(key, value)| (key, value.into())).collect())?;
-    // A path, also if it is a name alone.
-    let out = |out: &PathBuf| if out.parent() == Some(Path::new("")) { Path::new(".").join(out) } else { out.clone() };
-    session.apply(command::Train { folder: arguments.out.as_ref().map(out), ..Default::default() })?;
+    session.apply(command::Train { folder: arguments.out.clone(), ..Default::default() })?;
     follow(&mut session, 0, arguments.quiet, interrupt)
 }
 

@@ -106,17 +106,14 @@ pub fn labelled_ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> 
 /// double and fivefold values, or else round values.
 fn powers([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
     let (first, last) = (low.ceil() as i32, high.floor() as i32);
-    if last <= first {
-        let range = [10f32.powf(low), 10f32.powf(high)];
-        let near = (first - 1..=last).flat_map(|power| [1.0, 2.0, 5.0].map(|factor| factor * 10f32.powi(power)));
-        let near: Vec<f32> = near.filter(|value| (range[0]..=range[1]).contains(value)).collect();
-        let every = near.len().div_ceil(most).max(1);
-        let labels: Vec<_> = near.into_iter().step_by(every).map(|value| (value, short(value))).collect();
-        return if labels.len() > 1 { labels } else { labelled_ticks(range, most) };
+    let factors: &[f32] = if last > first { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    let all = (first - 1..=last).flat_map(|power| factors.iter().map(move |factor| factor * 10f32.powi(power)));
+    let values: Vec<f32> = all.filter(|value| (low - 1e-4..=high + 1e-4).contains(&value.log10())).collect();
+    if values.len() < 2 {
+        return labelled_ticks([low, high].map(|end| 10f32.powf(end)), most);
     }
-    let every = (last - first) as usize / most + 1;
-    let powers = (first..=last).step_by(every).map(|power| 10f32.powi(power));
-    powers.map(|value| (value, short(value))).collect()
+    let every = values.len().div_ceil(most.max(1));
+    values.into_iter().step_by(every).map(|value| (value, short(value))).collect()
 }
 
 /// A number with a true minus sign and thin spaces between thousands.

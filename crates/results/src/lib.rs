@@ -41,5 +41,5 @@ pub use groups::{AREA, CHARGED_AREA, FINAL, Groups, Score};
 pub use report::report;
 pub use report_folder::ReportFolder;
 pub use row::{LearningRow, TrainedRun};
-pub use settings::{LabelParts, Settings, complete, differences, distinguish, leaf_settings};
+pub use settings::{Settings, complete, differences, distinguish, leaf_settings, short_label};
 pub use table::span;

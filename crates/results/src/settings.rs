@@ -115,32 +115,17 @@ impl LearningRow {
     }
 }
 
-/// How many labels have each of their parts.
-#[derive(Debug, Default)]
-pub struct LabelParts(BTreeMap<String, usize>);
-
-impl LabelParts {
-    /// The parts of these labels; equal ones count once.
-    pub fn of_all<'a>(labels: impl Iterator<Item = &'a str>) -> Self {
-        let mut parts = BTreeMap::new();
-        for part in labels.collect::<BTreeSet<_>>().into_iter().flat_map(|label| label.split(", ")) {
-            *parts.entry(part.to_owned()).or_default() += 1;
-        }
-        Self(parts)
+/// A label, from which, until it fits, the part after the method that most of all labels have is left out.
+pub fn short_label(label: &str, all: &BTreeSet<&str>, fits: impl Fn(&str) -> bool) -> String {
+    let mut parts: Vec<&str> = label.split(", ").collect();
+    let often = |part: &str| all.iter().filter(|label| label.split(", ").any(|of_label| of_label == part)).count();
+    while !fits(&parts.join(", "))
+        && let Some(common) = (1..parts.len()).max_by_key(|place| often(parts[*place]))
+        && often(parts[common]) > 1
+    {
+        parts.remove(common);
     }
-
-    /// A label, from which, until it fits, the part after the method that most others have, too, is left out.
-    pub fn of(&self, label: &str, fits: impl Fn(&str) -> bool) -> String {
-        let mut parts: Vec<&str> = label.split(", ").collect();
-        let often = |part: &str| self.0.get(part).copied().unwrap_or(0);
-        while !fits(&parts.join(", "))
-            && let Some(common) = (1..parts.len()).max_by_key(|place| often(parts[*place]))
-            && often(parts[common]) > 1
-        {
-            parts.remove(common);
-        }
-        parts.join(", ")
-    }
+    parts.join(", ")
 }
 
 /// The differences of two runs: JSON paths of `config.json` with both effective values; one that is
@@ -397,8 +382,8 @@ mod tests {
     fn a_shortened_label_keeps_what_sets_it_apart() {
         let labels =
             ["DDPG-MGE, epsilon 0.3, gamma 0.95, success none", "DDPG-MGE, epsilon 0.5, gamma 0.95, success none"];
-        let parts = LabelParts::of_all(labels.into_iter().chain(["DDPG, gamma 0.95, success 0.9"]));
-        let short = |columns: usize| labels.map(|label| parts.of(label, |text| text.len() <= columns));
+        let all = BTreeSet::from([labels[0], labels[1], "DDPG, gamma 0.95, success 0.9"]);
+        let short = |columns: usize| labels.map(|label| short_label(label, &all, |text| text.len() <= columns));
         assert_eq!(short(60), labels);
         assert_eq!(short(40), ["DDPG-MGE, epsilon 0.3, success none", "DDPG-MGE, epsilon 0.5, success none"]);
         assert_eq!(short(10), ["DDPG-MGE, epsilon 0.3", "DDPG-MGE, epsilon 0.5"]);

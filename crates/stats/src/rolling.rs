@@ -54,18 +54,9 @@ pub fn rolling_mean(values: &[f64], window: NonZeroUsize) -> Vec<f64> {
 
 /// For each finite value the mean of the finite ones among it and those before it, `width` in all.
 pub fn finite_means(values: &[f32], width: usize) -> impl Iterator<Item = f32> {
-    let finite = |value: &f32| if value.is_finite() { (f64::from(*value), 1) } else { (0.0, 0) };
-    let (mut sum, mut count) = (0.0, 0u32);
     values.iter().enumerate().map(move |(index, value)| {
-        if index % width == 0 {
-            // Summed anew now and then, so that rounding errors of large values do not persist.
-            let all = values[(index + 1).saturating_sub(width)..=index].iter().map(finite);
-            (sum, count) = all.fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1));
-        } else {
-            let added = finite(value);
-            let left = index.checked_sub(width).map_or((0.0, 0), |before| finite(&values[before]));
-            (sum, count) = (sum + added.0 - left.0, count + added.1 - left.1);
-        }
+        let recent = values[(index + 1).saturating_sub(width)..=index].iter().filter(|value| value.is_finite());
+        let (sum, count) = recent.fold((0.0, 0u32), |(sum, count), value| (sum + f64::from(*value), count + 1));
         if value.is_finite() { (sum / f64::from(count)) as f32 } else { f32::NAN }
     })
 }

@@ -142,13 +142,6 @@ impl Form {
         self.emptied().or_else(|| (self.read)(texts).err()).filter(|_| is_typed)
     }
 
-    /// Makes the value that stands in a field without a text its text.
-    fn edit_shown(&mut self) {
-        let [shown, _] = (self.explain)(self.selected, &self.texts());
-        let field = &mut self.fields[self.selected];
-        (field.typed, field.input) = (!shown.is_empty(), TextInput::new(shown));
-    }
-
     /// Selects the field that is `by` after the selected one.
     fn go(&mut self, by: usize) {
         self.select((self.selected + by) % self.fields.len());
@@ -178,11 +171,13 @@ impl Form {
 
 impl Layer for Form {
     fn key(&mut self, key: KeyEvent) -> Response {
+        let [shown, _] = (self.explain)(self.selected, &self.texts());
         let field = &mut self.fields[self.selected];
         field.typed |= !field.name.is_empty() && !field.input.text().is_empty();
         let choices = field.choices.len();
-        if key.code == KeyCode::Backspace && choices == 0 && !self.fields[self.selected].typed {
-            self.edit_shown();
+        // The value that stands in a field without a text is edited like a text.
+        if key.code == KeyCode::Backspace && choices == 0 && !field.typed && field.input.text().is_empty() {
+            (field.typed, field.input) = (!shown.is_empty(), TextInput::new(shown));
         }
         match key.code {
             KeyCode::Esc => return Response::Leave,
@@ -241,8 +236,7 @@ impl Layer for Form {
         let whole = wrap(about, room);
         let problem = problem.map_or_else(Vec::new, |problem| wrap(&problem, room));
         // Estimates below the explanation are not of what is typed as long as that is wrong.
-        let about = if problem.is_empty() { &**about } else { about.lines().next().unwrap_or_default() };
-        let about = wrap(about, room);
+        let about = wrap(if problem.is_empty() { about } else { about.lines().next().unwrap_or_default() }, room);
         let rows = about.len() + problem.len().max(1);
         let tab = if self.completions.is_empty() { "" } else { "   tab: complete" };
         let title = format!("{} · enter: {}{tab}   esc: close", self.title, self.enter);

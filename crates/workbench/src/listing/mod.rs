@@ -128,27 +128,12 @@ impl Listing {
             })
             .collect();
         let folder = self.folder_of(session).cloned();
-        let folder = folder.as_ref();
-        let on_disk = folder.into_iter().flat_map(|folder| folder.runs());
-        let on_disk = on_disk.map(|run| opened.remove(&*run.path).unwrap_or_else(|| self.with_history(run)));
-        self.runs = on_disk.collect();
+        let on_disk = folder.iter().flat_map(|folder| folder.runs());
+        self.runs = on_disk.map(|run| opened.remove(&*run.path).unwrap_or_else(|| self.with_history(run))).collect();
         self.runs.extend(session.runs().iter().filter_map(|run| opened.remove(run.directory().path())));
         // Those that are not found in the folder yet are the latest ones.
         self.runs.sort_by_key(|run| (run.made.is_none(), run.made));
-        self.expect();
         self.grouper.stale = true;
-    }
-
-    /// Sets what the other runs tell of the speed of those being trained, which matters while these are young.
-    fn expect(&mut self) {
-        for index in 0..self.runs.len() {
-            let run = &self.runs[index];
-            if run.state == RunState::Running && run.is_young() {
-                let (task, method) = (&run.config.task.name, run.config.method);
-                let expected = cost_of_an_episode(&comparable(&self.runs, task, method, run.episodes()));
-                Arc::make_mut(&mut self.runs[index]).expected = expected.map(|[_, seconds]| seconds);
-            }
-        }
     }
 
     /// The summary of a run with its curves, as far as they have been read.

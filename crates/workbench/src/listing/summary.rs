@@ -52,8 +52,6 @@ pub struct RunSummary {
     pub made: Option<SystemTime>,
     /// When it began, in seconds since 1970, as far as that has been read.
     pub began: Option<f64>,
-    /// The seconds that an episode of it will take, as others tell.
-    pub expected: Option<f64>,
     /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
 }
@@ -76,7 +74,6 @@ impl RunSummary {
             curves: Arc::default(),
             made: None,
             began: None,
-            expected: None,
             evaluations: Vec::new(),
             changed: None,
             note: String::new(),
@@ -107,12 +104,14 @@ impl RunSummary {
 
     /// The same run with the schedule that was set during the training, if there was one, also in its label. A fork with
     /// its own one does not keep that of the run that it comes from.
-    pub(crate) fn with_schedule<'a>(self, latest: impl Iterator<Item = &'a Event>) -> Self {
+    pub(crate) fn with_schedule<'a>(self, mut latest: impl Iterator<Item = &'a Event>) -> Self {
         let own = self.config.fork.iter().find(|fork| fork.changes.iter().any(|change| change.starts_with("epsilon=")));
         let first = own.map_or(0, |fork| u64::from(fork.episode));
         let is_kept = |event: &&Event| matches!(event, Event::ScheduleChanged { episode, .. } if *episode >= first);
-        let schedule = latest.into_iter().find(is_kept).and_then(Event::schedule);
-        let Some(epsilon) = schedule.and_then(|schedule| schedule.parse().ok()) else { return self };
+        let Some(epsilon) = latest.find(is_kept).and_then(Event::schedule).and_then(|schedule| schedule.parse().ok())
+        else {
+            return self;
+        };
         let config = RunConfig { epsilon, ..RunConfig::clone(&self.config) };
         Self { label: run_label(&config), epsilon: config.epsilon, ..self }
     }
@@ -140,16 +139,9 @@ impl RunSummary {
         self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
     }
 
-    /// Whether its own rate tells little about the rest: in its first two fifths, it becomes faster by learning.
-    pub(super) fn is_young(&self) -> bool {
-        5 * self.done < 2 * self.episodes()
-    }
-
-    /// Seconds until the run is finished: while it is young, as others tell, if any; later at its present rate.
+    /// Seconds until the run is finished at its present rate.
     pub fn seconds_left(&self) -> Option<f64> {
-        let expected = || self.expected.filter(|_| self.state == RunState::Running);
-        let one = if self.is_young() { expected()? } else { 1.0 / self.rate()? };
-        Some(self.episodes().saturating_sub(self.done) as f64 * one)
+        Some(self.episodes().saturating_sub(self.done) as f64 / self.rate()?)
     }
 
     /// The seconds that it has been trained, as far as they have been read.

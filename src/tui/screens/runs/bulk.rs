@@ -24,18 +24,13 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
             _ => command::Resume { until: None }.into(),
         }
     };
-    let queued = going().filter(|run| runs.len() > 1 && run.queued).count();
+    let waits = going().any(|run| run.queued);
+    let waits = if waits { "; those that wait begin as cores become free: {stop} prevents it" } else { "" };
     let wanted: Vec<_> = wanted.map(|run| (run, command(run))).collect();
     let going = format!("{} {}", if all_paused { "resuming" } else { "pausing" }, wanted.len());
-    let text = match queued {
-        _ if wanted.is_empty() => "none of them is being trained".to_owned(),
-        0 => going,
-        _ => {
-            ui.text(&format!("{going}; of those that wait, {queued} begin as cores become free: {{stop}} prevents it"))
-        }
-    };
-    let report = (runs.len() > 1).then(|| Effect::info(text));
-    on_each(wanted.into_iter(), ui).into_iter().chain(report).collect()
+    let going = if wanted.is_empty() { "none of them is being trained" } else { &going };
+    let report = Effect::info(ui.text(&format!("{going}{waits}")));
+    on_each(wanted.into_iter(), ui).into_iter().chain(Some(report).filter(|_| runs.len() > 1)).collect()
 }
 
 /// Whether a run is queued, being trained or paused.

@@ -1,5 +1,6 @@
 //! A line of the list: a run, or a group of runs that differ in the seed only.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use ratatui::style::Style;
@@ -8,7 +9,7 @@ use super::super::status::state_colour;
 use crate::tui::view::{RunGroup, RunSummary};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::theme::Theme;
-use mge_results::LabelParts;
+use mge_results::short_label;
 use mge_run::RunState;
 
 /// The identity of a line: whether it is a group, and the folder of one of its runs. The label of a group and its runs
@@ -73,7 +74,7 @@ impl<'a> Line<'a> {
 
     /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs;
     /// what most groups have is left out first. Says which runs were changed during the training.
-    pub fn named(&self, columns: usize, several_tasks: bool, parts: &LabelParts) -> String {
+    pub fn named(&self, columns: usize, several_tasks: bool, labels: &BTreeSet<&str>) -> String {
         let changed = self.runs().iter().filter(|run| run.changed.is_some()).count();
         let (before, name, after) = match self {
             Self::Run(run, is_below) => (
@@ -88,7 +89,7 @@ impl<'a> Line<'a> {
             }
         };
         let room = columns.saturating_sub(before.len() + after.len());
-        let name = parts.of(&name, |name| width(name) <= room);
+        let name = short_label(&name, labels, |name| width(name) <= room);
         format!("{before}{}{after}", shortened(&name, room, true))
     }
 
@@ -101,24 +102,22 @@ impl<'a> Line<'a> {
     pub fn success(&self) -> Option<f64> {
         match self {
             Self::Run(run, _) => run.success.map(f64::from),
-            Self::Group(group, runs) => {
-                group.success.filter(|_| runs.len() == group.runs.len()).map(|success| success.value)
-            }
+            Self::Group(group, runs) if runs.len() < group.runs.len() => None,
+            Self::Group(group, _) => group.success.map(|success| success.value),
         }
     }
 
     /// The sum of the speeds of its runs that are being trained, in episodes a second; None if that of one is not known.
-    pub fn speed(&self, of: impl Fn(&RunSummary) -> Option<f64>) -> Option<f64> {
+    pub fn speed(&self) -> Option<f64> {
         let running = self.runs().into_iter().filter(|run| run.state == RunState::Running);
-        running.map(of).reduce(|one, other| Some(one? + other?))?
+        running.map(RunSummary::rate).reduce(|one, other| Some(one? + other?))?
     }
 
     /// Seconds until all its runs that are being trained or wait for it are finished, at the present speed together.
     pub fn seconds_left(&self) -> Option<f64> {
         let left = |run: &RunSummary| run.episodes().saturating_sub(run.done) as f64;
         let waits = |run: &&RunSummary| run.queued || run.state == RunState::Running;
-        let speed = self.speed(|run| Some((left(run) / run.seconds_left()?).max(f64::MIN_POSITIVE)))?;
-        Some(self.runs().into_iter().filter(waits).map(left).sum::<f64>() / speed)
+        Some(self.runs().into_iter().filter(waits).map(left).sum::<f64>() / self.speed()?)
     }
 
     /// The most urgent state of its runs with the number of runs in it, and its style.

@@ -1,6 +1,6 @@
 //! The lines of the list: runs, and groups of runs that differ in the seed only; their order and columns.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -15,7 +15,6 @@ use super::line::Line;
 use crate::tui::view::RunGroup;
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
-use mge_results::LabelParts;
 
 /// The lines of the list.
 pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
@@ -73,8 +72,9 @@ pub fn draw(
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
-    let parts = LabelParts::of_all(ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)));
-    let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &parts));
+    let labels: BTreeSet<&str> =
+        ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
+    let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
     // Names that set the lines apart come before all columns but the first ones.
     let most = area.width.saturating_sub(MARK + STATE + columns::FIRST + 3).max(NAME[0]);
     let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).clamp(NAME[0], most);
@@ -102,7 +102,7 @@ pub fn draw(
         let (text, style) = line.state(theme);
         let first = [
             Text::from(TextLine::from(mark)),
-            Text::from(line.named(usize::from(name), several_tasks, &parts)),
+            Text::from(line.named(usize::from(name), several_tasks, &labels)),
             Text::styled(shortened(&text, usize::from(STATE), false), style),
         ];
         let others = shown.iter().map(|one| cell(&(one.cell)(line, ui, &one.heading).unwrap_or_default(), one));
