@@ -56,7 +56,11 @@ fn age(run: &Path) -> Option<f64> {
 fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
-    let label = if run.is_named() { format!("{}: {}", run.name, run.label) } else { run.label.clone() };
+    let label = if run.path.file_name().is_some_and(|folder| *folder != *run.name) {
+        format!("{}: {}", run.name, run.label)
+    } else {
+        run.label.clone()
+    };
     let edited = if is_edited(&run.config.task) { " (edited)" } else { "" };
     let task = format!("{}{edited}", run.config.task.name);
     let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));

@@ -241,7 +241,7 @@ pub fn script(arguments: &Script) -> Outcome {
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, RUNS.into());
     use_folder(&mut session, &arguments.runs)?;
-    session.interrupt_with(&interrupt.stop);
+    session.interrupt = interrupt.stop.clone();
     let mut viewer = Viewer::new(0, arguments.quiet);
     let outcome = script.run(&mut session, |output| match output {
         Output::Warning { place, warning } => viewer.warn(Some(&place), warning),

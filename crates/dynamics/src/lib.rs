@@ -99,7 +99,7 @@ pub use recipe::{Recipe, TASK_MODEL_SETTINGS, TaskModelConfig};
 pub use rollout::{Rollout, RolloutAction, rollouts};
 pub use shipped::{file_of, named, shipped, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
-pub use train::{Progress, TrainedModel, Training, train_to_file};
+pub use train::{Progress, Training, train_to_file};
 pub use variety::Variety;
 #[cfg(test)]
 mod tests;

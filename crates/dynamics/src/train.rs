@@ -32,6 +32,8 @@ use mge_physics::ToolKind;
 pub struct Training {
     /// The model after the epochs done so far.
     pub model: Model,
+    /// The epoch in which the training diverged and the reason; the model is then that of the epoch before.
+    pub diverged: Option<String>,
     optimiser: Optimiser,
     device: Cpu,
     samples: Samples,
@@ -49,15 +51,6 @@ pub struct Progress {
     pub loss: f32,
 }
 
-/// An ended training into a file.
-#[derive(Debug)]
-pub struct TrainedModel {
-    /// The training in its final state.
-    pub training: Training,
-    /// The epoch in which the training diverged and the reason; the model is then that of the epoch before.
-    pub diverged: Option<String>,
-}
-
 /// Trains a model into a file. `on_progress` is called after every epoch. The other arguments are those of
 /// [`Training::new`].
 ///
@@ -71,7 +64,7 @@ pub fn train_to_file(
     command: &str,
     stop: &Stop,
     on_progress: impl FnMut(&Progress),
-) -> Result<TrainedModel> {
+) -> Result<Training> {
     config.validate()?;
     settings.validate()?;
     // Refused before the training.
@@ -79,9 +72,9 @@ pub fn train_to_file(
     let checked = to.check(&Model::FORMAT).and_then(|()| atomic::create_parent(&to.path));
     checked.map_err(|source| DynamicsError::Io { origin: to.path.display().to_string(), source })?;
     let mut training = Training::new(config, settings, tools, command, stop)?;
-    let diverged = training.run(stop, on_progress)?;
+    training.run(stop, on_progress)?;
     training.model.save(&to.path)?;
-    Ok(TrainedModel { training, diverged })
+    Ok(training)
 }
 
 impl Training {
@@ -121,7 +114,7 @@ impl Training {
             losses: None,
         };
         let model = Model::assemble(config, tools, provenance, normaliser, network);
-        Ok(Self { model, optimiser, device: Cpu::default(), samples, validation })
+        Ok(Self { model, diverged: None, optimiser, device: Cpu::default(), samples, validation })
     }
 
     /// Epochs done.
@@ -129,15 +122,14 @@ impl Training {
         self.model.provenance.epoch
     }
 
-    /// Trains until all epochs are done or the loss diverges. Returns in which epoch it diverged and why, if it did: the
-    /// model is then that of the epoch before. `on_progress` is called after every epoch.
+    /// Trains until all epochs are done or the loss diverges. `on_progress` is called after every epoch.
     ///
     /// # Errors
     /// When `stop` is requested.
-    pub fn run(&mut self, stop: &Stop, mut on_progress: impl FnMut(&Progress)) -> Result<Option<String>> {
+    pub fn run(&mut self, stop: &Stop, mut on_progress: impl FnMut(&Progress)) -> Result<()> {
         let epochs = self.model.provenance.training.epochs;
-        let (mut latest, mut diverged) = (None, None);
-        while diverged.is_none() && self.epoch() < epochs {
+        let mut latest = None;
+        while self.diverged.is_none() && self.epoch() < epochs {
             let good = (self.model.clone(), self.optimiser.clone());
             // On a thread of the rayon pool, work is divided with less overhead than from outside.
             match rayon::scope(|_| self.train_epoch(stop)) {
@@ -148,13 +140,13 @@ impl Training {
                 }
                 Err(reason) => {
                     (self.model, self.optimiser) = good;
-                    diverged = Some(format!("epoch {}: {reason}", self.epoch() + 1));
+                    self.diverged = Some(format!("epoch {}: {reason}", self.epoch() + 1));
                 }
             }
         }
         let losses = latest.map(|loss| [loss, self.validation_loss()]);
         self.model.provenance.losses = losses.filter(|losses| losses.iter().all(|loss| loss.is_finite()));
-        Ok(diverged)
+        Ok(())
     }
 
     /// Mean loss on the validation launches.

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::action::Action;
 use mge_physics::{NO_OP, Tool, ToolKind, catalogue_tool};
-use mge_task::Task;
 
 /// An action: a tool of the action set and a position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,11 +22,6 @@ impl From<Action> for Choice {
     fn from(place: Action) -> Self {
         Self { tool: 0, place }
     }
-}
-
-/// A tool of CREATE's catalogue by its number, or the task's own tool; its position is arbitrary.
-pub fn held_tool(task: &Task, number: Option<usize>) -> Tool {
-    number.and_then(catalogue_tool).copied().unwrap_or_else(|| task.placeable.tool([0.0; 2]))
 }
 
 /// Tools with their catalogue numbers; cheap to clone.

@@ -43,7 +43,7 @@ mod tests;
 mod vector;
 
 pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
-pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_features};
+pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, tool_features};
 pub use description::{ROLES, SCENE_FEATURES, SCENE_SLOTS};
 pub use environment::{Environment, Start};
 pub use episode::{MARKER, Snapshot, TARGET, ball_names, goal_object};

@@ -10,7 +10,6 @@ use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::Groups;
 use super::report_folder::ReportFolder;
 use super::row::TrainedRun;
-use super::table::format_share;
 use mge_base::atomic::Target;
 use mge_base::markdown;
 use mge_figures::{Against, Figure, LearningCurves, Provenance, Statistics, Success, check_all};
@@ -179,7 +178,7 @@ impl Comparison {
         *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
         for row in &self.aggregates {
             let label = result_label(&row.measure).to_owned();
-            let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(format_share);
+            let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(|share| share.text(2));
             *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
         }
         text.push('\n');
@@ -198,7 +197,7 @@ impl Comparison {
         *text += "\n\n";
         *text += &markdown::header(["method", "over", "probability"]);
         for row in self.improvements.iter().filter(|row| baseline.is_none_or(|baseline| row.over == *baseline)) {
-            *text += &markdown::row([&row.method, &row.over, &format_share(row.probability)]);
+            *text += &markdown::row([&row.method, &row.over, &row.probability.text(2)]);
         }
         text.push('\n');
     }

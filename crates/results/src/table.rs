@@ -7,7 +7,7 @@ use super::row::LearningRow;
 use mge_base::markdown;
 use mge_stats::aggregate::iqm;
 use mge_stats::rolling::WINDOW;
-use mge_stats::{Bootstrap, Estimate, StatsError};
+use mge_stats::{Bootstrap, StatsError};
 
 impl Groups<'_> {
     /// Writes the sample-efficiency table in Markdown, one row per group, after an explanation. Groups are compared
@@ -45,14 +45,14 @@ impl Groups<'_> {
                 let charged = self.summary(task, label, baseline, CHARGED_AREA, bootstrap)?;
                 let runs = self.of(task, label);
                 let interquartile =
-                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(&runs, score)?, iqm)?));
+                    |score| Ok::<_, StatsError>(bootstrap.stratified(&scores(&runs, score)?, iqm)?.text(2));
                 *text += &markdown::row([
                     task.clone(),
                     label.clone(),
                     runs.len().to_string(),
                     interquartile(CHARGED_AREA)?,
-                    format_share(area.iqm),
-                    format_share(area.mean),
+                    area.iqm.text(2),
+                    area.mean.text(2),
                     interquartile(FINAL)?,
                     interquartile(HELD)?,
                     holding_80(&runs),
@@ -60,7 +60,7 @@ impl Groups<'_> {
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
                     charged_to_80(&runs),
                     greedy_mean(&runs),
-                    charged.and_then(|charged| charged.improvement).map_or_else(String::new, format_share),
+                    charged.and_then(|charged| charged.improvement).map_or_else(String::new, |share| share.text(2)),
                 ]);
             }
         }
@@ -74,11 +74,6 @@ fn greedy_mean(rows: &[&LearningRow]) -> String {
     let evaluated: Vec<f64> = rows.iter().filter_map(|row| row.greedy_success).collect();
     let mean = evaluated.iter().sum::<f64>() / evaluated.len() as f64;
     if evaluated.is_empty() { String::new() } else { format!("{mean:.2}") }
-}
-
-/// A fraction with its interval if it has one, to two decimals.
-pub(super) fn format_share(estimate: Estimate) -> String {
-    estimate.text(2)
 }
 
 /// How many of the runs held 80 % over the last quarter of their episodes.

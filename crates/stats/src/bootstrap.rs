@@ -119,7 +119,8 @@ impl Bootstrap {
         }
         let mut drawn = scores.map(Clone::clone);
         let value = statistic(&drawn);
-        let (tasks, are_single) = (scores[0].tasks().len(), scores.iter().all(|scores| scores.are_single()));
+        let are_single = scores.iter().flat_map(|scores| scores.tasks()).all(|runs| runs.len() == 1);
+        let tasks = scores[0].tasks().len();
         if are_single && tasks == 1 {
             return Ok(Estimate::exact(value));
         }

@@ -50,11 +50,6 @@ impl TaskScores {
         self.tasks.iter().flatten().copied()
     }
 
-    /// Whether each task has one run.
-    pub(super) fn are_single(&self) -> bool {
-        self.tasks.iter().all(|runs| runs.len() == 1)
-    }
-
     /// Fills `target`, of the same shape, with the runs of these tasks, each of which has one run.
     pub(super) fn choose_into(&self, target: &mut Self, tasks: &[usize]) {
         for (task, drawn) in tasks.iter().zip(&mut target.tasks) {

@@ -7,7 +7,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::config::RunConfig;
 use super::method::{Method, PriorSource};
 use mge_guidance::EpsilonSchedule;
-use mge_stats::rolling::WINDOW;
 
 /// A configuration, and the settings in it that somebody set, by JSON path.
 pub type Chosen<'a> = (&'a RunConfig, &'a BTreeSet<String>);
@@ -56,7 +55,7 @@ impl RunConfig {
 
 /// Why a setting has no effect with the others; none if it may have one.
 fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
-    let RunConfig { method, epsilon, episodes, refinement, evaluation, .. } = config;
+    let RunConfig { method, epsilon, episodes, refinement, evaluation, stop, .. } = config;
     if !method.uses(path) {
         return Some(match method.fixed_source() {
             Some(source) if path == "prior" || path.starts_with("model") => {
@@ -88,11 +87,7 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
             "actions are uniform, and nothing refines them to clusters",
         ),
         (&["model"], !is_trained, "no model is trained for the run, as it is given"),
-        (
-            &["stop.success"],
-            config.stop.success.is_some() && (*episodes as usize) < WINDOW.get(),
-            "the run is shorter than 100 episodes",
-        ),
+        (&["stop.success"], stop.success.is_some() && *episodes < 100, "the run is shorter than 100 episodes"),
         (&["evaluation.every"], evaluation.every > *episodes, "it is longer than the run"),
         (&["evaluation.episodes"], evaluation.every == 0, "`evaluation.every` is 0"),
         (&["checkpoints.periodic_kept"], config.checkpoints.periodic_every == 0, "`checkpoints.periodic_every` is 0"),

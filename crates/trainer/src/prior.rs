@@ -93,16 +93,9 @@ pub(super) fn model_of(
 ///
 /// # Errors
 /// As [`rollout_model`]; [`PriorError::NoModel`] if there is none.
-pub fn required_model(
-    config: &RunConfig,
-    on_phase: impl FnMut(Phase),
-    stop: &Stop,
-) -> Result<Arc<dyn RolloutModel>, PriorError> {
-    rollout_model(config, on_phase, stop)?.ok_or_else(|| {
-        PriorError::NoModel(
-            "`uniform` predicts nothing: use trained, learned, rapier, true, or a model file".to_owned(),
-        )
-    })
+pub fn required_model(config: &RunConfig, stop: &Stop) -> Result<Arc<dyn RolloutModel>, PriorError> {
+    let nothing = "`uniform` predicts nothing: use trained, learned, rapier, true, or a model file";
+    rollout_model(config, |_| (), stop)?.ok_or_else(|| PriorError::NoModel(nothing.to_owned()))
 }
 
 /// Builds the prior of a configuration. `on_phase` is called before each stage, and while a model is trained.

@@ -66,10 +66,10 @@ fn train_into_file(job: ModelJob, to: &Target, made_by: &str, reporter: &Reporte
             DynamicsError::Io { .. } => error.to_string(),
             _ => failed(&error),
         })?;
-    if let Some(reason) = trained.diverged {
+    if let Some(reason) = &trained.diverged {
         return Err(failed(&format!("{reason}; the model is that of the epoch before")));
     }
-    Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
+    Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.validation_loss()))
 }
 
 #[cfg(test)]

@@ -81,7 +81,7 @@ impl Session {
 }
 
 fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
-    let model = required_model(config, |_| (), reporter.stop()).map_err(|error| error.to_string())?;
+    let model = required_model(config, reporter.stop()).map_err(|error| error.to_string())?;
     let progress = |tried| _ = reporter.progress(tried, TRIALS);
     choose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, reporter.stop(), progress)
         .map_err(|error| error.to_string())

@@ -60,7 +60,7 @@ pub struct Session {
     pub(super) journal: Journal,
     pub(super) quit: bool,
     /// Aborts all waiting once set.
-    pub(super) interrupt: stop::Stop,
+    pub interrupt: stop::Stop,
 }
 
 impl Session {
@@ -368,11 +368,6 @@ impl Session {
             journal.note_at(Pause.into(), vec![(run.number, episode_number(run.episodes()))]);
         }
         journal.to_script()
-    }
-
-    /// From now on, `stop` aborts all waiting.
-    pub fn interrupt_with(&mut self, stop: &stop::Stop) {
-        self.interrupt = stop.clone();
     }
 
     /// Whether `quit` was given.

@@ -64,7 +64,7 @@ fn colour_at(buffer: &Buffer, view: View, position: [f32; 2]) -> Color {
 
 /// The task's own tool at a position in units.
 fn tool_at(position: [f64; 2]) -> Tool {
-    mge_env::held_tool(&TASK, None).at(position)
+    TASK.placeable.tool([0.0; 2]).at(position)
 }
 
 /// One cluster in the first stage.

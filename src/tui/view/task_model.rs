@@ -21,7 +21,7 @@ impl TaskModel {
     /// # Errors
     /// When the source has no model, or the model cannot be loaded or does not fit the task.
     pub fn new(config: &RunConfig) -> Result<Self, String> {
-        let model = required_model(config, |_| (), &Stop::default()).map_err(|error| error.to_string())?;
+        let model = required_model(config, &Stop::default()).map_err(|error| error.to_string())?;
         Ok(Self { task: config.task.clone(), model })
     }
 

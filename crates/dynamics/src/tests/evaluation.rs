@@ -31,7 +31,7 @@ fn evaluations_of_ablated_models_report_every_part() {
         let trained = train_to_file(&path, config.clone(), train.clone(), &tools, "test", &never, on_progress).unwrap();
         // Its file contains its configuration.
         assert_eq!(Model::load(&path).unwrap().config(), &config);
-        evaluate(&trained.training.model, &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
+        evaluate(&trained.model, &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
     });
     assert_eq!(epochs, 4);
     for result in &results {

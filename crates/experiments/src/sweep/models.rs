@@ -13,8 +13,8 @@ use mge_base::spelling::did_you_mean;
 use mge_base::stop::Stop;
 use mge_base::validation::ValidationError;
 use mge_dynamics::{
-    DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, ToolSet, TrainConfig,
-    TrainedModel, canonical_tool_set, evaluate, train_to_file,
+    DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, ToolSet, TrainConfig, Training,
+    canonical_tool_set, evaluate, train_to_file,
 };
 use mge_physics::ToolKind;
 use mge_task as task;
@@ -135,9 +135,8 @@ impl ModelJob {
     }
 
     /// Evaluates the model.
-    fn result(&self, trained: &TrainedModel, stop: &Stop) -> Result<ModelResult, ExperimentError> {
-        let evaluation =
-            evaluate(&trained.training.model, &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
+    fn result(&self, trained: &Training, stop: &Stop) -> Result<ModelResult, ExperimentError> {
+        let evaluation = evaluate(&trained.model, &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
         let (one_step_error, rollout_error) = evaluation.mean_errors();
         let of_launches =
             |of: fn(&OneTool) -> Option<f64>| evaluation.launches.iter().filter_map(move |tool| of(&tool.errors.model));
@@ -146,10 +145,10 @@ impl ModelJob {
         };
         let actions = of_launches(|tool| tool.rollout.last().map(|errors| errors.mean));
         Ok(ModelResult {
-            epochs: trained.training.epoch(),
+            epochs: trained.epoch(),
             diverged: trained.diverged.clone(),
-            train_loss: trained.training.model.provenance.losses.map(|[train, _]| train),
-            validation_loss: trained.training.validation_loss(),
+            train_loss: trained.model.provenance.losses.map(|[train, _]| train),
+            validation_loss: trained.validation_loss(),
             action_error: mean(actions).unwrap_or(0.0),
             one_step_error,
             rollout_error,

@@ -3,14 +3,14 @@
 use super::arguments::{Argument, Named, Position, Words};
 use super::{Command, Execute, Verb, command};
 use crate::{Session, SessionError};
-use mge_env::{Action, held_tool};
+use mge_env::Action;
 
 command! {
     /// Places the task's tool and simulates one action interval.
     Place(position: Action = Position): "place" "X Y" "place the tool and simulate one action";
     execute = |this, session| {
         let hand = &mut session.hand_play;
-        let refusal = hand.snapshot().refusal(&held_tool(hand.task(), None), this.0);
+        let refusal = hand.snapshot().refusal(&hand.task().placeable.tool([0.0; 2]), this.0);
         let step = hand.place(this.0)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
         let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed: {reason}"));

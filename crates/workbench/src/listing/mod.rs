@@ -133,7 +133,20 @@ impl Listing {
         self.runs.extend(session.runs().iter().filter_map(|run| opened.remove(run.directory().path())));
         // Those that are not found in the folder yet are the latest ones.
         self.runs.sort_by_key(|run| (run.made.is_none(), run.made));
+        self.expect();
         self.grouper.stale = true;
+    }
+
+    /// Sets what the other runs tell of the speed of those being trained, which matters while these are young.
+    fn expect(&mut self) {
+        for index in 0..self.runs.len() {
+            let run = &self.runs[index];
+            if run.is_young() {
+                let (task, method) = (&run.config.task.name, run.config.method);
+                let expected = cost_of_an_episode(&comparable(&self.runs, task, method, run.episodes()));
+                Arc::make_mut(&mut self.runs[index]).expected = expected.map(|[_, seconds]| seconds);
+            }
+        }
     }
 
     /// The summary of a run with its curves, as far as they have been read.

@@ -89,9 +89,6 @@ impl ModelSummary {
         let (launches, epochs) = (model.provenance.training.observations, model.provenance.epoch);
         let errors = errors(name, model).unwrap_or_default();
         let mut about = format!("{about}; {launches} launches of each tool, {epochs} epochs");
-        if let Some([train, validation]) = model.provenance.losses {
-            about += &format!("; loss {train:.4}, in validation {validation:.4}");
-        }
         for (place, (tool, [own, velocity])) in errors.iter().enumerate() {
             let before = if place == 0 { "; error after one action: " } else { ", " };
             let warning = if own >= velocity { " ! no better" } else { "" };

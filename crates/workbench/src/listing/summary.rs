@@ -52,6 +52,8 @@ pub struct RunSummary {
     pub made: Option<SystemTime>,
     /// When it began, in seconds since 1970, as far as that has been read.
     pub began: Option<f64>,
+    /// The seconds that an episode of it will take, as others tell.
+    pub expected: Option<f64>,
     /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
 }
@@ -74,6 +76,7 @@ impl RunSummary {
             curves: Arc::default(),
             made: None,
             began: None,
+            expected: None,
             evaluations: Vec::new(),
             changed: None,
             note: String::new(),
@@ -108,17 +111,10 @@ impl RunSummary {
         let own = self.config.fork.iter().find(|fork| fork.changes.iter().any(|change| change.starts_with("epsilon=")));
         let first = own.map_or(0, |fork| u64::from(fork.episode));
         let is_kept = |event: &&Event| matches!(event, Event::ScheduleChanged { episode, .. } if *episode >= first);
-        let Some(epsilon) = latest.find(is_kept).and_then(Event::schedule).and_then(|schedule| schedule.parse().ok())
-        else {
-            return self;
-        };
+        let schedule = latest.find(is_kept).and_then(Event::schedule);
+        let Some(epsilon) = schedule.and_then(|schedule| schedule.parse().ok()) else { return self };
         let config = RunConfig { epsilon, ..RunConfig::clone(&self.config) };
         Self { label: run_label(&config), epsilon: config.epsilon, ..self }
-    }
-
-    /// Whether users gave it another name than that of its folder.
-    pub fn is_named(&self) -> bool {
-        self.path.file_name().is_some_and(|folder| *folder != *self.name)
     }
 
     /// Configured number of episodes.
@@ -139,9 +135,19 @@ impl RunSummary {
         self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
     }
 
-    /// Seconds until the run is finished at its present rate.
+    /// Whether its own rate tells little about the rest: in its first two fifths, it becomes faster by learning.
+    pub(super) fn is_young(&self) -> bool {
+        self.state == RunState::Running && 5 * self.done < 2 * self.episodes()
+    }
+
+    /// Episodes a second of the rest: while it is young, as other runs tell, if any; else its rate.
+    pub fn pace(&self) -> Option<f64> {
+        self.expected.filter(|_| self.is_young()).map(|seconds| 1.0 / seconds).or_else(|| self.rate())
+    }
+
+    /// Seconds until the run is finished.
     pub fn seconds_left(&self) -> Option<f64> {
-        Some(self.episodes().saturating_sub(self.done) as f64 / self.rate()?)
+        Some(self.episodes().saturating_sub(self.done) as f64 / self.pace()?)
     }
 
     /// The seconds that it has been trained, as far as they have been read.

@@ -109,15 +109,19 @@ impl<'a> Line<'a> {
 
     /// The sum of the speeds of its runs that are being trained, in episodes a second; None if that of one is not known.
     pub fn speed(&self) -> Option<f64> {
-        let running = self.runs().into_iter().filter(|run| run.state == RunState::Running);
-        running.map(RunSummary::rate).reduce(|one, other| Some(one? + other?))?
+        self.together(RunSummary::rate)
     }
 
-    /// Seconds until all its runs that are being trained or wait for it are finished, at the present speed together.
+    fn together(&self, speed: fn(&RunSummary) -> Option<f64>) -> Option<f64> {
+        let running = self.runs().into_iter().filter(|run| run.state == RunState::Running);
+        running.map(speed).reduce(|one, other| Some(one? + other?))?
+    }
+
+    /// Seconds until all its runs that are being trained or wait for it are finished, at the pace of the former together.
     pub fn seconds_left(&self) -> Option<f64> {
         let left = |run: &RunSummary| run.episodes().saturating_sub(run.done) as f64;
         let waits = |run: &&RunSummary| run.queued || run.state == RunState::Running;
-        Some(self.runs().into_iter().filter(waits).map(left).sum::<f64>() / self.speed()?)
+        Some(self.runs().into_iter().filter(waits).map(left).sum::<f64>() / self.together(RunSummary::pace)?)
     }
 
     /// The most urgent state of its runs with the number of runs in it, and its style.

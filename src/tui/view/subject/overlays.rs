@@ -3,7 +3,7 @@
 
 use super::Subject;
 use crate::tui::scene::{Ghost, Heat};
-use mge_env::{Action, Environment, held_tool};
+use mge_env::{Action, Environment};
 use mge_physics::{Tool, to_units};
 
 /// Rows and columns of the grid on which the critic is evaluated.
@@ -71,7 +71,7 @@ impl Subject {
     /// episode is played by hand.
     pub fn ghost(&self, action: Action) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;
-        let tool = held_tool(&self.task, None);
+        let tool = self.task.placeable.tool([0.0; 2]);
         let refusal = snapshot.refusal(&tool, action);
         let tool = tool.at(to_units(action.map(f64::from)));
         let mut ghost = Ghost { action, tool, refusal, predicted: Vec::new() };
