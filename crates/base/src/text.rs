@@ -86,6 +86,17 @@ pub fn excerpt(text: &str, most: usize) -> Cow<'_, str> {
     Cow::Owned(short)
 }
 
+/// A span of time as `12 s`, `3:05` or `1:02:30`.
+pub fn span(seconds: f64) -> String {
+    let whole = seconds.clamp(0.0, 3.6e6).round() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, 0) if seconds > 0.0 => "under 1 s".to_owned(),
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m}:{s:02}"),
+        (h, m, s) => format!("{h}:{m:02}:{s:02}"),
+    }
+}
+
 /// A number for people, in at most five characters: with decimals as long as these tell it, else with an exponent.
 pub fn number(value: f32) -> String {
     let size = value.abs();

@@ -42,4 +42,3 @@ pub use report::report;
 pub use report_folder::ReportFolder;
 pub use row::{LearningRow, TrainedRun};
 pub use settings::{Settings, complete, differences, distinguish, leaf_settings, short_label};
-pub use table::span;

@@ -106,17 +106,6 @@ fn rounded_median(values: &[u64]) -> Option<u64> {
     Some((lower + upper).div_ceil(2))
 }
 
-/// A span of time as `12 s`, `3:05` or `1:02:30`.
-pub fn span(seconds: f64) -> String {
-    let whole = seconds.clamp(0.0, 3.6e6).round() as u64;
-    match (whole / 3600, whole / 60 % 60, whole % 60) {
-        (0, 0, 0) if seconds > 0.0 => "under 1 s".to_owned(),
-        (0, 0, s) => format!("{s} s"),
-        (0, m, s) => format!("{m}:{s:02}"),
-        (h, m, s) => format!("{h}:{m:02}:{s:02}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

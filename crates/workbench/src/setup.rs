@@ -71,10 +71,7 @@ impl Setup {
                 }
                 to.clone()
             }
-            (None, Some(file))
-                if file.exists()
-                    && !load_regular(&file.to_string_lossy()).is_ok_and(|task| task == *self.editor.saved()) =>
-            {
+            (None, Some(file)) if self.was_changed_outside(file) => {
                 let file = file.display();
                 let problem = "was changed by another program: `task FILE` loads it, `save FILE` replaces it";
                 return Err(SessionError::Failed(format!("{file} {problem}")));
@@ -91,6 +88,11 @@ impl Setup {
         let report = format!("saved to {}", to.path.display());
         self.file = Some(to.path);
         Ok(report)
+    }
+
+    /// Whether the task's file no longer has the task as it was loaded or saved.
+    fn was_changed_outside(&self, file: &Path) -> bool {
+        file.exists() && !load_regular(&file.to_string_lossy()).is_ok_and(|task| task == *self.editor.saved())
     }
 
     pub fn step_history(

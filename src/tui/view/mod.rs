@@ -15,9 +15,9 @@ pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::tui::scene::Objects;
 use mge_agent::Ddpg;
+pub use mge_base::text::span;
 use mge_env::Snapshot;
 use mge_guidance::ActionPrior;
-pub use mge_results::span;
 use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::{RunConfig, Trace};

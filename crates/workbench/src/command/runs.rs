@@ -23,7 +23,8 @@ command! {
     /// Starts or queues a run with the current settings.
     #[derive(Default)]
     Train {
-        /// Its folder: a name alone is that of one in the folder for runs, as is one that is not given. With several seeds, `-seedN` is appended to its name.
+        /// Its folder: a name alone is that of one in the folder for runs, as is one that is not given. With several
+        /// seeds, `-seedN` is appended to its name.
         folder: Option<PathBuf> = Optional(Place("a folder", false), |word| ["seeds", "until"].contains(&word)),
         /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
         seeds: Option<u32> = Keyword("seeds", Within("number of seeds", 1..=1000)),
