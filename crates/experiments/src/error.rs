@@ -9,8 +9,8 @@ use mge_results::ResultsError;
 use mge_run::RunError;
 use mge_stats::StatsError;
 use mge_task::TaskError;
+use mge_trainer::TrainerError;
 use mge_trainer::batch::{BatchError, JobError, JobFailure};
-use mge_trainer::{PriorError, TrainerError};
 
 /// Why an experiment cannot be run or reported. What is finished is kept.
 #[derive(Debug, thiserror::Error)]
@@ -24,15 +24,12 @@ pub enum ExperimentError {
     /// A file cannot be read or written, or a folder does not hold the run that it should.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The training of an agent failed.
+    /// The training of an agent failed, or an action prior cannot be built.
     #[error(transparent)]
     Trainer(#[from] TrainerError),
     /// A dynamics model cannot be trained, loaded or evaluated.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
-    /// An action prior cannot be built.
-    #[error(transparent)]
-    Prior(#[from] PriorError),
     /// A task file is invalid.
     #[error(transparent)]
     Task(#[from] TaskError),
@@ -68,11 +65,7 @@ impl JobError for ExperimentError {
     }
 
     fn is_stopped(&self) -> bool {
-        match self {
-            Self::Dynamics(DynamicsError::Stopped) => true,
-            Self::Prior(error) => error.is_stopped(),
-            _ => false,
-        }
+        matches!(self, Self::Dynamics(DynamicsError::Stopped) | Self::Trainer(TrainerError::Stopped))
     }
 }
 

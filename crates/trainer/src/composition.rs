@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use super::config::RunConfig;
+use super::error::Result;
 use super::method::Method;
 use super::parts::{Practice, Refinement};
-use super::prior::{PriorError, planning_model};
+use super::prior::required_model;
+use mge_base::stop::Stop;
 use mge_guidance::RolloutModel;
 
 /// The parts in which methods differ.
@@ -45,10 +47,10 @@ impl Composition {
     ///
     /// # Errors
     /// When the model of a planner cannot be used.
-    pub fn of(config: &RunConfig) -> Result<Self, PriorError> {
+    pub fn of(config: &RunConfig) -> Result<Self> {
         let RunConfig { method, refinement, practice, evaluation, .. } = config;
         let actor = match method {
-            Method::Planning => Actor::Planner(planning_model(config)?),
+            Method::Planning => Actor::Planner(required_model(config, &Stop::default())?),
             Method::OpenLoop => Actor::FirstSuccess,
             _ => Actor::Policy,
         };

@@ -49,35 +49,29 @@ impl Attempts {
         let outcomes = self.0.get(stage).into_iter().flatten().rev().take(of as usize);
         1.0 - outcomes.filter(|reached| **reached).count() as f32 / of as f32
     }
-}
 
-/// The need of each stage; empty if the schedule does not depend on need.
-pub(super) fn needs(schedule: &EpsilonSchedule, attempts: &Attempts, stages: usize) -> Vec<f32> {
-    match *schedule {
-        EpsilonSchedule::Need { attempts: of, .. } => (0..stages).map(|stage| attempts.need(stage, of)).collect(),
-        _ => Vec::new(),
-    }
-}
-
-/// Decides what chooses the actions of a stage; `draw` is uniform in [0, 1).
-pub(super) fn explorer(
-    schedule: &EpsilonSchedule,
-    threshold: f32,
-    attempts: &Attempts,
-    stage: usize,
-    draw: f32,
-) -> Explorer {
-    match *schedule {
-        EpsilonSchedule::Need { clusters, noise, attempts: of } => {
-            let need = attempts.need(stage, of);
-            match draw {
-                _ if draw < clusters * need => Explorer::Clusters,
-                _ if draw < (clusters + noise) * need => Explorer::Noise,
-                _ => Explorer::Greedy,
-            }
+    /// The need of each stage; empty if the schedule does not depend on need.
+    pub fn needs(&self, schedule: &EpsilonSchedule, stages: usize) -> Vec<f32> {
+        match *schedule {
+            EpsilonSchedule::Need { attempts, .. } => (0..stages).map(|stage| self.need(stage, attempts)).collect(),
+            _ => Vec::new(),
         }
-        _ if draw < threshold => Explorer::Clusters,
-        _ => Explorer::Noise,
+    }
+
+    /// Decides what chooses the actions of a stage; `draw` is uniform in [0, 1).
+    pub fn explorer(&self, schedule: &EpsilonSchedule, threshold: f32, stage: usize, draw: f32) -> Explorer {
+        match *schedule {
+            EpsilonSchedule::Need { clusters, noise, attempts } => {
+                let need = self.need(stage, attempts);
+                match draw {
+                    _ if draw < clusters * need => Explorer::Clusters,
+                    _ if draw < (clusters + noise) * need => Explorer::Noise,
+                    _ => Explorer::Greedy,
+                }
+            }
+            _ if draw < threshold => Explorer::Clusters,
+            _ => Explorer::Noise,
+        }
     }
 }
 
@@ -109,7 +103,7 @@ mod tests {
     fn clusters_and_noise_have_their_share_of_the_need() {
         let schedule = "need:0.5:0.25:4".parse().unwrap();
         let mut attempts = Attempts::default();
-        let chosen = |attempts: &Attempts, draw| explorer(&schedule, 0.0, attempts, 0, draw);
+        let chosen = |attempts: &Attempts, draw| attempts.explorer(&schedule, 0.0, 0, draw);
         for (draw, expected) in [
             (0.0, Explorer::Clusters),
             (0.49, Explorer::Clusters),
@@ -127,15 +121,15 @@ mod tests {
         }
         (0..2).for_each(|_| attempts.note(0, true, 4));
         assert_eq!(chosen(&attempts, 0.0), Explorer::Greedy);
-        assert_eq!(needs(&schedule, &attempts, 2), [0.0, 1.0]);
+        assert_eq!(attempts.needs(&schedule, 2), [0.0, 1.0]);
     }
 
     #[test]
     fn schedules_by_episode_never_act_greedily() {
         let schedule = "0.5".parse().unwrap();
         let attempts = Attempts::default();
-        assert_eq!(explorer(&schedule, 0.5, &attempts, 0, 0.49), Explorer::Clusters);
-        assert_eq!(explorer(&schedule, 0.5, &attempts, 0, 0.5), Explorer::Noise);
-        assert!(needs(&schedule, &attempts, 2).is_empty());
+        assert_eq!(attempts.explorer(&schedule, 0.5, 0, 0.49), Explorer::Clusters);
+        assert_eq!(attempts.explorer(&schedule, 0.5, 0, 0.5), Explorer::Noise);
+        assert!(attempts.needs(&schedule, 2).is_empty());
     }
 }

@@ -8,10 +8,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::config::RunConfig;
+use super::error::{Result, TrainerError};
 use super::parts::{Fork, PastTask};
 use super::prior::build_prior;
-use super::run_loop::{TrainerError, play};
-use super::training::{Training, TrainingError};
+use super::run_loop::play;
+use super::training::Training;
 use mge_base::stop::Stop;
 use mge_run::{Branch, Event, RunDirectory, RunHistory};
 use mge_task::Task;
@@ -48,10 +49,10 @@ pub fn fork(
     config: RunConfig,
     progress: impl Fn(u64, u64),
     stop: &Stop,
-) -> Result<RunDirectory, TrainerError> {
+) -> Result<RunDirectory> {
     let episode = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let old = RunConfig::of(source)?;
-    old.check_supported().map_err(TrainingError::from)?;
+    old.check_supported()?;
     let done = RunHistory::read(source)?.records.len() as u64;
     if done < episode {
         return Err(TrainerError::Refused(format!("the run has {done} episodes, not {episode}")));
@@ -70,7 +71,7 @@ pub fn fork(
     if config.is_guided() && prior.is_none() && !is_practised {
         prior = Some(Arc::new(build_prior(&config, |_| (), stop)?));
     }
-    stop.check().map_err(TrainingError::from)?;
+    stop.check()?;
     let config = config.identified();
     let model = config.model_bytes()?;
     let checkpoint = training.forked(config.clone(), prior)?.checkpoint()?;
@@ -79,7 +80,7 @@ pub fn fork(
 
 /// The training at the latest checkpoint that is not after `episode`, or a new one if there is none. A fork's own
 /// checkpoints begin at its first episode: an earlier one is of the run that it comes from, with other settings.
-fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, TrainerError> {
+fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training> {
     let store = source.checkpoints();
     let first = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
     let nearest = store.episodes()?.into_iter().rfind(|(at, _)| (first..=episode).contains(at));
@@ -90,16 +91,11 @@ fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -
         )));
     }
     let checkpoint = nearest.map(|(_, name)| store.load(name)).transpose()?;
-    Ok(Training::begin(config.clone(), checkpoint.as_ref(), |_| (), stop)?)
+    Training::begin(config.clone(), checkpoint.as_ref(), |_| (), stop)
 }
 
 /// Continues a training to `episode` and checks every episode against the log of the branch.
-fn repeat(
-    training: &mut Training,
-    branch: &Branch,
-    episode: u64,
-    progress: impl Fn(u64, u64),
-) -> Result<(), TrainerError> {
+fn repeat(training: &mut Training, branch: &Branch, episode: u64, progress: impl Fn(u64, u64)) -> Result<()> {
     let first = training.episode();
     let mut history = RunHistory::default();
     // Times are of no use here.

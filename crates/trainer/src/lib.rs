@@ -46,6 +46,7 @@ mod composition;
 mod config;
 mod defaults;
 mod effect;
+mod error;
 mod exploration;
 mod fork;
 mod hold;
@@ -67,19 +68,20 @@ mod watch;
 
 pub use config::{RunConfig, settings};
 pub use effect::{Chosen, warnings};
+pub use error::{Result, TrainerError};
 pub use fork::fork;
 pub use method::{Method, PriorSource};
 pub use mge_run::Source;
 pub use model_file::ModelFile;
 pub use parts::{Evaluation, Fork, Granularity, NoiseDecay, PastTask, Practice, Refinement, StopRule};
-pub use prior::{PriorError, build_prior, check_model, required_model, rollout_model, saved_prior};
+pub use prior::{build_prior, check_model, required_model, rollout_model, saved_prior};
 pub use removed::RemovedSetting;
-pub use run_loop::{Control, Ending, TrainerError, check_continuation, train};
+pub use run_loop::{Control, Ending, check_continuation, train};
 pub use setting::{SettingError, config_keys, non_default_settings, set_the_same};
 pub use settings_file::{CONFIGS, SettingsFileError, settings_of};
 pub use thread::Trainer;
 pub use trace::{Trace, TracedStep};
-pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, prior_at};
+pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, greedy_episode, prior_at};
 pub use watch::{LiveView, Phase, Watch};
 
 /// The message of a panic.

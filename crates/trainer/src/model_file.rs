@@ -8,10 +8,8 @@ use std::sync::Arc;
 use educe::Educe;
 
 use super::config::RunConfig;
+use super::error::Result;
 use super::method::PriorSource;
-use super::prior::PriorError;
-use super::run_loop::TrainerError;
-use super::training::TrainingError;
 use super::watch::Phase;
 use mge_base::identity::FileId;
 use mge_base::paths::expanded;
@@ -160,8 +158,8 @@ impl RunConfig {
     ///
     /// # Errors
     /// As [`RunDirectory::create`], and when the model cannot be read.
-    pub fn create_run(&self, path: &Path) -> Result<RunDirectory, TrainerError> {
-        self.check_supported().map_err(TrainingError::from)?;
+    pub fn create_run(&self, path: &Path) -> Result<RunDirectory> {
+        self.check_supported()?;
         let config = self.identified();
         Ok(RunDirectory::create_with_model(path, &config, config.model_bytes()?.as_deref())?)
     }
@@ -170,7 +168,7 @@ impl RunConfig {
     ///
     /// # Errors
     /// As [`create_run`](Self::create_run) and [`RunDirectory::open`].
-    pub fn open_or_create_run(&self, path: &Path) -> Result<RunDirectory, TrainerError> {
+    pub fn open_or_create_run(&self, path: &Path) -> Result<RunDirectory> {
         RunDirectory::open_or(path, || self.create_run(path))
     }
 
@@ -198,14 +196,13 @@ impl RunConfig {
     /// Makes sure that a run that trains its own model has it in its folder.
     ///
     /// # Errors
-    /// When the copy cannot be read or written, or soon after a request of `stop`, one that
-    /// [says so](PriorError::is_stopped).
+    /// When the copy cannot be read or written, or soon after a request of `stop`.
     pub(super) fn make_model(
         &self,
         directory: &RunDirectory,
         mut on_phase: impl FnMut(Phase),
         stop: &Stop,
-    ) -> Result<(), PriorError> {
+    ) -> Result<()> {
         let (PriorSource::Trained(_), true) = (self.rollout_source(), self.uses_model()) else { return Ok(()) };
         let (recipe, own) = (self.recipe(), RunModel { copy: Some(directory.model_path()) });
         recipe.check_task(&self.task)?;
@@ -216,7 +213,7 @@ impl RunConfig {
     }
 
     /// The bytes of the model that the run uses, for its copy; none if it uses none, or trains it when it begins.
-    pub(super) fn model_bytes(&self) -> Result<Option<Cow<'static, [u8]>>, PriorError> {
+    pub(super) fn model_bytes(&self) -> Result<Option<Cow<'static, [u8]>>> {
         match self.rollout_source() {
             _ if !self.uses_model() => Ok(None),
             PriorSource::ModelFile(file) => {

@@ -71,7 +71,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::{Training, TrainingError};
+    use crate::{TrainerError, Training};
 
     /// The configuration that a run of an earlier version has saved, with some values replaced.
     fn saved(changes: Value) -> RunConfig {
@@ -110,7 +110,7 @@ mod tests {
             assert_eq!(again, config);
             assert_eq!(config.has_removed_tasks(), expected.contains("more_tasks"));
             let refused = Training::new(config, None).unwrap_err();
-            assert!(matches!(refused, TrainingError::Removed(_)));
+            assert!(matches!(refused, TrainerError::Removed(_)));
             let refused = refused.to_string();
             assert!(refused.contains(expected) && !refused.contains('\n'), "{refused}");
         }

@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::Receiver;
 
 use super::config::RunConfig;
+use super::error::{Result, TrainerError};
 use super::panic_message;
-use super::prior::PriorError;
 use super::trace::Trace;
-use super::training::{Training, TrainingError};
+use super::training::Training;
 use super::watch::{LiveView, Phase, Watch};
 use mge_base::identity::{Origin, version};
 use mge_base::stop::Pieces;
@@ -37,33 +37,13 @@ pub enum Ending {
     Stopped,
 }
 
-/// Why a run could not be trained or forked.
-#[derive(Debug, thiserror::Error)]
-pub enum TrainerError {
-    /// The run's files cannot be used.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The training loop failed.
-    #[error(transparent)]
-    Training(#[from] TrainingError),
-    /// There is no action prior.
-    #[error(transparent)]
-    Prior(#[from] PriorError),
-    /// A run of a batch was stopped by itself, and the others go on.
-    #[error("it was stopped on request: the same command continues it")]
-    StoppedAlone,
-    /// It cannot be forked there, for the reason that the text gives.
-    #[error("{0}")]
-    Refused(String),
-}
-
 /// Trains the run in `directory` to its end, from its newest checkpoint if it has one.
 /// The recorded results depend only on the configuration and on the controls received.
 ///
 /// # Errors
 /// When the run is in use, its files cannot be used, or the learner diverges. Errors of the training itself are also
 /// recorded in the run.
-pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, TrainerError> {
+pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending> {
     // Create the reader before locking, so that no request is missed that is sent once the lock is held.
     let requests = directory.requests();
     // Lock before reading anything, because another process may be writing it.
@@ -73,7 +53,9 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     let (checkpoint, mut problems) = directory.newest_checkpoint()?;
     if checkpoint.is_none() && config.fork.is_some() {
         // A run without a checkpoint starts over with an empty log, which a fork cannot do.
-        return Err(TrainingError::MissingForkCheckpoint.into());
+        let reason =
+            "the run is a fork, and the checkpoint from which it continues is missing: fork the other run again";
+        return Err(TrainerError::Refused(reason.to_owned()));
     }
     let episode = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode);
     let writer = RunWriter::locked(directory, lock, episode)?;
@@ -101,7 +83,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     };
     let outcome = record_panic(&mut run_loop, |run_loop| run_loop.start(config, checkpoint.as_ref()));
     let outcome = outcome.map_err(|error| run_loop.explained(error));
-    watch.set_phase(Phase::Ended);
+    watch.phase.set(Phase::Ended);
     if let Err(error) = &outcome {
         run_loop.fail(error);
     }
@@ -112,7 +94,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
 ///
 /// # Errors
 /// When its newest checkpoint or its metrics cannot be used.
-pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Result<(), TrainerError> {
+pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Result<()> {
     check_settings_and_model(config)?;
     let (Some(checkpoint), _) = directory.newest_checkpoint()? else { return Ok(()) };
     Training::resume(config.clone(), &checkpoint)?;
@@ -120,9 +102,9 @@ pub fn check_continuation(directory: &RunDirectory, config: &RunConfig) -> Resul
 }
 
 /// Checks that this version has all settings of a run, and that its own model is there, even if its clusters are saved.
-fn check_settings_and_model(config: &RunConfig) -> Result<(), TrainerError> {
-    config.check_supported().map_err(TrainingError::from)?;
-    Ok(config.model_bytes().map(drop)?)
+fn check_settings_and_model(config: &RunConfig) -> Result<()> {
+    config.check_supported()?;
+    config.model_bytes().map(drop)
 }
 
 /// Runs `work`; records a panic as the run's end before resuming it.
@@ -131,7 +113,7 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
         Ok(outcome) => outcome,
         Err(panic) => {
             run_loop.fail(&format_args!("the training panicked: {}", panic_message(&*panic)));
-            run_loop.watch.set_phase(Phase::Ended);
+            run_loop.watch.phase.set(Phase::Ended);
             resume_unwind(panic)
         }
     }
@@ -150,7 +132,7 @@ pub(super) struct EpisodeOutcome {
 }
 
 /// Computes an episode without writing any files.
-pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome, TrainingError> {
+pub(super) fn play(training: &mut Training) -> Result<EpisodeOutcome> {
     let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
     let refined = training.refine()?;
@@ -189,12 +171,12 @@ struct RunLoop<'a> {
 
 impl RunLoop<'_> {
     /// Trains from a checkpoint, or from the beginning, with new action priors.
-    fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending, TrainerError> {
-        let on_phase = |phase| self.watch.set_phase(phase);
+    fn start(&mut self, config: RunConfig, checkpoint: Option<&Checkpoint>) -> Result<Ending> {
+        let on_phase = |phase| self.watch.phase.set(phase);
         let made = config.make_model(&self.writer.directory, on_phase, &self.watch.stop);
         let begin = |()| Training::begin(config, checkpoint, on_phase, &self.watch.stop);
-        let training = match made.map_err(TrainingError::from).and_then(begin) {
-            Err(TrainingError::Stopped) => None,
+        let training = match made.and_then(begin) {
+            Err(TrainerError::Stopped) => None,
             training => Some(training?),
         };
         let stop = if checkpoint.is_none() { self.stop_received() } else { None };
@@ -207,7 +189,7 @@ impl RunLoop<'_> {
         self.run(training)
     }
 
-    fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
+    fn run(&mut self, mut training: Training) -> Result<Ending> {
         let config = &training.config;
         let (mge_version, processor) = (version().to_owned(), processor());
         let origin = Origin { mge_version, processor, models: config.model_id().into_iter().collect() };
@@ -231,7 +213,7 @@ impl RunLoop<'_> {
         if training.episode() == 0 {
             self.record_needs(&training, &[])?;
         }
-        self.watch.set_phase(Phase::Training);
+        self.watch.phase.set(Phase::Training);
         training.phase = self.watch.phase.clone();
         // Pauses do not count.
         let mut trained = Duration::ZERO;
@@ -256,13 +238,13 @@ impl RunLoop<'_> {
     }
 
     /// Plays an episode and records its results; records nothing if a stop abandons it.
-    fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
+    fn episode(&mut self, training: &mut Training) -> Result<()> {
         let needs = training.needs();
         self.pieces.is_slow |= training.may_take_longer();
         let played = self.pieces.run(training, &self.watch.stop, |training, stop| {
             training.stop_on(stop);
             let played = play(training);
-            (!matches!(played, Err(TrainingError::Stopped))).then_some(played)
+            (!matches!(played, Err(TrainerError::Stopped))).then_some(played)
         });
         let Some(played) = played else { return Ok(()) };
         let EpisodeOutcome { record, trace, practised, refined, evaluated } = played?;
@@ -291,7 +273,7 @@ impl RunLoop<'_> {
     }
 
     /// Writes the checkpoints that are due.
-    fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
+    fn save_due(&mut self, training: &Training) -> Result<()> {
         let policy = &training.config.checkpoints;
         let store = self.writer.directory.checkpoints();
         let due = store.due(policy, training.episode(), self.score, training.is_finished());
@@ -302,7 +284,7 @@ impl RunLoop<'_> {
         Ok(())
     }
 
-    fn checkpoint(&self, training: &Training) -> Result<Checkpoint, TrainerError> {
+    fn checkpoint(&self, training: &Training) -> Result<Checkpoint> {
         let mut checkpoint = training.checkpoint()?;
         // The next `best` is compared with this score.
         checkpoint.score = self.score;
@@ -310,7 +292,7 @@ impl RunLoop<'_> {
     }
 
     /// Saves the current state unless it is already saved, because the training ends or pauses here.
-    fn save_now(&mut self, training: &Training) -> Result<(), TrainerError> {
+    fn save_now(&mut self, training: &Training) -> Result<()> {
         if self.is_saved && !self.is_changed {
             return Ok(());
         }
@@ -325,7 +307,7 @@ impl RunLoop<'_> {
     }
 
     /// Saves and shows the prior, and records that it is used from now on; `given` says whether it is a user's.
-    fn record_prior(&mut self, prior: Arc<ActionPrior>, episode: u64, given: bool) -> Result<(), TrainerError> {
+    fn record_prior(&mut self, prior: Arc<ActionPrior>, episode: u64, given: bool) -> Result<()> {
         self.write_prior(&prior.to_json())?;
         let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
         self.watch.set_prior(Some(prior));

@@ -36,7 +36,7 @@ impl Trainer {
         let seen = watch.clone();
         let work = move || {
             let outcome = train(&directory, &receiver, &seen).map_err(|error| error.to_string());
-            seen.set_phase(Phase::Ended);
+            seen.phase.set(Phase::Ended);
             outcome
         };
         let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work)?;
@@ -49,7 +49,7 @@ impl Trainer {
         let _ = self.controls.send(control);
         // Only after sending, so that the trainer finds the control when it sees the flag.
         if stops {
-            self.watch.signal_stop();
+            self.watch.stop.request();
         }
     }
 

@@ -1,6 +1,5 @@
 //! The training loop, one episode at a time, without threads or files.
 
-mod error;
 mod evaluation;
 mod exploring;
 mod learning;
@@ -17,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::composition::{Actor, Composition};
 use super::config::RunConfig;
+use super::error::Result;
 use super::exploration::{Attempts, Explorer};
 use super::hold::Hold;
 use super::parts::Granularity;
@@ -31,7 +31,6 @@ use mge_guidance::{ActionPrior, EpsilonSchedule, Played};
 use mge_run::{EpisodeRecord, Source};
 use mge_stats::rolling::{RollingRate, WINDOW};
 
-pub use error::TrainingError;
 pub use evaluation::greedy_episode;
 use means::UpdateMeans;
 pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, prior_at};
@@ -111,7 +110,7 @@ impl Training {
     ///
     /// # Errors
     /// When a setting is out of range.
-    pub fn new(config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
+    pub fn new(config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self> {
         config.validate()?;
         config.check_supported()?;
         let mut weights = Stream::AgentWeights.of(config.seed);
@@ -138,7 +137,7 @@ impl Training {
     }
 
     /// Assembles a training between two episodes.
-    fn assembled(config: RunConfig, learner: Learner, progress: TrainingState) -> Result<Self, TrainingError> {
+    fn assembled(config: RunConfig, learner: Learner, progress: TrainingState) -> Result<Self> {
         let parts = Composition::of(&config)?;
         let env = Environment::new(config.played_task());
         let (stop, phase) = (Stop::default(), SharedPhase::default());
@@ -211,13 +210,12 @@ impl Training {
     ///
     /// # Errors
     /// When the learner diverges, or the episode is abandoned.
-    pub fn run_episode(&mut self) -> Result<(EpisodeRecord, Trace), TrainingError> {
+    pub fn run_episode(&mut self) -> Result<(EpisodeRecord, Trace)> {
         let episode = self.progress.episode as u32;
         let threshold = self.threshold();
         let needs = self.needs();
         let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
-        let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
-        self.learner.noise.scale = noise_scale;
+        self.learner.noise.scale = self.config.noise_decay.scale(episode, self.config.episodes);
         self.hold_or_release();
         self.learner.start_episode();
         let mut observation = self.env.reset(&mut self.progress.streams.environment);
@@ -242,7 +240,7 @@ impl Training {
             let updates = self.learn_from(stage, [&observation, &next_observation], action, &step, &mut played)?;
             updates.iter().for_each(|metrics| means.add(metrics));
             if step.end.is_some() {
-                let record = self.finish_episode(&trace, &step, threshold * mean_need, noise_scale, &means);
+                let record = self.finish_episode(&trace, &step, threshold * mean_need, &means);
                 return Ok((record, trace));
             }
             let again = match self.config.granularity {
@@ -257,14 +255,7 @@ impl Training {
         }
     }
 
-    fn finish_episode(
-        &mut self,
-        trace: &Trace,
-        last: &Step,
-        epsilon: f32,
-        noise_scale: f32,
-        means: &UpdateMeans,
-    ) -> EpisodeRecord {
+    fn finish_episode(&mut self, trace: &Trace, last: &Step, epsilon: f32, means: &UpdateMeans) -> EpisodeRecord {
         let progress = &mut self.progress;
         let snapshot = self.env.snapshot();
         let steps = trace.steps.len() as u64;
@@ -288,7 +279,7 @@ impl Training {
             subgoals_total: snapshot.reached.len() as u32,
             guided: trace.steps.iter().any(|step| step.source == Source::Clusters),
             epsilon,
-            noise_sigma: self.config.ddpg.ou.sigma * noise_scale,
+            noise_sigma: self.config.ddpg.ou.sigma * self.learner.noise.scale,
             critic_loss: means.mean(|sum| sum.critic_loss),
             mean_q: means.mean(|sum| sum.mean_q),
             max_q: means.max_q(),

@@ -105,11 +105,6 @@ impl Watch {
         lock(&self.view).take()
     }
 
-    /// Signals that a [`Control::Stop`](super::Control::Stop) was sent, so that long work is abandoned.
-    pub(crate) fn signal_stop(&self) {
-        self.stop.request();
-    }
-
     /// What the trainer is doing.
     pub fn phase(&self) -> Phase {
         *lock(&self.phase.0)
@@ -123,10 +118,6 @@ impl Watch {
     /// The action prior of the run, once there is one.
     pub fn prior(&self) -> Option<Arc<ActionPrior>> {
         lock(&self.prior).clone()
-    }
-
-    pub(super) fn set_phase(&self, phase: Phase) {
-        self.phase.set(phase);
     }
 
     pub(super) fn set_episode(&self, episode: u64) {

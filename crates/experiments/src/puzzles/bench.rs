@@ -108,7 +108,7 @@ impl Bench {
         let mut task = task::load(&puzzle.path(&self.puzzles).display().to_string())?;
         let run = RunConfig { prior: self.model.clone(), ..RunConfig::new(Arc::new(task.clone())) };
         // The uniform source has no model to propose subgoals with.
-        if let Some(model) = rollout_model(&run, |_| (), handle.stop())? {
+        if let Some(model) = rollout_model(&run.prior, &run, |_| (), handle.stop())? {
             let config = GuidanceConfig::default();
             let chosen = choose_subgoals(&task, &*model, self.subgoals, &config, 0, handle.stop(), |_| ())?;
             // A run trains another model, with its own seed.

@@ -132,7 +132,7 @@ impl JobHandle {
         if !self.is_stopped() {
             // The receiver lives as long as the handle.
             let _ = self.controls.0.send(Control::Stop { reason: "interrupted".to_owned() });
-            self.watch.signal_stop();
+            self.watch.stop.request();
         }
     }
 

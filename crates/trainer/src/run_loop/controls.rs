@@ -6,7 +6,8 @@ use std::time::Duration;
 use crossbeam_channel::RecvTimeoutError;
 use serde::{Deserialize, Serialize};
 
-use super::{RunLoop, TrainerError};
+use super::RunLoop;
+use crate::error::Result;
 use crate::training::Training;
 use crate::watch::Phase;
 use mge_guidance::{ActionPrior, EpsilonSchedule};
@@ -64,7 +65,7 @@ impl RunLoop<'_> {
     }
 
     /// Handles the controls received since the last episode; blocks while paused.
-    pub(super) fn handle_controls(&mut self, training: &mut Training) -> Result<Next, TrainerError> {
+    pub(super) fn handle_controls(&mut self, training: &mut Training) -> Result<Next> {
         let mut paused = false;
         loop {
             if !paused && self.pause_after.is_some_and(|episode| training.episode() >= episode) {
@@ -103,7 +104,7 @@ impl RunLoop<'_> {
                     }
                     if std::mem::take(&mut paused) {
                         self.writer.record(&Event::Resumed { episode: training.episode() })?;
-                        self.watch.set_phase(Phase::Training);
+                        self.watch.phase.set(Phase::Training);
                     }
                 }
                 Control::SetSchedule { schedule } => {
@@ -143,15 +144,15 @@ impl RunLoop<'_> {
     }
 
     /// Notes a change between two episodes; saves it at once during a pause.
-    fn changed(&mut self, training: &Training, paused: bool) -> Result<(), TrainerError> {
+    fn changed(&mut self, training: &Training, paused: bool) -> Result<()> {
         self.is_changed = true;
         if paused { self.save_now(training) } else { Ok(()) }
     }
 
-    fn pause(&mut self, training: &Training) -> Result<(), TrainerError> {
+    fn pause(&mut self, training: &Training) -> Result<()> {
         self.save_now(training)?;
         self.writer.record(&Event::Paused { episode: training.episode() })?;
-        self.watch.set_phase(Phase::Paused);
+        self.watch.phase.set(Phase::Paused);
         Ok(())
     }
 }

@@ -110,14 +110,14 @@ fn a_method_that_predicts_needs_a_model() {
     let mut config = config(Method::Planning, 3);
     config.prior = PriorSource::Uniform;
     let error = Training::new(config, None).unwrap_err().to_string();
-    assert!(error.contains("needs a model"), "{error}");
+    assert!(error.contains("predicts nothing"), "{error}");
 }
 
 #[test]
 fn a_shipped_model_is_chosen_by_its_name() {
     let of = |name: &str| {
         let config = RunConfig { prior: PriorSource::from(name.to_owned()), ..config(Method::DdpgMge, 4) };
-        rollout_model(&config, |_| (), &Stop::default()).unwrap().unwrap()
+        rollout_model(&config.prior, &config, |_| (), &Stop::default()).unwrap().unwrap()
     };
     assert_eq!(of("bucket-box").sha256(), of("learned").sha256());
 }
@@ -131,7 +131,7 @@ fn a_model_is_trained_for_any_tools_with_the_seed_of_the_run() {
         check_model(&config).unwrap();
         let mut epochs = 0;
         let count = |phase: Phase| epochs = if let Phase::TrainingModel { epochs, .. } = phase { epochs } else { 9 };
-        let model = rollout_model(&config, count, &Stop::default()).unwrap().unwrap();
+        let model = rollout_model(&config.prior, &config, count, &Stop::default()).unwrap().unwrap();
         // None if it came from the cache.
         assert!(epochs == 0 || epochs == 2, "{epochs}");
         model.sha256()

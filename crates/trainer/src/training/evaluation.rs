@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Training, TrainingError};
+use super::Training;
+use crate::error::Result;
 use crate::trace::Trace;
 use mge_agent::Ddpg;
 use mge_base::streams::Stream;
@@ -17,7 +18,7 @@ impl Training {
     ///
     /// # Errors
     /// When a stop is requested.
-    pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
+    pub fn evaluate(&mut self, episodes: u32) -> Result<Event> {
         let mut rng = self.progress.streams.evaluation.clone();
         let (success, mean_return) = self.greedy(episodes, &mut rng)?;
         self.progress.streams.evaluation = rng;
@@ -30,7 +31,7 @@ impl Training {
     ///
     /// # Errors
     /// When a stop is requested.
-    pub fn score(&self, mean_return: f64) -> Result<f64, TrainingError> {
+    pub fn score(&self, mean_return: f64) -> Result<f64> {
         let task = self.env.loaded_task();
         let episodes_vary = task.rules.start_noise > 0.0 || !task.shifts.is_empty();
         if !episodes_vary || self.config.evaluation.episodes >= JUDGED {
@@ -40,7 +41,7 @@ impl Training {
     }
 
     /// Success and mean return of the greedy policy over some episodes.
-    fn greedy(&self, episodes: u32, rng: &mut ChaCha8Rng) -> Result<(f64, f64), TrainingError> {
+    fn greedy(&self, episodes: u32, rng: &mut ChaCha8Rng) -> Result<(f64, f64)> {
         let (mut successes, mut total) = (0u32, 0.0f64);
         for _ in 0..episodes {
             self.stop.check()?;

@@ -2,12 +2,12 @@
 
 use rand::Rng;
 
+use super::Training;
 use super::evaluation::action_of;
-use super::{Training, TrainingError};
 use crate::composition::Actor;
-use crate::exploration::{Explorer, explorer, needs};
+use crate::error::Result;
+use crate::exploration::Explorer;
 use crate::hold::{Failure, Hold};
-use crate::prior::PriorError;
 use mge_env::Action;
 use mge_guidance::{self as guidance, EpsilonSchedule};
 use mge_run::Source;
@@ -15,7 +15,7 @@ use mge_run::Source;
 impl Training {
     /// The need for exploration of each stage, the goal last; empty if the schedule does not depend on need.
     pub fn needs(&self) -> Vec<f32> {
-        needs(self.schedule(), &self.progress.attempts, self.env.task().stage_count())
+        self.progress.attempts.needs(self.schedule(), self.env.task().stage_count())
     }
 
     /// The epsilon schedule in effect. A schedule that a user has changed in a run that has clusters applies even if
@@ -50,17 +50,12 @@ impl Training {
         let draw: f32 = self.progress.streams.guidance.r#gen();
         match self.parts.actor {
             Actor::FirstSuccess => Explorer::Clusters,
-            _ => explorer(self.schedule(), threshold, &self.progress.attempts, self.env.snapshot().stage(), draw),
+            _ => self.progress.attempts.explorer(self.schedule(), threshold, self.env.snapshot().stage(), draw),
         }
     }
 
     /// Chooses the action number `step` of an episode.
-    pub(super) fn choose(
-        &mut self,
-        observation: &[f32],
-        explorer: Explorer,
-        step: usize,
-    ) -> Result<(Action, Source), TrainingError> {
+    pub(super) fn choose(&mut self, observation: &[f32], explorer: Explorer, step: usize) -> Result<(Action, Source)> {
         let recorded = self.progress.first_success.iter().find_map(|actions| actions.get(step).or(actions.last()));
         if let Some(action) = recorded {
             return Ok((*action, Source::Recorded));
@@ -68,8 +63,8 @@ impl Training {
         let (now, streams) = (self.env.snapshot(), &mut self.progress.streams);
         Ok(match (&self.parts.actor, &self.progress.prior) {
             (Actor::Planner(model), _) => {
-                let action = guidance::plan(&**model, now, &self.config.planner, &self.stop, &mut streams.model);
-                let (action, taken) = action.map_err(PriorError::from)?;
+                let (action, taken) =
+                    guidance::plan(&**model, now, &self.config.planner, &self.stop, &mut streams.model)?;
                 self.progress.charge(taken);
                 (action, Source::Planner)
             }

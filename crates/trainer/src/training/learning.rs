@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::{Training, TrainingError};
-use crate::prior::PriorError;
+use super::Training;
+use crate::error::Result;
 use mge_agent::{Transition, UpdateMetrics};
 use mge_env::{Action, Step};
 use mge_guidance::{ActionPrior, Played};
@@ -19,7 +19,7 @@ impl Training {
         action: Action,
         step: &Step,
         played: &mut Played,
-    ) -> Result<Vec<UpdateMetrics>, TrainingError> {
+    ) -> Result<Vec<UpdateMetrics>> {
         if step.reached_stage() {
             self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
         }
@@ -57,19 +57,18 @@ impl Training {
     ///
     /// # Errors
     /// When a rewarding action is not finite.
-    pub fn refine(&mut self) -> Result<Option<Arc<ActionPrior>>, TrainingError> {
+    pub fn refine(&mut self) -> Result<Option<Arc<ActionPrior>>> {
         let is_due = self.progress.episode > 0 && self.config.is_refined_after(self.progress.episode);
         if is_due { self.refine_now() } else { Ok(None) }
     }
 
     /// Like [`refine`](Self::refine), whether or not it is due.
-    pub(super) fn refine_now(&mut self) -> Result<Option<Arc<ActionPrior>>, TrainingError> {
+    pub(super) fn refine_now(&mut self) -> Result<Option<Arc<ActionPrior>>> {
         let (Some(prior), Some(refinement)) = (&self.progress.prior, self.parts.refinement) else { return Ok(None) };
         let mut refined = ActionPrior::clone(prior);
         for (stage, actions) in self.progress.rewarding.iter_mut().enumerate() {
             if actions.len() >= refinement.least.max(1) {
-                let clustered = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model);
-                refined = clustered.map_err(PriorError::from)?;
+                refined = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model)?;
             }
         }
         if refined == **prior {

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Training, TrainingError};
+use super::Training;
+use crate::error::{Result, TrainerError};
 use crate::parts::Practice;
-use crate::prior::model_of;
+use crate::prior::rollout_model;
 use crate::watch::Phase;
 use mge_base::streams::Stream;
 use mge_env::Snapshot;
@@ -26,7 +27,7 @@ impl Training {
     ///
     /// # Errors
     /// When the model cannot be used, the learner diverges, or a stop is requested.
-    pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
+    pub fn practise(&mut self) -> Result<Option<Practised>> {
         // Practice precedes all other steps of a run.
         let is_due = self.progress.environment_steps == 0;
         let Some(practice) = self.parts.practice.filter(|_| is_due) else { return Ok(None) };
@@ -35,7 +36,7 @@ impl Training {
         let (prior, model) = match self.progress.prior.as_deref() {
             Some(given) => (given.clone(), None),
             None => {
-                let model = model_of(&self.config.rollout_source(), &self.config, |now| phase.set(now), &stop)?;
+                let model = rollout_model(&self.config.rollout_source(), &self.config, |now| phase.set(now), &stop)?;
                 (ActionPrior::uniform(&task, &self.config.guidance, self.config.seed), model)
             }
         };
@@ -58,7 +59,7 @@ impl Training {
             built.environment_rollouts = practised.rollouts[stage] as usize;
             built.environment_hits = practised.reached[stage] as usize;
             is_reached = !ends.reached.is_empty();
-            Ok::<_, TrainingError>(ends)
+            Ok::<_, TrainerError>(ends)
         };
         let prior = guidance::build_with(prior, &task, model.as_deref(), &stop, on_stage, play)?;
         if model.is_some() {
@@ -78,7 +79,7 @@ impl Training {
         starts: &[Snapshot],
         practised: &mut Practised,
         rng: &mut ChaCha8Rng,
-    ) -> Result<EndStates, TrainingError> {
+    ) -> Result<EndStates> {
         let mut ends = EndStates::default();
         // At least one, unless the stage is the first: the stage before was reached.
         let starts: Vec<&Snapshot> = starts.iter().filter(|start| start.stage() == stage).collect();
@@ -113,7 +114,7 @@ impl Training {
     }
 
     /// Makes a rollout from the environment's current state. Returns whether it reached the stage.
-    fn practise_rollout(&mut self, actions: &mut u64, rng: &mut ChaCha8Rng) -> Result<bool, TrainingError> {
+    fn practise_rollout(&mut self, actions: &mut u64, rng: &mut ChaCha8Rng) -> Result<bool> {
         let Some(prior) = self.progress.prior.clone() else { return Ok(false) };
         self.learner.start_episode();
         let stage = self.env.snapshot().stage();
@@ -262,6 +263,6 @@ mod tests {
         let stop = Stop::default();
         stop.request();
         training.stop_on(&stop);
-        assert!(matches!(training.practise(), Err(TrainingError::Stopped)));
+        assert!(matches!(training.practise(), Err(TrainerError::Stopped)));
     }
 }

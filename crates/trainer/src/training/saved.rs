@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{ACTION_LEN, Training, TrainingError, TrainingState};
+use super::{ACTION_LEN, Training, TrainingState};
 use crate::config::RunConfig;
+use crate::error::{Result, TrainerError};
 use crate::exploration::Attempts;
 use crate::hold::Hold;
 use crate::prior::build_prior;
@@ -42,7 +43,7 @@ const CONFIG_SECTION: &str = "config.json";
 ///
 /// # Errors
 /// The first setting that differs.
-fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(), TrainingError> {
+fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<()> {
     // Checkpoints of earlier versions do not have the section.
     if !checkpoint.names().any(|name| name == CONFIG_SECTION) {
         return Ok(());
@@ -58,7 +59,13 @@ fn check_settings(config: &RunConfig, checkpoint: &Checkpoint) -> Result<(), Tra
     let (saved, now) = (json::leaf_values(&saved), json::leaf_values(&now));
     let differing =
         saved.iter().find(|leaf| !now.contains(leaf)).or_else(|| now.iter().find(|leaf| !saved.contains(leaf)));
-    Err(TrainingError::OtherSettings(differing.map_or_else(String::new, |(path, _)| path.clone())))
+    Err(other_settings(differing.map_or("", |(path, _)| path)))
+}
+
+/// The error of a run whose settings were changed after it began.
+fn other_settings(path: &str) -> TrainerError {
+    let remedy = "restore it, or start a new run";
+    TrainerError::Refused(format!("the run began with another `{path}` than config.json has now: {remedy}"))
 }
 
 /// Whether the lengths of an agent's vectors are those of a run's agent.
@@ -76,7 +83,7 @@ impl Training {
         checkpoint: Option<&Checkpoint>,
         on_phase: impl FnMut(Phase),
         stop: &Stop,
-    ) -> Result<Self, TrainingError> {
+    ) -> Result<Self> {
         if let Some(checkpoint) = checkpoint {
             return Self::resume(config, checkpoint);
         }
@@ -90,7 +97,7 @@ impl Training {
     ///
     /// # Errors
     /// When the checkpoint does not belong to this configuration.
-    pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
+    pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self> {
         config.validate()?;
         config.check_supported()?;
         check_settings(&config, checkpoint)?;
@@ -102,11 +109,11 @@ impl Training {
             return Err(agent::StateError::ReplayMismatch.into());
         }
         if *learner.ddpg.config() != config.ddpg {
-            return Err(TrainingError::OtherSettings("ddpg".to_owned()));
+            return Err(other_settings("ddpg"));
         }
         let progress: TrainingState = checkpoint.json(PROGRESS_SECTION)?;
         if progress.seed.is_some_and(|seed| seed != config.seed) {
-            return Err(TrainingError::OtherSettings("seed".to_owned()));
+            return Err(other_settings("seed"));
         }
         Self::assembled(config, learner, progress)
     }
@@ -116,11 +123,12 @@ impl Training {
     ///
     /// # Errors
     /// When a setting is out of range, or the learned state cannot be used with it.
-    pub(crate) fn forked(self, config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
+    pub(crate) fn forked(self, config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self> {
         config.validate()?;
         let Self { config: old, mut learner, mut progress, .. } = self;
         if !fits(&learner.ddpg, &config) {
-            return Err(TrainingError::OtherObservations);
+            let reason = "the networks have learned with observations of another length: keep the number of subgoals";
+            return Err(TrainerError::Refused(reason.to_owned()));
         }
         learner.reconfigure(&config.ddpg).map_err(|error| error.within("ddpg"))?;
         // A schedule changed during the run stays in use unless the fork sets another.
@@ -148,7 +156,7 @@ impl Training {
     ///
     /// # Errors
     /// When the progress cannot be encoded.
-    pub fn checkpoint(&self) -> Result<Checkpoint, TrainingError> {
+    pub fn checkpoint(&self) -> Result<Checkpoint> {
         let saved = self.learner.save();
         let mut checkpoint = Checkpoint::new(self.progress.episode);
         checkpoint.insert(NETWORKS_SECTION, saved.networks)?;
