@@ -40,7 +40,7 @@ impl Facts {
         Self {
             tools,
             success: zeros(py, count),
-            subgoals: PyArray2::zeros(py, [count, env.task().subgoals.len()], false).unbind(),
+            subgoals: PyArray2::zeros(py, [count, env.template().loaded_task().subgoals.len()], false).unbind(),
             placed: zeros(py, count),
             placement: zeros(py, count),
             end: zeros(py, count),

@@ -16,7 +16,7 @@ use super::pool::{abandonable, pool_for, work_on};
 use super::state::{State, scene};
 use super::task::Task;
 use mge_base::stop::Stop;
-use mge_env::{self as env, Action, ActionSet, Autoreset, Choice, VectorEnvironment, VectorError};
+use mge_env::{self as env, Action, ActionSet, Autoreset, Choice, Environment, VectorEnvironment, VectorError};
 use mge_figures::Figure;
 use mge_physics::ToolSplit;
 
@@ -61,10 +61,7 @@ impl VectorCore {
         };
         let tools: Option<ToolSplit> = tools.map(str::parse).transpose().map_err(PyValueError::new_err)?;
         drop(room::<u8>(num_envs.saturating_mul(ENVIRONMENT))?);
-        let env = match tools {
-            None => VectorEnvironment::new(task.0, num_envs, autoreset),
-            Some(tools) => VectorEnvironment::with_tools(task.0, tools, num_envs, autoreset),
-        };
+        let env = VectorEnvironment::new(Environment::new(task.0).with_tools(tools), num_envs, autoreset);
         Ok(Self {
             threads: num_threads,
             observations: PyArray2::zeros(py, [num_envs, env.observation_len()], false).unbind(),
@@ -102,12 +99,12 @@ impl VectorCore {
 
     /// Lower and upper bounds of an observation, float32.
     fn bounds<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f32>>; 2] {
-        self.env.observation_bounds().map(|bounds| bounds.into_pyarray(py))
+        self.env.template().observation_bounds().map(|bounds| bounds.into_pyarray(py))
     }
 
     /// The parts of an observation in order: their names and shapes.
     fn parts(&self) -> Vec<(&'static str, Vec<usize>)> {
-        self.env.observation_parts().into_iter().map(|part| (part.name, part.shape)).collect()
+        self.env.template().observation_parts().into_iter().map(|part| (part.name, part.shape)).collect()
     }
 
     /// Takes one action in each environment: a place and, where agents choose tools, the index of a tool. The package

@@ -52,9 +52,11 @@ impl Environment {
     /// Gives the agent an action set of CREATE's tools. As in CREATE, every [`reset`](Self::reset) draws a new one:
     /// the no-op and 39 tools of the split. The set is empty before the first reset. Actions are then [`Choice`]s,
     /// and observations describe the set.
+    /// None gives it the task's own tool.
     #[must_use]
-    pub fn with_tools(self, split: ToolSplit) -> Self {
-        Self { split: Some(split), set: Some(ActionSet::default()), ..self }
+    pub fn with_tools(self, split: impl Into<Option<ToolSplit>>) -> Self {
+        let split = split.into();
+        Self { split, set: split.map(|_| ActionSet::default()), ..self }
     }
 
     /// Gives the agent the same action set in every episode; None gives it the task's own tool.

@@ -1,16 +1,12 @@
 //! Vectorised environments of one task, each with its own random numbers.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use super::action_set::{ActionSet, Choice};
 use super::environment::Environment;
-use super::observation::ObservationPart;
 use mge_base::stop::Stop;
 use mge_base::streams::Stream;
 use mge_physics::{ACTION_SET, ToolSplit};
-use mge_task::Task;
 
 mod player;
 mod state;
@@ -54,9 +50,9 @@ pub enum VectorError {
 /// Environments of one task. Results do not depend on the number of threads.
 #[derive(Debug, Clone)]
 pub struct VectorEnvironment {
-    task: Arc<Task>,
+    /// What each of them was before its first reset.
+    template: Environment,
     autoreset: Autoreset,
-    split: Option<ToolSplit>,
     players: Vec<Player>,
     observation_len: usize,
     /// Ends resets and steps early.
@@ -64,23 +60,17 @@ pub struct VectorEnvironment {
 }
 
 impl VectorEnvironment {
-    /// `count` environments of a task; each needs a reset before its first step.
-    pub fn new(task: Arc<Task>, count: usize, autoreset: Autoreset) -> Self {
-        Self::of(Environment::new(task), count, autoreset)
-    }
-
-    /// Like [`new`](Self::new), with action sets: see [`Environment::with_tools`].
-    pub fn with_tools(task: Arc<Task>, tools: ToolSplit, count: usize, autoreset: Autoreset) -> Self {
-        Self::of(Environment::new(task).with_tools(tools), count, autoreset)
-    }
-
-    fn of(env: Environment, count: usize, autoreset: Autoreset) -> Self {
-        let (task, observation_len) = (env.loaded_task().clone(), env.observation_len());
-        let rng = Stream::Episode.of(0);
+    /// `count` environments like this one; each needs a reset before its first step.
+    pub fn new(template: Environment, count: usize, autoreset: Autoreset) -> Self {
+        let (env, rng) = (template.clone(), Stream::Episode.of(0));
         let player = Player { env, rng, begun: false, actions: Vec::new(), outcome: Outcome::default() };
-        let split = player.env.split();
-        let (players, stop) = (vec![player; count], Stop::default());
-        Self { task, autoreset, split, players, observation_len, stop }
+        let (players, observation_len) = (vec![player; count], template.observation_len());
+        Self { template, autoreset, players, observation_len, stop: Stop::default() }
+    }
+
+    /// What each of them was before its first reset, with its task, its tools and the parts of its observations.
+    pub fn template(&self) -> &Environment {
+        &self.template
     }
 
     /// Ends resets and steps early once `stop` is requested. Only some environments have then changed: see
@@ -94,11 +84,6 @@ impl VectorEnvironment {
         self.players.iter_mut().for_each(|player| player.begun = false);
     }
 
-    /// The task being played.
-    pub fn task(&self) -> &Arc<Task> {
-        &self.task
-    }
-
     /// Number of environments.
     pub fn count(&self) -> usize {
         self.players.len()
@@ -109,24 +94,9 @@ impl VectorEnvironment {
         self.observation_len
     }
 
-    /// The split from which action sets are drawn, if agents have them.
-    pub fn split(&self) -> Option<ToolSplit> {
-        self.split
-    }
-
-    /// The parts of an observation, in order.
-    pub fn observation_parts(&self) -> Vec<ObservationPart> {
-        self.players.first().map_or(Vec::new(), |player| player.env.observation_parts())
-    }
-
-    /// Lower and upper bounds of observations; unbounded values are infinite.
-    pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
-        self.players.first().map_or([const { Vec::new() }; 2], |player| player.env.observation_bounds())
-    }
-
     /// Size of an action set, the no-op included; None if agents have the task's own tool.
     pub fn tool_count(&self) -> Option<usize> {
-        self.split.map(|_| ACTION_SET)
+        self.template.split().map(|_| ACTION_SET)
     }
 
     /// The action sets by environment; empty if agents have the task's own tool.
@@ -218,11 +188,12 @@ impl VectorEnvironment {
     /// # Errors
     /// When there is no such environment, or the state belongs to another task or to other tools.
     pub fn restore(&mut self, index: usize, state: &State, observation: &mut [f32]) -> Result<(), VectorError> {
-        if *state.task() != self.task || state.0.env.split() != self.split {
-            let name = |task: &Task, split: Option<ToolSplit>| {
-                format!("`{}` with {} tools", task.name, split.map_or("its own", ToolSplit::name))
+        let [found, wanted] = [&state.0.env, &self.template];
+        if found.loaded_task() != wanted.loaded_task() || found.split() != wanted.split() {
+            let name = |env: &Environment| {
+                format!("`{}` with {} tools", env.loaded_task().name, env.split().map_or("its own", ToolSplit::name))
             };
-            let (found, wanted) = (name(state.task(), state.0.env.split()), name(&self.task, self.split));
+            let [found, wanted] = [found, wanted].map(name);
             return Err(VectorError::Refused(format!(
                 "the state is of task {found}, but the environment plays {wanted}"
             )));

@@ -51,10 +51,7 @@ impl State {
     /// When the text is not a state of this task.
     pub fn parse(text: &str, task: &Arc<Task>) -> Result<Self, serde_json::Error> {
         let Recorded { rng, begun, split, start, actions } = serde_json::from_str(text)?;
-        let mut env = Environment::new(task.clone());
-        if let Some(split) = split {
-            env = env.with_tools(split);
-        }
+        let mut env = Environment::new(task.clone()).with_tools(split);
         env.begin(start);
         let played = actions.iter().take_while(|action| env.step(**action).is_ok()).count();
         if played < actions.len() {

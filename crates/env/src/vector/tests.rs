@@ -1,11 +1,14 @@
 //! Environments stepped together, and their states.
 
+use std::sync::Arc;
+
 use rand::Rng;
 
 use super::*;
 use crate::Action;
 use crate::{Placement, Step, TOOL_FEATURES, tool_features, uniform_action};
 use mge_physics::ACTION_SET;
+use mge_task::Task;
 
 fn noisy_task() -> Arc<Task> {
     let mut task = mge_task::load("task5").unwrap();
@@ -40,7 +43,7 @@ fn each_environment_plays_as_if_alone_on_any_number_of_threads() {
     let actions = actions(40, COUNT);
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut vector = VectorEnvironment::new(task.clone(), COUNT, Autoreset::SameStep);
+        let mut vector = VectorEnvironment::new(Environment::new(task.clone()), COUNT, Autoreset::SameStep);
         let length = vector.observation_len();
         let mut observations = vec![0.0; COUNT * length];
         let seeds: Vec<Option<u64>> = (0..COUNT as u64).map(|index| Some(500 + index)).collect();
@@ -87,7 +90,7 @@ fn each_environment_plays_as_if_alone_on_any_number_of_threads() {
 #[test]
 fn the_next_step_after_the_end_begins_an_episode_and_ignores_its_action() {
     let task = noisy_task();
-    let mut vector = VectorEnvironment::new(task.clone(), 1, Autoreset::NextStep);
+    let mut vector = VectorEnvironment::new(Environment::new(task.clone()), 1, Autoreset::NextStep);
     let mut row = vec![0.0; vector.observation_len()];
     vector.reset(&[Some(3)], None, &mut row);
     let mut rng = Stream::Episode.of(3);
@@ -117,7 +120,7 @@ fn the_next_step_after_the_end_begins_an_episode_and_ignores_its_action() {
 
 #[test]
 fn invalid_steps_are_refused_and_change_nothing() {
-    let mut vector = VectorEnvironment::new(noisy_task(), 3, Autoreset::Disabled);
+    let mut vector = VectorEnvironment::new(Environment::new(noisy_task()), 3, Autoreset::Disabled);
     let length = vector.observation_len();
     let mut rows = vec![0.0; 3 * length];
     let refused = |vector: &mut VectorEnvironment, actions: [Action; 3]| {
@@ -141,7 +144,7 @@ fn invalid_steps_are_refused_and_change_nothing() {
 #[test]
 fn a_state_continues_like_the_original_also_after_a_round_trip() {
     let task = noisy_task();
-    let mut vector = VectorEnvironment::new(task.clone(), 2, Autoreset::NextStep);
+    let mut vector = VectorEnvironment::new(Environment::new(task.clone()), 2, Autoreset::NextStep);
     let length = vector.observation_len();
     let mut rows = vec![0.0; 2 * length];
     vector.reset(&[Some(8), Some(9)], None, &mut rows);
@@ -158,7 +161,7 @@ fn a_state_continues_like_the_original_also_after_a_round_trip() {
         assert_eq!(rows[..length], rows[length..], "after action {number}");
     }
     let other = Arc::new(mge_task::load("task1").unwrap());
-    let state = VectorEnvironment::new(other, 1, Autoreset::NextStep).state(0).unwrap();
+    let state = VectorEnvironment::new(Environment::new(other), 1, Autoreset::NextStep).state(0).unwrap();
     assert!(matches!(vector.restore(0, &state, &mut rows[..length]), Err(VectorError::Refused(_))));
     assert!(State::parse("{}", &task).is_err());
 }
@@ -172,10 +175,11 @@ fn choices(steps: usize, tools: usize) -> Vec<Choice> {
 #[test]
 fn with_tools_every_episode_draws_an_action_set_and_observes_it() {
     let task = Arc::new(mge_task::load("create/Ladder-random").unwrap());
-    let mut vector = VectorEnvironment::with_tools(task, ToolSplit::Train, 1, Autoreset::NextStep);
+    let mut vector =
+        VectorEnvironment::new(Environment::new(task).with_tools(ToolSplit::Train), 1, Autoreset::NextStep);
     let mut row = vec![0.0; vector.observation_len()];
     vector.reset(&[Some(4)], None, &mut row);
-    let parts = vector.observation_parts();
+    let parts = vector.template().observation_parts();
     assert_eq!(parts.iter().map(|part| part.name).collect::<Vec<_>>(), ["objects", "progress", "tools"]);
     let [described, mut placed, mut sets] = [ACTION_SET * TOOL_FEATURES, 0, 0];
     for choice in choices(200, ACTION_SET) {
@@ -202,7 +206,9 @@ fn with_tools_every_episode_draws_an_action_set_and_observes_it() {
 #[test]
 fn a_state_with_tools_and_random_shifts_continues_after_a_round_trip() {
     let task = Arc::new(mge_task::load("create/Obstacle-random").unwrap());
-    let new = |count| VectorEnvironment::with_tools(task.clone(), ToolSplit::Test, count, Autoreset::NextStep);
+    let new = |count| {
+        VectorEnvironment::new(Environment::new(task.clone()).with_tools(ToolSplit::Test), count, Autoreset::NextStep)
+    };
     let mut vector = new(2);
     let length = vector.observation_len();
     let mut rows = vec![0.0; 2 * length];
@@ -216,7 +222,7 @@ fn a_state_with_tools_and_random_shifts_continues_after_a_round_trip() {
         assert_eq!(rows[..length], rows[length..]);
     }
     let state = vector.state(0).unwrap();
-    let mut own = VectorEnvironment::new(task, 1, Autoreset::NextStep);
+    let mut own = VectorEnvironment::new(Environment::new(task), 1, Autoreset::NextStep);
     let error = own.restore(0, &state, &mut rows).unwrap_err();
     assert!(error.to_string().contains("with test tools, but the environment"), "{error}");
 }
