@@ -14,14 +14,11 @@ use super::error::exception;
 use super::pool::{abandonable, work};
 use super::state::{BALL, State, ball_row};
 use super::task::Task;
-use mge_dynamics::{self as dynamics, DynamicsError, Predictor, Rollout};
+use mge_dynamics::{self as dynamics, Predictor, Rollout};
 use mge_env::{Action, Environment, Snapshot};
 use mge_guidance::{RapierPhysics, RolloutModel, TruePhysics};
 use mge_physics::{BallState, Tool, to_units};
 use mge_task::{self as task, ToolSpec};
-
-/// Number of balls predicted between two looks at the stop request.
-const AT_ONCE: usize = 1024;
 
 fn ball_of(row: &[f32]) -> BallState {
     BallState {
@@ -103,20 +100,13 @@ impl Model {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let model = self.0.for_task(&task.0).map_err(exception)?;
         let balls: PyReadonlyArray2<'_, f32> = numbers(balls, "balls", "[n, 5]")?;
-        let mut states: Vec<BallState> = balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect();
+        let states: Vec<BallState> = balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect();
         let wanted = format!("[{}, m, 2]", states.len());
         let placed = placed.map(|placed| numbers_or_nan(&placed, "placed", &wanted)).transpose()?;
         let tools = tools_of(&task.0, states.len(), placed);
         let tools: Vec<&[Tool]> = tools.iter().map(Vec::as_slice).collect();
-        let predicted = work(py, |stop| -> Result<Vec<BallState>, DynamicsError> {
-            for (balls, tools) in states.chunks_mut(AT_ONCE).zip(tools.chunks(AT_ONCE)) {
-                for _ in 0..steps {
-                    stop.check()?;
-                    balls.copy_from_slice(&model.advance(balls, tools)?);
-                }
-            }
-            Ok(states)
-        })?;
+        let predicted =
+            work(py, |stop| (0..steps).try_fold(states, |balls, _| model.advance_until(stop, &balls, &tools)))?;
         rows(py, predicted.map_err(exception)?.iter().map(ball_row))
     }
 

@@ -11,7 +11,7 @@ use super::baseline::ConstantVelocity;
 use super::error::Result;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
-use super::predictor::{Errors, Predictor, advance, distance};
+use super::predictor::{Errors, Predictor, distance};
 use super::rapier::Rapier;
 use super::rollout::rollouts;
 use super::true_scenes::{TrueScenes, random_states, reaches_next_stage};
@@ -160,14 +160,13 @@ pub fn evaluate(
     let variety = Variety::of(model.config());
     let known: Vec<&Task> = tasks.iter().filter(|task| model.check_task(task).is_ok()).collect();
     let total = PREDICTORS * (model.tools().len() + 2 * known.len());
-    let parts = &mut Parts { done: 0, total, stop, on_progress };
     let interval = model.config().interval;
-    let rapier = Rapier::every(interval, GRAVITY, Ball::default());
-    let predictors: Compared<&dyn Predictor> =
-        Compared { model, constant_velocity: &ConstantVelocity { interval }, rapier: Some(&rapier) };
-    let of_launches = model.tools().iter().map(|&tool| launch_errors(tool, variety, &predictors, config, parts));
-    let launches = of_launches.collect::<Result<_>>()?;
-    let of_scenes = known.into_iter().map(|task| scene_errors(&Arc::new(task.clone()), &predictors, config, parts));
+    let (constant_velocity, rapier) =
+        (&ConstantVelocity { interval }, &Rapier::every(interval, GRAVITY, Ball::default()));
+    let predictors = Compared::<&dyn Predictor> { model, constant_velocity, rapier: Some(rapier) };
+    let mut parts = Parts { config, predictors, done: 0, total, stop, on_progress };
+    let launches = model.tools().iter().map(|&tool| parts.launch_errors(tool, variety)).collect::<Result<_>>()?;
+    let of_scenes = known.into_iter().map(|task| parts.scene_errors(&Arc::new(task.clone())));
     let scenes = of_scenes.collect::<Result<_>>()?;
     let FileId { name, sha256 } = model.id();
     Ok(Evaluation {
@@ -185,6 +184,8 @@ const PREDICTORS: usize = 3;
 
 /// The parts of an evaluation: reports each before it begins.
 struct Parts<'a> {
+    config: &'a EvaluationConfig,
+    predictors: Compared<&'a dyn Predictor>,
     done: usize,
     total: usize,
     stop: &'a Stop,
@@ -192,56 +193,47 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    fn next(&mut self, part: &str) {
-        (self.on_progress)(self.done, self.total, part);
-        self.done += 1;
+    /// The value of each predictor, which is a part with this name.
+    fn compared<T>(&mut self, name: &str, value: impl Fn(&dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
+        let mut next = |predictor: &dyn Predictor| {
+            (self.on_progress)(self.done, self.total, name);
+            self.done += 1;
+            value(predictor)
+        };
+        Ok(Compared {
+            model: next(self.predictors.model)?,
+            constant_velocity: next(self.predictors.constant_velocity)?,
+            rapier: self.predictors.rapier.map(next).transpose()?,
+        })
     }
-}
 
-fn launch_errors(
-    tool: ToolKind,
-    variety: Variety,
-    predictors: &Compared<&dyn Predictor>,
-    config: &EvaluationConfig,
-    parts: &mut Parts<'_>,
-) -> Result<LaunchErrors> {
-    let launches = collect(tool, variety, config.launches, Split::Test, config.seed, parts.stop)?;
-    let errors = predictors.map(|predictor| {
-        parts.next(tool.name());
-        one_tool(predictor, &launches, parts.stop)
-    })?;
-    Ok(LaunchErrors { tool, errors })
-}
+    fn launch_errors(&mut self, tool: ToolKind, variety: Variety) -> Result<LaunchErrors> {
+        let (config, stop) = (self.config, self.stop);
+        let launches = collect(tool, variety, config.launches, Split::Test, config.seed, stop)?;
+        let errors = self.compared(tool.name(), |predictor| one_tool(predictor, &launches, stop))?;
+        Ok(LaunchErrors { tool, errors })
+    }
 
-fn scene_errors(
-    task: &Arc<Task>,
-    predictors: &Compared<&dyn Predictor>,
-    config: &EvaluationConfig,
-    parts: &mut Parts<'_>,
-) -> Result<SceneErrors> {
-    let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
-    let starts = random_states(task, config.episodes, &mut rng, parts.stop)?;
-    let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
-    let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
-    let truth = TrueScenes::play(task, &starts, &sequences, parts.stop)?;
-    let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
-        .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
-        .unzip();
-    let played = parts.stop.until(hit_starts.iter().zip(&hit_sequences));
-    let real: Vec<bool> = played.map(|(start, actions)| reaches_next_stage(task, start, actions)).collect();
-    parts.stop.check()?;
-    Ok(SceneErrors {
-        task: task.name.clone(),
-        rollout: predictors.map(|predictor| {
-            parts.next(&task.name);
-            truth.errors(predictor, config.horizon, parts.stop)
-        })?,
-        hits: predictors.map(|predictor| {
-            parts.next(&task.name);
-            let predicted = rollouts(predictor, &hit_starts, &hit_sequences, parts.stop)?;
+    fn scene_errors(&mut self, task: &Arc<Task>) -> Result<SceneErrors> {
+        let (config, stop) = (self.config, self.stop);
+        let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
+        let starts = random_states(task, config.episodes, &mut rng, stop)?;
+        let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
+        let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
+        let truth = TrueScenes::play(task, &starts, &sequences, stop)?;
+        let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
+            .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
+            .unzip();
+        let played = stop.until(hit_starts.iter().zip(&hit_sequences));
+        let real: Vec<bool> = played.map(|(start, actions)| reaches_next_stage(task, start, actions)).collect();
+        stop.check()?;
+        let rollout = self.compared(&task.name, |predictor| truth.errors(predictor, config.horizon, stop))?;
+        let hits = self.compared(&task.name, |predictor| {
+            let predicted = rollouts(predictor, &hit_starts, &hit_sequences, stop)?;
             Ok(HitPredictions::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
-        })?,
-    })
+        })?;
+        Ok(SceneErrors { task: task.name.clone(), rollout, hits })
+    }
 }
 
 impl Evaluation {
@@ -262,16 +254,6 @@ impl Evaluation {
 /// Actions of a rollout that compares hits: the horizon of guidance.
 const HIT_HORIZON: usize = 8;
 
-impl Compared<&dyn Predictor> {
-    fn map<T>(&self, mut value: impl FnMut(&dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
-        Ok(Compared {
-            model: value(self.model)?,
-            constant_velocity: value(self.constant_velocity)?,
-            rapier: self.rapier.map(value).transpose()?,
-        })
-    }
-}
-
 fn one_tool(predictor: &dyn Predictor, launches: &[Launch], stop: &Stop) -> Result<OneTool> {
     let interval = predictor.interval() as usize;
     let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
@@ -279,7 +261,7 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], stop: &Stop) -> Resu
     let (mut rollout, mut one_step, mut one_step_contact) = (Vec::new(), Vec::new(), Vec::new());
     for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
         let (before, after) = (states(launches, start), states(launches, start + interval));
-        let predicted = advance(predictor, &before, &tools, stop)?;
+        let predicted = predictor.advance_until(stop, &before, &tools)?;
         for ((launch, predicted), after) in launches.iter().zip(&predicted).zip(&after) {
             let error = distance(predicted, after);
             one_step.push(error);
@@ -287,7 +269,7 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], stop: &Stop) -> Resu
                 one_step_contact.push(error);
             }
         }
-        balls = advance(predictor, &balls, &tools, stop)?;
+        balls = predictor.advance_until(stop, &balls, &tools)?;
         rollout.push(Errors::between(balls.iter().zip(&after)));
     }
     let last = STEPS_PER_ACTION as usize;

@@ -17,25 +17,23 @@ pub trait Predictor: Sync {
     /// # Errors
     /// When it cannot predict a scene, for example because it was never trained on a tool type.
     fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>>;
+
+    /// As [`advance`](Self::advance), unless `stop` is requested meanwhile.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance), and when `stop` is requested.
+    fn advance_until(&self, stop: &Stop, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
+        let mut next = Vec::with_capacity(balls.len());
+        for (balls, tools) in balls.chunks(PREDICTIONS_PER_STOP_CHECK).zip(tools.chunks(PREDICTIONS_PER_STOP_CHECK)) {
+            stop.check()?;
+            next.extend(self.advance(balls, tools)?);
+        }
+        Ok(next)
+    }
 }
 
 /// Number of predictions between two checks for a stop request.
 const PREDICTIONS_PER_STOP_CHECK: usize = 2500;
-
-/// As [`Predictor::advance`], unless `stop` is requested meanwhile.
-pub(super) fn advance(
-    predictor: &dyn Predictor,
-    balls: &[BallState],
-    tools: &[&[Tool]],
-    stop: &Stop,
-) -> Result<Vec<BallState>> {
-    let mut next = Vec::with_capacity(balls.len());
-    for (balls, tools) in balls.chunks(PREDICTIONS_PER_STOP_CHECK).zip(tools.chunks(PREDICTIONS_PER_STOP_CHECK)) {
-        stop.check()?;
-        next.extend(predictor.advance(balls, tools)?);
-    }
-    Ok(next)
-}
 
 impl Predictor for Model {
     fn interval(&self) -> u32 {

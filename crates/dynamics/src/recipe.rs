@@ -74,10 +74,12 @@ impl TaskModelConfig {
 /// Everything that determines a trained model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Recipe {
-    /// Tool types in canonical order.
-    tools: Vec<ToolKind>,
-    config: ModelConfig,
-    training: TrainConfig,
+    /// Tool types.
+    pub tools: Vec<ToolKind>,
+    /// Structure, inputs and targets.
+    pub config: ModelConfig,
+    /// How it is trained.
+    pub training: TrainConfig,
 }
 
 impl Recipe {
@@ -154,8 +156,7 @@ impl Recipe {
     }
 
     fn train(&self, stop: &Stop, on_progress: impl FnMut(&Progress)) -> Result<Model> {
-        let Self { tools, config, training } = self.clone();
-        let mut training = Training::new(config, training, &tools, &self.command(), stop)?;
+        let mut training = Training::new(self, &self.command(), stop)?;
         // A training that diverged leaves the model of the epoch before.
         training.run(stop, on_progress)?;
         let bytes = training.model.to_file().to_bytes();

@@ -1,7 +1,7 @@
 //! Model rollouts: every prediction is one batch over thousands of action sequences.
 
 use super::error::Result;
-use super::predictor::{self, Predictor};
+use super::predictor::Predictor;
 use mge_base::stop::Stop;
 use mge_env::{Action, Placement, Snapshot};
 use mge_physics::{BallState, SCREEN, Tool, to_normalised, to_units};
@@ -87,7 +87,7 @@ fn advance(predictor: &dyn Predictor, rollouts: &mut [OngoingRollout], stop: &St
     let mut running: Vec<&mut OngoingRollout> = rollouts.iter_mut().filter(|rollout| !rollout.over).collect();
     let balls: Vec<BallState> = running.iter().map(|rollout| rollout.ball).collect();
     let tools: Vec<&[Tool]> = running.iter().map(|rollout| rollout.tools.as_slice()).collect();
-    let next = predictor::advance(predictor, &balls, &tools, stop)?;
+    let next = predictor.advance_until(stop, &balls, &tools)?;
     for (rollout, next) in running.iter_mut().zip(next) {
         rollout.go_to(next);
     }

@@ -10,13 +10,14 @@ use rand::seq::SliceRandom;
 
 use super::bystander::Bystanders;
 use super::codec::Codec;
-use super::config::{Loss, ModelConfig, TrainConfig};
+use super::config::Loss;
 use super::error::{DynamicsError, Result};
 use super::graph::GraphBuilder;
 use super::launch::{Launch, Split, collect, data_hash};
 use super::model::{Model, Provenance};
 use super::network::Network;
 use super::normaliser::Normaliser;
+use super::recipe::Recipe;
 use super::samples::Samples;
 use super::tool_set::canonical_tool_set;
 use super::variety::Variety;
@@ -25,7 +26,6 @@ use mge_base::identity::version;
 use mge_base::stop::{Stop, Stopped};
 use mge_base::streams::Stream;
 use mge_nn::{NnError, Optimiser, matrix, processor};
-use mge_physics::ToolKind;
 
 /// A training in progress: the model, the optimiser and the data.
 #[derive(Debug)]
@@ -58,20 +58,16 @@ pub struct Progress {
 /// As [`Training::new`] and [`Training::run`]; when the file is of another kind or cannot be written.
 pub fn train_to_file(
     to: impl Into<Target>,
-    config: ModelConfig,
-    settings: TrainConfig,
-    tools: &[ToolKind],
+    recipe: &Recipe,
     command: &str,
     stop: &Stop,
     on_progress: impl FnMut(&Progress),
 ) -> Result<Training> {
-    config.validate()?;
-    settings.validate()?;
     // Refused before the training.
     let to = to.into();
     let checked = to.check(&Model::FORMAT).and_then(|()| atomic::create_parent(&to.path));
     checked.map_err(|source| DynamicsError::Io { origin: to.path.display().to_string(), source })?;
-    let mut training = Training::new(config, settings, tools, command, stop)?;
+    let mut training = Training::new(recipe, command, stop)?;
     training.run(stop, on_progress)?;
     training.model.save(&to.path)?;
     Ok(training)
@@ -83,19 +79,14 @@ impl Training {
     ///
     /// # Errors
     /// When a setting is out of range, the tool set is not usable, or `stop` is requested.
-    pub fn new(
-        config: ModelConfig,
-        training: TrainConfig,
-        tools: &[ToolKind],
-        command: &str,
-        stop: &Stop,
-    ) -> Result<Self> {
+    pub fn new(recipe: &Recipe, command: &str, stop: &Stop) -> Result<Self> {
+        let recipe = Recipe { tools: canonical_tool_set(&recipe.tools)?, ..recipe.clone() };
+        let Recipe { tools, config, training } = recipe.clone();
         config.validate()?;
         training.validate()?;
-        let tools = canonical_tool_set(tools)?;
         let builder = GraphBuilder::new(config.clone(), tools.clone());
         let layout = builder.layout();
-        let (mut samples, mut validation, data_hash) = collect_samples(&config, &training, &tools, &builder, stop)?;
+        let (mut samples, mut validation, data_hash) = collect_samples(&recipe, &builder, stop)?;
         let normaliser = Normaliser::of(&samples.graphs, layout.edge, &samples.targets);
         for samples in [&mut samples, &mut validation] {
             normaliser.normalise(&mut samples.graphs);
@@ -198,13 +189,8 @@ impl Training {
 }
 
 /// The rows of the launches of a training, those of its validation, and the hash of the former.
-fn collect_samples(
-    config: &ModelConfig,
-    training: &TrainConfig,
-    tools: &[ToolKind],
-    builder: &GraphBuilder,
-    stop: &Stop,
-) -> Result<(Samples, Samples, String)> {
+fn collect_samples(recipe: &Recipe, builder: &GraphBuilder, stop: &Stop) -> Result<(Samples, Samples, String)> {
+    let Recipe { tools, config, training } = recipe;
     let variety = Variety::of(config);
     let of = |split, count| -> Result<Vec<Launch>, Stopped> {
         let each = tools.iter().map(|&kind| collect(kind, variety, count, split, training.seed, stop));
@@ -215,7 +201,7 @@ fn collect_samples(
     let bystanders = || Bystanders {
         share: training.bystanders,
         cutoff: config.cutoff,
-        tools: tools.to_vec(),
+        tools: tools.clone(),
         variety,
         rng: Stream::Bystanders.of(training.seed),
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use super::error::Result;
-use super::predictor::{Errors, Predictor, advance};
+use super::predictor::{Errors, Predictor};
 use mge_base::stop::Stop;
 use mge_env::{Action, Environment, Snapshot, uniform_action};
 use mge_physics::{BallState, STEPS_PER_ACTION, Tool};
@@ -77,7 +77,7 @@ impl TrueScenes {
             let tools: Vec<&[Tool]> = lasting.iter().map(|&scene| self.0[scene].1[action].as_slice()).collect();
             let mut now: Vec<BallState> = lasting.iter().map(|&scene| balls[scene]).collect();
             for _ in 0..STEPS_PER_ACTION / predictor.interval() {
-                now = advance(predictor, &now, &tools, stop)?;
+                now = predictor.advance_until(stop, &now, &tools)?;
             }
             let real = lasting.iter().map(|&scene| &self.0[scene].0[action + 1]);
             errors.push(Errors::between(now.iter().zip(real)));

@@ -33,7 +33,7 @@ impl Session {
         let words = ["mge", "dynamics", "train", "--tools", &tools, "--seed", &seed].map(str::to_owned).into_iter();
         let made_by = shell_words::join(words.chain(set).chain(["--out".to_owned(), file]));
         let report = format!("training {}", to.path.display());
-        let work = move |reporter: &Reporter| train_into_file(job, &to, &made_by, reporter);
+        let work = move |reporter: &Reporter| train_into_file(&job, &to, &made_by, reporter);
         self.start_job(command.clone(), work, |_, result| result);
         Ok(report)
     }
@@ -55,12 +55,12 @@ impl Session {
     }
 }
 
-fn train_into_file(job: ModelJob, to: &Target, made_by: &str, reporter: &Reporter) -> Result<String, String> {
+fn train_into_file(job: &ModelJob, to: &Target, made_by: &str, reporter: &Reporter) -> Result<String, String> {
     let path = &to.path;
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let on_progress = |now: &dynamics::Progress| _ = reporter.progress(now.epoch as usize, now.epochs as usize);
-    let trained = train_to_file(to, job.model, job.training, &job.tools, made_by, reporter.stop(), on_progress)
-        .map_err(|error| match &error {
+    let trained =
+        train_to_file(to, &job.recipe(), made_by, reporter.stop(), on_progress).map_err(|error| match &error {
             DynamicsError::Stopped => failed(&"stopped: the same command starts again"),
             // It names the file.
             DynamicsError::Io { .. } => error.to_string(),

@@ -28,9 +28,10 @@ fn evaluations_of_ablated_models_report_every_part() {
         number += 1;
         let path = folder.path().join(number.to_string());
         let on_progress = |progress: &Progress| epochs += progress.epoch;
-        let trained = train_to_file(&path, config.clone(), train.clone(), &tools, "test", &never, on_progress).unwrap();
+        let recipe = Recipe { tools: tools.to_vec(), config, training: train.clone() };
+        let trained = train_to_file(&path, &recipe, "test", &never, on_progress).unwrap();
         // Its file contains its configuration.
-        assert_eq!(Model::load(&path).unwrap().config(), &config);
+        assert_eq!(Model::load(&path).unwrap().config(), &recipe.config);
         evaluate(&trained.model, &task::shipped(), &settings, &Stop::default(), &mut |_, _, _| ()).unwrap()
     });
     assert_eq!(epochs, 4);

@@ -43,8 +43,12 @@ fn quick() -> TrainConfig {
     }
 }
 
+fn recipe(config: ModelConfig, training: TrainConfig, tools: &[ToolKind]) -> Recipe {
+    Recipe { tools: tools.to_vec(), config, training }
+}
+
 fn training(config: ModelConfig, train: TrainConfig) -> Training {
-    Training::new(config, train, &TOOLS, "test", &Stop::default()).unwrap()
+    Training::new(&recipe(config, train, &TOOLS), "test", &Stop::default()).unwrap()
 }
 
 fn ball() -> BallState {

@@ -133,9 +133,9 @@ fn an_unseen_edge_type_is_refused() {
 
 #[test]
 fn a_task_with_other_physics_is_refused() {
-    let tools = [ToolKind::Bucket, ToolKind::Box];
-    let training =
-        Training::new(small(), TrainConfig { observations: 2, ..quick() }, &tools, "test", &Stop::default()).unwrap();
+    let tools = vec![ToolKind::Bucket, ToolKind::Box];
+    let recipe = Recipe { tools, config: small(), training: TrainConfig { observations: 2, ..quick() } };
+    let training = Training::new(&recipe, "test", &Stop::default()).unwrap();
     let task = task::load("task1").unwrap();
     assert!(training.model.check_task(&task).is_ok());
     let refused = |change: &dyn Fn(&mut task::Task), expected: &str| {

@@ -10,8 +10,9 @@ fn create() -> ToolSet {
 
 fn tiny() -> Model {
     let config = create().apply(ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() });
-    let train = TrainConfig { observations: 2, validation: 1, epochs: 1, ..quick() };
-    let mut training = Training::new(config, train, create().kinds(), "test", &Stop::default()).unwrap();
+    let training = TrainConfig { observations: 2, validation: 1, epochs: 1, ..quick() };
+    let recipe = Recipe { tools: create().kinds().to_vec(), config, training };
+    let mut training = Training::new(&recipe, "test", &Stop::default()).unwrap();
     training.run(&Stop::default(), |_| ()).unwrap();
     assert_eq!(training.diverged, None);
     training.model.clone()

@@ -103,8 +103,8 @@ fn rollouts_end_soon_after_a_stop() {
     assert!(matches!(found, Err(DynamicsError::Stopped)));
     // Many predictions are made in pieces.
     let (stop, many) = (Stop::default(), vec![ball(); 6000]);
-    let found = predictor::advance(&Stopping(&stop), &many, &vec![&[][..]; 6000], &stop);
+    let found = Stopping(&stop).advance_until(&stop, &many, &vec![&[][..]; 6000]);
     assert!(matches!(found, Err(DynamicsError::Stopped)));
-    let found = predictor::advance(&Falling(1.0), &many, &vec![&[][..]; 6000], &Stop::default()).unwrap();
+    let found = Falling(1.0).advance_until(&Stop::default(), &many, &vec![&[][..]; 6000]).unwrap();
     assert_eq!(found.len(), 6000);
 }

@@ -83,7 +83,7 @@ fn a_stop_ends_a_training() {
         stop.request();
     });
     assert!(matches!(ended, Err(DynamicsError::Stopped)) && epochs == 1);
-    let refused = Training::new(small(), quick(), &TOOLS, "test", &stop);
+    let refused = Training::new(&recipe(small(), quick(), &TOOLS), "test", &stop);
     assert!(matches!(refused, Err(DynamicsError::Stopped)));
 }
 
@@ -92,7 +92,8 @@ fn a_path_for_no_file_or_a_file_of_another_kind_is_refused_before_the_training()
     let folder = tempfile::tempdir().unwrap();
     let train = |path: &std::path::Path| {
         let never = Stop::default();
-        train_to_file(path, small(), quick(), &TOOLS, "test", &never, |_| panic!("it trains")).unwrap_err()
+        let recipe = recipe(small(), quick(), &TOOLS);
+        train_to_file(path, &recipe, "test", &never, |_| panic!("it trains")).unwrap_err()
     };
     let file = folder.path().join("file");
     std::fs::write(&file, "{}").unwrap();
@@ -116,7 +117,7 @@ fn a_diverged_training_keeps_the_last_good_state() {
 #[test]
 fn settings_out_of_range_are_refused() {
     let refused = |config: ModelConfig, train: TrainConfig, tools: &[ToolKind]| {
-        Training::new(config, train, tools, "test", &Stop::default()).unwrap_err().to_string()
+        Training::new(&recipe(config, train, tools), "test", &Stop::default()).unwrap_err().to_string()
     };
     assert!(refused(ModelConfig { interval: 7, ..small() }, quick(), &TOOLS).contains("interval"));
     assert!(refused(ModelConfig { cutoff: f32::NAN, ..small() }, quick(), &TOOLS).contains("cutoff"));

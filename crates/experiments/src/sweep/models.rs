@@ -7,14 +7,14 @@ use serde_json::Value;
 
 use super::file::Choice;
 use super::work::once;
-use crate::error::ExperimentError;
+use crate::error::Result;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
 use mge_base::stop::Stop;
 use mge_base::validation::ValidationError;
 use mge_dynamics::{
-    DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, ToolSet, TrainConfig, Training,
-    canonical_tool_set, evaluate, train_to_file,
+    DynamicsError, EvaluationConfig, HitPredictions, ModelConfig, OneTool, Progress, Recipe, ToolSet, TrainConfig,
+    Training, canonical_tool_set, evaluate, train_to_file,
 };
 use mge_physics::ToolKind;
 use mge_task as task;
@@ -124,18 +124,22 @@ impl ModelJob {
         serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", json::text(value)))
     }
 
+    /// What determines the model.
+    pub fn recipe(&self) -> Recipe {
+        Recipe { tools: self.tools.clone(), config: self.model.clone(), training: self.training.clone() }
+    }
+
     /// Trains the model into `folder` and evaluates it.
-    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<(), ExperimentError> {
+    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<()> {
         once(folder, || {
-            let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());
             let on_progress = |now: &Progress| handle.set_done(u64::from(now.epoch));
-            let trained = train_to_file(&path, model, training, &self.tools, command, handle.stop(), on_progress)?;
+            let trained = train_to_file(&folder.join(MODEL), &self.recipe(), command, handle.stop(), on_progress)?;
             self.result(&trained, handle.stop())
         })
     }
 
     /// Evaluates the model.
-    fn result(&self, trained: &Training, stop: &Stop) -> Result<ModelResult, ExperimentError> {
+    fn result(&self, trained: &Training, stop: &Stop) -> Result<ModelResult> {
         let evaluation = evaluate(&trained.model, &task::shipped(), &self.evaluation, stop, &mut |_, _, _| ())?;
         let (one_step_error, rollout_error) = evaluation.mean_errors();
         let of_launches =
