@@ -79,7 +79,8 @@ pub fn build_with<E: From<DynamicsError>>(
         progress(stage);
         let mut rng = Stream::PriorStage(stage).of(prior.seed);
         if let Some(model) = model {
-            prior.stages[stage] = imagine(task, model, &config, &starts, stop, &mut rng)?;
+            let prediction = Prediction { model, config: &config, seed: prior.seed, stop };
+            prior.stages[stage] = prediction.imagine(task, &starts, &mut rng)?;
         }
         let EndStates { reached, last } = play(&mut prior, stage, &starts, &mut rng)?;
         stop.check().map_err(DynamicsError::from)?;
@@ -91,53 +92,53 @@ pub fn build_with<E: From<DynamicsError>>(
     Ok(prior)
 }
 
-/// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
-/// while too few reach the stage, and longer ones if none does.
-pub(super) fn imagine(
-    task: &Arc<Task>,
-    model: &dyn RolloutModel,
-    config: &GuidanceConfig,
-    starts: &[Snapshot],
-    stop: &Stop,
-    rng: &mut ChaCha8Rng,
-) -> Result<StagePrior> {
-    let mut stage = StagePrior::default();
-    let (mut config, longest) = (config.clone(), config.longest_horizon.min(task.rules.max_actions as usize));
-    let mut most = config.most_model_rollouts;
-    loop {
-        let rollouts = random_rollouts(model, &config, starts, stop, rng)?;
-        stage.environment_actions += model.environment_actions(&rollouts);
-        stage.actions.extend(rollouts.iter().flat_map(|rollout| config.rewarding.actions_of(rollout)));
-        stage.model_rollouts += rollouts.len();
-        stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
-        if stage.model_hits >= config.least_hits {
-            break;
-        }
-        if stage.model_rollouts >= most {
-            if stage.model_hits > 0 || config.horizon >= longest {
-                break;
-            }
-            config.horizon = (2 * config.horizon).min(longest);
-            stage.longer_horizon = Some(config.horizon);
-            most += config.most_model_rollouts;
-        }
-    }
-    stage.clusters = cluster(&stage.actions, &config, rng)?;
-    Ok(stage)
+/// Predictions of a model, by the settings and the seed of a build.
+#[derive(Clone, Copy)]
+pub(super) struct Prediction<'a> {
+    pub model: &'a dyn RolloutModel,
+    pub config: &'a GuidanceConfig,
+    pub seed: u64,
+    pub stop: &'a Stop,
 }
 
-/// Rollouts of random actions, each from one of `starts`.
-pub(super) fn random_rollouts(
-    model: &dyn RolloutModel,
-    config: &GuidanceConfig,
-    starts: &[Snapshot],
-    stop: &Stop,
-    rng: &mut ChaCha8Rng,
-) -> Result<Vec<Rollout>> {
-    let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
-    let sequences: Vec<Vec<Action>> =
-        chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
-    model.rollouts(&chosen, &sequences, stop)
+impl Prediction<'_> {
+    /// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
+    /// while too few reach the stage, and longer ones if none does.
+    pub fn imagine(&self, task: &Task, starts: &[Snapshot], rng: &mut ChaCha8Rng) -> Result<StagePrior> {
+        let mut stage = StagePrior::default();
+        let mut config = self.config.clone();
+        let longest = config.longest_horizon.min(task.rules.max_actions as usize);
+        let mut most = config.most_model_rollouts;
+        loop {
+            let rollouts = Prediction { config: &config, ..*self }.random_rollouts(starts, rng)?;
+            stage.environment_actions += self.model.environment_actions(&rollouts);
+            stage.actions.extend(rollouts.iter().flat_map(|rollout| config.rewarding.actions_of(rollout)));
+            stage.model_rollouts += rollouts.len();
+            stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
+            if stage.model_hits >= config.least_hits {
+                break;
+            }
+            if stage.model_rollouts >= most {
+                if stage.model_hits > 0 || config.horizon >= longest {
+                    break;
+                }
+                config.horizon = (2 * config.horizon).min(longest);
+                stage.longer_horizon = Some(config.horizon);
+                most += config.most_model_rollouts;
+            }
+        }
+        stage.clusters = cluster(&stage.actions, &config, rng)?;
+        Ok(stage)
+    }
+
+    /// Rollouts of random actions, each from one of `starts`.
+    pub fn random_rollouts(&self, starts: &[Snapshot], rng: &mut ChaCha8Rng) -> Result<Vec<Rollout>> {
+        let GuidanceConfig { model_rollouts, horizon, .. } = *self.config;
+        let chosen: Vec<&Snapshot> = (0..model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
+        let sequences: Vec<Vec<Action>> =
+            chosen.iter().map(|_| (0..horizon).map(|_| uniform_action(rng)).collect()).collect();
+        self.model.rollouts(&chosen, &sequences, self.stop)
+    }
 }
 
 /// Step 3: plays actions from the clusters in the real environment. Ends early once `stop` is requested.

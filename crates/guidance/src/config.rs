@@ -1,5 +1,6 @@
 //! Settings of guidance, and errors in them or in a saved prior.
 
+use educe::Educe;
 use serde::{Deserialize, Serialize};
 
 use super::clusters::ClusterCount;
@@ -8,27 +9,36 @@ use mge_base::json::SyntaxError;
 use mge_base::validation::{Setting, ValidationError, check_settings};
 
 /// How the prior is built.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuidanceConfig {
     /// Model rollouts for each stage, in one batch.
+    #[educe(Default = 600)]
     pub model_rollouts: usize,
     /// More batches follow while fewer rollouts than this are predicted to reach the stage.
+    #[educe(Default = 4)]
     pub least_hits: usize,
     /// No more batches follow once a stage has this many rollouts.
+    #[educe(Default = 20_000)]
     pub most_model_rollouts: usize,
     /// Actions in a rollout.
+    #[educe(Default = 8)]
     pub horizon: usize,
     /// While no rollout reaches a stage even so, they become twice as long, up to this many actions and the task's
     /// maximum.
+    #[educe(Default = 8)]
     pub longest_horizon: usize,
     /// Rollouts in the real environment, over all stages (paper: 200 for each task).
+    #[educe(Default = 200)]
     pub environment_rollouts: usize,
     /// Which actions of a successful rollout are stored.
     pub rewarding: Rewarding,
     /// Number of clusters for each stage.
+    #[educe(Default = ClusterCount { fixed: 3 })]
     pub clusters: ClusterCount,
     /// Least standard deviation of a cluster, normalised.
+    #[educe(Default = 0.02)]
     pub std_floor: f32,
     /// Start states of the next stage.
     pub start_states: StartStates,
@@ -43,23 +53,6 @@ pub enum StartStates {
     Reached,
     /// The last state of every rollout: the paper's literal reading.
     Last,
-}
-
-impl Default for GuidanceConfig {
-    fn default() -> Self {
-        Self {
-            model_rollouts: 600,
-            least_hits: 4,
-            most_model_rollouts: 20_000,
-            horizon: 8,
-            longest_horizon: 8,
-            environment_rollouts: 200,
-            rewarding: Rewarding::default(),
-            clusters: ClusterCount { fixed: 3 },
-            std_floor: 0.02,
-            start_states: StartStates::default(),
-        }
-    }
 }
 
 /// Why a prior cannot be used.

@@ -4,11 +4,8 @@ use std::sync::Arc;
 
 use rand::Rng;
 
-use crate::build::imagine;
-use crate::config::GuidanceConfig;
+use crate::build::Prediction;
 use crate::prior::StagePrior;
-use crate::rollout::RolloutModel;
-use mge_base::stop::Stop;
 use mge_base::streams::Stream;
 use mge_dynamics::{Result, Rollout};
 use mge_env::{Action, Environment, Snapshot};
@@ -19,15 +16,6 @@ use mge_task::{Region, Task};
 const ROLLOUTS: usize = 100;
 /// Share of the rollouts reaching a subgoal above which a larger share does not make it more promising.
 const SUFFICIENT_REACHED_SHARE: f32 = 0.1;
-
-/// Predicts candidates.
-#[derive(Clone, Copy)]
-pub(super) struct Prediction<'a> {
-    pub model: &'a dyn RolloutModel,
-    pub config: &'a GuidanceConfig,
-    pub seed: u64,
-    pub stop: &'a Stop,
-}
 
 /// Subgoals, and how well guided play is predicted to do with them.
 #[derive(Debug, Clone)]
@@ -85,7 +73,7 @@ impl Predicted {
 
 impl Prediction<'_> {
     /// The candidate without subgoals.
-    pub fn root(&self, task: &Task) -> Result<Candidate> {
+    pub(super) fn root(&self, task: &Task) -> Result<Candidate> {
         let task = Arc::new(task.clone().with_subgoals(Vec::new()));
         let start = Arrival::of(Environment::new(task.clone()).snapshot());
         self.towards_goal(Candidate {
@@ -98,7 +86,7 @@ impl Prediction<'_> {
     }
 
     /// The candidate with one more subgoal.
-    pub fn successor(&self, parent: &Candidate, region: Region) -> Result<Candidate> {
+    pub(super) fn successor(&self, parent: &Candidate, region: Region) -> Result<Candidate> {
         let subgoals = [parent.subgoals(), &[region]].concat();
         let stage = parent.subgoals().len();
         let task = Arc::new(Task { subgoals, ..Task::clone(&parent.task) });
@@ -134,7 +122,7 @@ impl Prediction<'_> {
             return Ok(Predicted { prior: StagePrior::default(), rollouts: Vec::new(), from: Vec::new() });
         }
         let mut rng = Stream::PriorStage(stage).of(self.seed);
-        let prior = imagine(&candidate.task, self.model, self.config, &starts, self.stop, &mut rng)?;
+        let prior = self.imagine(&candidate.task, &starts, &mut rng)?;
         let horizon = prior.longer_horizon.unwrap_or(self.config.horizon);
         let from: Vec<usize> = (0..ROLLOUTS).map(|_| rng.gen_range(0..starts.len())).collect();
         let sequences: Vec<Vec<Action>> =
@@ -195,7 +183,8 @@ pub(super) fn least(shares: &[f32]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::TruePhysics;
+    use crate::{GuidanceConfig, TruePhysics};
+    use mge_base::stop::Stop;
 
     #[test]
     fn a_subgoal_that_is_reached_on_the_way_makes_a_candidate_promising() {

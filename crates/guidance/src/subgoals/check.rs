@@ -79,8 +79,8 @@ mod tests {
 
     use super::*;
     use crate::TruePhysics;
+    use crate::build::Prediction;
     use crate::config::GuidanceConfig;
-    use crate::subgoals::candidate::Prediction;
     use mge_base::stop::Stop;
 
     #[test]

@@ -16,9 +16,9 @@ use mge_base::streams::Stream;
 use mge_dynamics::Result;
 use mge_task::{Region, Task};
 
-use self::candidate::{Candidate, Prediction};
+use self::candidate::Candidate;
 use self::check::Check;
-use self::regions::propose_regions;
+use super::build::Prediction;
 use super::config::GuidanceConfig;
 use super::rollout::RolloutModel;
 
@@ -58,7 +58,7 @@ pub const NO_SUBGOALS: &str = "no subgoal was found that makes the goal easier t
 
 /// Chooses up to `count` subgoals for the task and ignores its present ones. This is a best-first search. The
 /// first candidate has no subgoals. The successors of a candidate have one more subgoal: a
-/// [region](propose_regions) on the way to the goal from the states in which the last one is predicted to be reached.
+/// [region](Prediction::regions) on the way to the goal from the states in which the last one is predicted to be reached.
 /// Of a candidate, the model predicts how often rollouts from its clusters reach each stage from the previous one. The
 /// candidates that need the fewest rollouts to reach every stage once, one after the other, are then checked with a few
 /// rollouts in the real environment, as long as these have taken fewer than 300 actions. The search ends early at a
@@ -101,7 +101,7 @@ impl Search {
     /// Predicts candidates until one of them is good enough.
     fn new(prediction: Prediction<'_>, task: &Task, count: usize, progress: &mut impl FnMut(usize)) -> Result<Self> {
         progress(0);
-        let Prediction { model, config, seed, stop } = prediction;
+        let Prediction { config, seed, .. } = prediction;
         let most_model_rollouts = config.most_model_rollouts.min(MAX_ROUNDS * config.model_rollouts);
         let brief = &GuidanceConfig { most_model_rollouts, ..config.clone() };
         let of_successors = Prediction { config: brief, ..prediction };
@@ -122,7 +122,7 @@ impl Search {
             }
             let number = parent.subgoals().len() + 1;
             let rng = &mut Stream::Proposal { attempt: search.tried.len(), number }.of(seed);
-            for region in propose_regions(&parent.task, model, &starts, BRANCHES, brief, stop, rng)? {
+            for region in of_successors.regions(&parent.task, &starts, BRANCHES, rng)? {
                 progress(search.tried.len().min(TRIALS - 1));
                 if number < count {
                     open.push(search.tried.len());

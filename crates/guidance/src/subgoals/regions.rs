@@ -1,14 +1,9 @@
 //! Regions that may become subgoals: rollouts that come near the goal pass them, and the ball does not reach them by
 //! itself.
 
-use std::sync::Arc;
-
 use rand_chacha::ChaCha8Rng;
 
-use crate::build::random_rollouts;
-use crate::config::GuidanceConfig;
-use crate::rollout::RolloutModel;
-use mge_base::stop::Stop;
+use crate::build::Prediction;
 use mge_dynamics::{Result, Rollout};
 use mge_env::Snapshot;
 use mge_physics::{Ball, SCREEN};
@@ -29,32 +24,25 @@ const SPACING: f32 = 0.05;
 /// Minimum distance between two regions proposed for the same subgoal, normalised.
 const MIN_SEPARATION: f32 = 0.15;
 
-/// Up to `most` regions on the way from `starts`, states of `task`, to its goal, the best first; no two are close to
-/// each other.
-///
-/// # Errors
-/// When the model cannot predict the task, or `stop` is requested.
-pub(super) fn propose_regions(
-    task: &Arc<Task>,
-    model: &dyn RolloutModel,
-    starts: &[Snapshot],
-    most: usize,
-    config: &GuidanceConfig,
-    stop: &Stop,
-    rng: &mut ChaCha8Rng,
-) -> Result<Vec<Region>> {
-    let mut rollouts = Vec::new();
-    let mut found = Vec::new();
-    // As for clusters, make more rollouts while they yield nothing.
-    while found.is_empty() && (rollouts.is_empty() || rollouts.len() < config.most_model_rollouts) {
-        rollouts.extend(random_rollouts(model, config, starts, stop, rng)?);
-        while found.len() < most
-            && let Some(region) = best_region(task, &rollouts, &found)
-        {
-            found.push(region);
+impl Prediction<'_> {
+    /// Up to `most` regions on the way from `starts`, states of `task`, to its goal, the best first; no two are close to
+    /// each other.
+    ///
+    /// # Errors
+    /// When the model cannot predict the task, or `stop` is requested.
+    pub fn regions(&self, task: &Task, starts: &[Snapshot], most: usize, rng: &mut ChaCha8Rng) -> Result<Vec<Region>> {
+        let (mut rollouts, mut found) = (Vec::new(), Vec::new());
+        // As for clusters, make more rollouts while they yield nothing.
+        while found.is_empty() && (rollouts.is_empty() || rollouts.len() < self.config.most_model_rollouts) {
+            rollouts.extend(self.random_rollouts(starts, rng)?);
+            while found.len() < most
+                && let Some(region) = best_region(task, &rollouts, &found)
+            {
+                found.push(region);
+            }
         }
+        Ok(found)
     }
-    Ok(found)
 }
 
 /// The earliest region, not close to any of `others`, that many of the rollouts nearest to the goal pass on their
@@ -127,7 +115,11 @@ fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::GuidanceConfig;
+    use mge_base::stop::Stop;
     use mge_base::streams::Stream;
     use mge_dynamics::RolloutAction;
     use mge_env::Environment;
@@ -199,7 +191,8 @@ mod tests {
         let propose = |most| {
             let mut rng = Stream::Proposal { attempt: 1, number: 1 }.of(0);
             let config = GuidanceConfig::default();
-            propose_regions(&task, &crate::TruePhysics, &start, most, &config, &Stop::default(), &mut rng).unwrap()
+            let (model, stop) = (&crate::TruePhysics, &Stop::default());
+            Prediction { model, config: &config, seed: 0, stop }.regions(&task, &start, most, &mut rng).unwrap()
         };
         let found = propose(3);
         assert_eq!((found.len(), &propose(1)[..]), (3, &found[..1]));
