@@ -142,6 +142,11 @@ pub enum GoalShape {
 }
 
 impl Goal {
+    /// A circle of the standard radius.
+    pub fn at(position: [f32; 2]) -> Self {
+        Self { position, radius: STANDARD_RADIUS, shape: GoalShape::Circle }
+    }
+
     /// The goal as the region a rollout must reach.
     pub fn region(&self) -> Region {
         Region { position: self.position, radius: self.radius }

@@ -1,24 +1,27 @@
 //! The schema of task files.
 
+use educe::Educe;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::objects::{BallSpec, BoxSpec, Goal, Marker, Region};
 use super::part::{Part, Shift};
 use super::rules::Rules;
-use super::tools::{Placeable, ToolSpec};
+use super::tools::{Form, Placeable, ToolSpec};
 use mge_physics::ToolKind;
 
 /// The format version that this program reads and writes.
 pub const VERSION: u32 = 1;
 
 /// A puzzle: scene, placeable tool, subgoals, goal and rules. Deserialising validates it, so that every task read
-/// from a file is playable.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// from a file is playable. The default is an empty scene.
+#[derive(Debug, Clone, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 // Derives `Task::deserialize` without validation, which the trait implementation below calls.
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct Task {
     /// Format version, [`VERSION`].
+    #[educe(Default = VERSION)]
     pub version: u32,
     /// Short name, as on the command line.
     pub name: String,
@@ -26,6 +29,7 @@ pub struct Task {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
     /// The target ball.
+    #[educe(Default(expression = BallSpec::at([0.0, 0.8])))]
     pub ball: BallSpec,
     /// A second ball that must set the target ball in motion (CREATE's marker levels).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -40,6 +44,7 @@ pub struct Task {
     #[serde(default)]
     pub tools: Vec<ToolSpec>,
     /// The tool the agent places.
+    #[educe(Default(expression = Placeable { kind: ToolKind::Box, form: Form::default() }))]
     pub placeable: Placeable,
     /// Regions the ball must reach before the goal, in order.
     #[serde(default)]
@@ -49,6 +54,7 @@ pub struct Task {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub search_actions: u64,
     /// The final goal.
+    #[educe(Default(expression = Goal::at([0.0, -0.8])))]
     pub goal: Goal,
     /// Limits, rewards and termination.
     #[serde(default)]

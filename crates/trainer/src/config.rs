@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use educe::Educe;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
@@ -22,7 +23,8 @@ use mge_task::Task;
 
 /// The complete description of a training. Deserialisation validates it, so that no file or text can
 /// produce a configuration that is out of range.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Educe, PartialEq, Serialize, Deserialize)]
+#[educe(Default)]
 // Derives the inherent `RunConfig::deserialize` without validation; the trait implementation uses it.
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct RunConfig {
@@ -33,10 +35,12 @@ pub struct RunConfig {
     /// Master seed.
     pub seed: u64,
     /// Episodes to train.
+    #[educe(Default = 2000)]
     pub episodes: u32,
     /// When to end before.
     pub stop: StopRule,
     /// Schedule of the epsilon threshold; see [`Method::uses`].
+    #[educe(Default(expression = EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 }))]
     pub epsilon: EpsilonSchedule,
     /// How often epsilon is drawn.
     pub granularity: Granularity,
@@ -46,6 +50,7 @@ pub struct RunConfig {
     /// greedy attempts at some stage has failed, and is then replaced; none if the actor itself acts.
     pub hold_tolerance: Option<f32>,
     /// With exploration by need: the number of steps for each update while no stage needs exploration.
+    #[educe(Default = 1)]
     pub mastered_update_interval: u32,
     /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;
     /// none for the task's own.
@@ -144,30 +149,7 @@ pub fn settings() -> impl Iterator<Item = (String, Setting)> {
 impl RunConfig {
     /// The default configuration for a task.
     pub fn new(task: Arc<Task>) -> Self {
-        Self {
-            task,
-            method: Method::default(),
-            seed: 0,
-            episodes: 2000,
-            stop: StopRule::default(),
-            epsilon: EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 },
-            granularity: Granularity::default(),
-            noise_decay: NoiseDecay::default(),
-            hold_tolerance: None,
-            mastered_update_interval: 1,
-            start_noise: None,
-            ddpg: DdpgConfig::default(),
-            prior: PriorSource::default(),
-            model: TaskModelConfig::default(),
-            guidance: GuidanceConfig::default(),
-            refinement: Refinement::default(),
-            practice: Practice::default(),
-            planner: PlannerConfig::default(),
-            evaluation: Evaluation::default(),
-            checkpoints: Retention::default(),
-            fork: None,
-            removed: BTreeMap::new(),
-        }
+        Self { task, ..Self::default() }
     }
 
     /// The configuration of a run that plays this many episodes, whatever its success: in its earlier episodes nothing

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::recorded::Recorded;
 use mge_base::validation::{ValidationError, Within};
 use mge_physics::{ToolKind, to_normalised};
-use mge_task::{BallSpec, Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION};
+use mge_task::{BallSpec, Form, Marker, Part, Placeable, Region, Rewards, Rules, Task, ToolSpec};
 
 /// A recorded level: a task without the tool that the agent places.
 #[derive(Debug, Clone, Deserialize)]
@@ -53,21 +53,14 @@ impl RecordedLevel {
         let usual = Ok((ToolKind::Box, Form::default()));
         let (kind, form) = tool.map_or(usual, Recorded::form).within("tool")?;
         let mut task = Task {
-            version: VERSION,
             name: self.name.clone(),
-            description: String::new(),
             ball: ball(&self.target).within("target")?,
             marker: self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?,
-            balls: Vec::new(),
-            boxes: Vec::new(),
-            tools: Vec::new(),
             placeable: Placeable { kind, form },
             subgoals: regions(&self.subgoals, "subgoals")?,
-            search_actions: 0,
             goal: self.goal.goal().within("goal")?,
             rules: self.rules.rules(),
-            order: Vec::new(),
-            shifts: Vec::new(),
+            ..Task::default()
         };
         let mut parts = Vec::new();
         for (i, fixed) in self.fixed.iter().enumerate() {

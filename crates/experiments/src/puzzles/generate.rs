@@ -7,7 +7,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::index::{Index, Puzzle};
-use crate::error::{ExperimentError, finished};
+use crate::error::{ExperimentError, Result, finished};
 use crate::play::play;
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
@@ -17,10 +17,8 @@ use mge_base::text::counted;
 use mge_env::{Environment, uniform_action};
 use mge_physics::{ToolKind, to_normalised};
 use mge_run::RunError;
-use mge_task::{
-    self as task, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION,
-};
-use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
+use mge_task::{self as task, BallSpec, Form, Goal, Placeable, Rules, Task, ToolSpec};
+use mge_trainer::batch::{Batch, Job, JobHandle};
 
 /// Maximum number of tools in a scene.
 const MAX_TOOLS: usize = 6;
@@ -105,9 +103,8 @@ pub fn generate(
     count: u64,
     criteria: &Criteria,
     folder: impl Into<Target>,
-    batch: &Batch<'_>,
-    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Index, ExperimentError> {
+    batch: &mut Batch<'_>,
+) -> Result<Index> {
     let to = folder.into();
     let folder = &to.path;
     std::fs::create_dir_all(folder).map_err(RunError::io("create", folder))?;
@@ -127,7 +124,7 @@ pub fn generate(
     let missing = (0..count).filter(|number| !known.contains(number));
     let missing: Vec<Search<'_>> = missing.map(|number| Search { number, index: wanted, criteria }).collect();
     let jobs: Vec<_> = missing.into_iter().map(|search| search.job(&to)).collect();
-    let (found, ended) = finished(batch.run(&jobs, on_progress)?)?;
+    let (found, ended) = finished(batch.run(&jobs)?)?;
     index.puzzles.extend(found);
     index.puzzles.sort_by_key(|puzzle| puzzle.number);
     index.save(&to)?;
@@ -152,7 +149,7 @@ impl<'a> Search<'a> {
     }
 
     /// Draws layouts until one is accepted, measures how often random play solves it, and writes it into `folder`.
-    fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>, ExperimentError> {
+    fn search(&self, folder: &Target, handle: &JobHandle) -> Result<Option<Puzzle>> {
         let Self { number, index, criteria } = *self;
         let mut rng = Stream::Puzzle { split: index.split as u64, number }.of(index.seed);
         let (name, stop) = (self.name(), handle.stop());
@@ -189,25 +186,13 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
         .map(|_| ToolSpec { kind: kind(rng), position: place(rng, [-0.9, 0.9], [-0.9, 0.7]), form: Form::default() })
         .collect();
     Task {
-        version: VERSION,
         name: name.to_owned(),
-        description: String::new(),
         tools,
         ball: BallSpec::at(place(rng, [-0.8, 0.8], [0.4, 0.9])),
-        marker: None,
-        balls: Vec::new(),
-        boxes: Vec::new(),
         placeable,
-        subgoals: Vec::new(),
-        search_actions: 0,
-        goal: Goal {
-            position: place(rng, [-0.9, 0.9], [-0.9, 0.6]),
-            radius: STANDARD_RADIUS,
-            shape: GoalShape::default(),
-        },
+        goal: Goal::at(place(rng, [-0.9, 0.9], [-0.9, 0.6])),
         rules: Rules { start_noise, ..Rules::default() },
-        order: Vec::new(),
-        shifts: Vec::new(),
+        ..Task::default()
     }
 }
 
