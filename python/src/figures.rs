@@ -13,7 +13,7 @@ use super::runs::found;
 use super::task::Task;
 use mge_figures::{self as figures, Against, DEFAULT_DPI, Provenance, Success, TaskGrid};
 use mge_results::TrainedRun;
-use mge_results::figures::{action_curves, learning_curves, method_scores};
+use mge_results::figures::{learning_curves, method_scores};
 use mge_stats::Bootstrap;
 
 /// A figure: displayed by notebooks, written by `save`.
@@ -90,11 +90,8 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
     }
     let runs: Vec<TrainedRun> = found(py, folders)?.into_iter().map(|run| run.trained).collect();
     let success = if greedy { Success::Greedy } else { Success::Training };
-    let bootstrap = Bootstrap::default();
-    let curves = abandonable(py, move || match steps {
-        true => action_curves(&runs, &bootstrap, Against::Charged),
-        false => learning_curves(&runs, &bootstrap, success),
-    })?;
+    let against = if steps { Against::Charged } else { Against::Episodes };
+    let curves = abandonable(py, move || learning_curves(&runs, &Bootstrap::default(), success, against))?;
     Ok(Figure::new(curves.map_err(exception)?, "mge.figures.learning_curves()"))
 }
 

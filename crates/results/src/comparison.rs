@@ -16,7 +16,7 @@ use mge_stats::comparison::improvement_interval;
 use mge_stats::{Bootstrap, Estimate, StatsError, TaskScores};
 
 /// Training results and the comparison of their methods.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Format version.
     pub version: u32,
@@ -164,10 +164,7 @@ impl Comparison {
             bootstrap: *bootstrap,
             learning,
             left_out,
-            reference: String::new(),
-            common_tasks: Vec::new(),
-            aggregates: Vec::new(),
-            improvements: Vec::new(),
+            ..Self::default()
         };
         let groups = Groups::new(&report.learning);
         reference.map_or(Ok(()), |label| check_label(&groups.labels, label))?;

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 
 use super::comparison::without_duplicates;
 use super::error::ResultsError;
-use super::figures::{action_curves, learning_curves};
+use super::figures::learning_curves;
 use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
 use super::groups::{Groups, check_label};
 use super::row::{LearningRow, TrainedRun};
@@ -210,10 +210,9 @@ impl Composition {
         let known_names = Groups::new(runs.iter().map(|run| &run.row)).legend();
         let shown = (runs, self.against, self.success);
         let kept = lock(reader).curves.take().filter(|(known, _)| *known == shown);
-        let curves = match (kept, self.against) {
-            (Some((_, curves)), _) => curves,
-            (None, Against::Episodes) => learning_curves(&shown.0, bootstrap, self.success)?,
-            (None, against) => action_curves(&shown.0, bootstrap, against)?,
+        let curves = match kept {
+            Some((_, curves)) => curves,
+            None => learning_curves(&shown.0, bootstrap, self.success, self.against)?,
         };
         lock(reader).curves = Some((shown, curves.clone()));
         let text = |(label, name): &(String, Option<String>)| {
@@ -330,7 +329,7 @@ mod tests {
         let last = |points| {
             let mut runs = [run(0, [0.0, 1.0]), run(1, [1.0, 0.0])];
             runs.iter_mut().for_each(|run| smooth(run, NonZeroUsize::new(points).unwrap()));
-            let figure = learning_curves(&runs, &Bootstrap::default(), Success::Training).unwrap();
+            let figure = learning_curves(&runs, &Bootstrap::default(), Success::Training, Against::Episodes).unwrap();
             let curve = &figure.panels[0].curves[0];
             [curve.low[2], curve.y[2], curve.high[2]]
         };

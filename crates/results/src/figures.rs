@@ -1,6 +1,6 @@
 //! Figures from runs: learning curves and scores of methods.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
 
 use rayon::prelude::*;
 
@@ -23,7 +23,8 @@ pub(super) const ALL_TASKS: &str = "All tasks";
 /// A curve of a run.
 type Points = fn(&TrainedRun) -> &[[f64; 2]];
 
-/// Interquartile mean of the rolling success over seeds, of training or of the greedy evaluations.
+/// Interquartile mean of the rolling success over seeds, of training or, against episodes, of the greedy evaluations.
+/// Against actions, the success of a run is 0 before its first point.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
@@ -31,10 +32,13 @@ pub fn learning_curves(
     runs: &[TrainedRun],
     bootstrap: &Bootstrap,
     measure: Success,
+    against: Against,
 ) -> Result<LearningCurves, StatsError> {
-    let (window, points): (_, Points) = match measure {
-        Success::Training => (WINDOW, |run| &run.training),
-        Success::Greedy => (EVALUATIONS, |run| &run.greedy),
+    let (window, points): (_, Points) = match (against, measure) {
+        (Against::Episodes, Success::Training) => (WINDOW, |run| &run.training),
+        (Against::Episodes, Success::Greedy) => (EVALUATIONS, |run| &run.greedy),
+        (Against::Actions, _) => (WINDOW, |run| &run.actions),
+        (Against::Charged, _) => (WINDOW, |run| &run.charged),
     };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     let groups = Groups::new(runs.iter().map(|run| &run.row));
@@ -42,7 +46,10 @@ pub fn learning_curves(
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
         for label in &groups.labels {
             let indices = groups.indices(task, label).iter();
-            let curves: Vec<&[[f64; 2]]> = indices.map(|&index| points(&runs[index])).collect();
+            let mut curves: Vec<Cow<'_, [[f64; 2]]>> = indices.map(|&index| points(&runs[index]).into()).collect();
+            if against != Against::Episodes {
+                curves = at_common_points(&curves).into_iter().map(Cow::from).collect();
+            }
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
                 panel.curves.push(summary_curve(label, &curves, bootstrap)?);
@@ -51,43 +58,16 @@ pub fn learning_curves(
         panels.push(panel);
     }
     let statistics = interquartile_means(interval_over(&seeds, 1), &seeds);
-    Ok(LearningCurves { measure, window: window.get(), statistics, panels, ..LearningCurves::default() })
+    Ok(LearningCurves { measure, against, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
 
-/// Interquartile mean of the rolling success over seeds, against actions or charged actions. The success of a run is 0
-/// before its first point.
-///
-/// # Errors
-/// When a statistic cannot be computed.
-pub fn action_curves(
-    runs: &[TrainedRun],
-    bootstrap: &Bootstrap,
-    against: Against,
-) -> Result<LearningCurves, StatsError> {
-    let points: Points = match against {
-        Against::Charged => |run| &run.charged,
-        Against::Actions => |run| &run.actions,
-        Against::Episodes => |run| &run.training,
-    };
-    let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
-    let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
-    // The seeds of a group need common points, so curves end with the shortest run.
-    let mut ends: HashMap<(String, String), f64> = HashMap::new();
-    for (run, label) in runs.iter().zip(&labels) {
-        let end = points(run).last().map_or(0.0, |[x, _]| *x);
-        ends.entry(group(run, label)).and_modify(|least| *least = least.min(end)).or_insert(end);
-    }
-    let resampled = runs.iter().zip(&labels).map(|(run, label)| {
-        let (points, end) = (points(run), ends[&group(run, label)]);
-        let x = |point: usize| end * point as f64 / ACTION_POINTS as f64;
-        let training = match end > 0.0 {
-            true => (1..=ACTION_POINTS).map(|n| [x(n), height(points, x(n))]).collect(),
-            false => Vec::new(),
-        };
-        TrainedRun { training, ..run.clone() }
-    });
-    let curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, Success::Training)?;
-    Ok(LearningCurves { against, ..curves })
+/// The curves of a group at common points, so that they end with the shortest; without points if that has none.
+fn at_common_points(curves: &[Cow<'_, [[f64; 2]]>]) -> Vec<Vec<[f64; 2]>> {
+    let ends = curves.iter().map(|curve| curve.last().map_or(0.0, |[x, _]| *x));
+    let end = ends.fold(f64::INFINITY, f64::min);
+    let points = if end > 0.0 { ACTION_POINTS } else { 0 };
+    let x = |point: usize| end * point as f64 / ACTION_POINTS as f64;
+    curves.iter().map(|curve| (1..=points).map(|n| [x(n), height(curve, x(n))]).collect()).collect()
 }
 
 /// Number of points of a curve against actions.
@@ -158,7 +138,7 @@ fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
 }
 
 /// The interquartile mean over the seeds, with its interval, at each point that all of them have.
-fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
+fn summary_curve(label: &str, seeds: &[Cow<'_, [[f64; 2]]>], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
     let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
     let estimate = |point: usize| {
         let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
@@ -214,7 +194,7 @@ mod tests {
             run("ddpg-uniform", 0, &[[100.0, 0.5], [200.0, 1.0]], 1000.0),
         ];
         let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
-        let figure = action_curves(&runs, &bootstrap, Against::Charged).unwrap();
+        let figure = learning_curves(&runs, &bootstrap, Success::Training, Against::Charged).unwrap();
         let [plain, charged] = &figure.panels[0].curves[..] else { panic!("two curves: {figure:?}") };
         // As far as the shorter run: both have begun to learn.
         let at = |curve: &Curve, x: f64| curve.y[curve.x.iter().position(|at| (at - x).abs() < 1e-9).unwrap()];
@@ -224,7 +204,7 @@ mod tests {
         assert_eq!((charged.x.last(), at(charged, 1200.0)), (Some(&1200.0), 1.0));
         assert_eq!(at(charged, 996.0), 0.0, "nothing is reached before training begins");
         assert_eq!(figure.against, Against::Charged);
-        let own = action_curves(&runs, &bootstrap, Against::Actions).unwrap();
+        let own = learning_curves(&runs, &bootstrap, Success::Training, Against::Actions).unwrap();
         assert_eq!((own.panels[0].curves[1].x.last(), own.against), (Some(&200.0), Against::Actions));
     }
 }

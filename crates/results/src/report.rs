@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::comparison::{Comparison, ExcludedRun, left_out, result_label, without_duplicates};
 use super::error::ResultsError;
-use super::figures::{ALL_TASKS, action_curves, learning_curves, method_scores};
+use super::figures::{ALL_TASKS, learning_curves, method_scores};
 use super::found::{FoundRun, ReadRuns, RunReader, find_runs};
 use super::groups::Groups;
 use super::report_folder::ReportFolder;
@@ -81,15 +81,18 @@ pub fn report(
     if is_pooled && report.common_tasks.len() > 1 {
         methods.panels.drain(..groups.tasks.len());
     }
-    let curves = |curves: LearningCurves| match is_pooled {
-        true => LearningCurves { statistics: over_tasks(&groups), ..curves },
-        false => LearningCurves { legend: groups.legend(), ..curves },
+    let curves = |success, against| {
+        let curves = learning_curves(&runs, bootstrap, success, against)?;
+        Ok::<_, ResultsError>(match is_pooled {
+            true => LearningCurves { statistics: over_tasks(&groups), ..curves },
+            false => LearningCurves { legend: groups.legend(), ..curves },
+        })
     };
     draw("methods", &methods)?;
-    draw("learning", &curves(learning_curves(&runs, bootstrap, Success::Training)?))?;
-    draw("learning-charged", &curves(action_curves(&runs, bootstrap, Against::Charged)?))?;
+    draw("learning", &curves(Success::Training, Against::Episodes)?)?;
+    draw("learning-charged", &curves(Success::Training, Against::Charged)?)?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
-        draw("learning-greedy", &curves(learning_curves(&runs, bootstrap, Success::Greedy)?))?;
+        draw("learning-greedy", &curves(Success::Greedy, Against::Episodes)?)?;
     }
     folder.write(&report, &report.to_markdown()?)?;
     Ok(report)

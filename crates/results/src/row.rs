@@ -118,22 +118,18 @@ impl LearningRow {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
             epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
-            settings: Settings::new(),
-            implied: Settings::new(),
-            unusual: 0,
-            name: String::new(),
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,
             actions_to_80: at_80.map(|record| record.environment_steps),
             charged_to_80: at_80.and_then(|record| record.charged_actions),
-            charged_area: None,
             // Charged, but not taken in episodes or practice.
             charged: history
                 .records
                 .last()
                 .and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
+            ..Self::default()
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::report::{Report, Results};
-use crate::error::ExperimentError;
+use crate::error::Result;
 use crate::sweep::{Policy, Summary};
 use mge_base::atomic::Target;
 use mge_base::stop::{Stop, Stopped};
@@ -17,7 +17,7 @@ use mge_figures::{
 };
 use mge_guidance::ActionPrior;
 use mge_physics::{Ball, BallState, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use mge_results::figures::{INTERVAL, action_curves, learning_curves, method_scores};
+use mge_results::figures::{INTERVAL, learning_curves, method_scores};
 use mge_run::config_hash;
 use mge_stats::{Bootstrap, Estimate};
 use mge_task::{Form, Task, ToolSpec};
@@ -38,9 +38,9 @@ pub(super) fn write_figures(
     command: &str,
     dpi: u32,
     stop: &Stop,
-) -> Result<(), ExperimentError> {
+) -> Result<()> {
     let (hash, seed) = (config_hash(&report), results.models.first().map_or(0, |(model, _)| model.training.seed));
-    let draw = |name: &str, seeds: usize, figure: &dyn Figure| -> Result<(), ExperimentError> {
+    let draw = |name: &str, seeds: usize, figure: &dyn Figure| -> Result<()> {
         stop.check()?;
         let seeds: Vec<u64> = (seed..seed + seeds as u64).collect();
         Ok(figure.write_all(folder, name, &Provenance::new(command, &seeds, &hash), dpi)?)
@@ -61,16 +61,16 @@ pub(super) fn write_figures(
     draw("figure5", bars.statistics.seeds, &bars)?;
     let (fixed, noisy) = (&results.fixed, &results.noisy);
     let trainings = fixed.iter().map(|run| run.row.seed).collect::<BTreeSet<u64>>().len();
-    draw("figure6", trainings, &learning_curves(fixed, bootstrap, Success::Training)?)?;
-    draw("figure6-greedy", trainings, &learning_curves(fixed, bootstrap, Success::Greedy)?)?;
+    draw("figure6", trainings, &learning_curves(fixed, bootstrap, Success::Training, Against::Episodes)?)?;
+    draw("figure6-greedy", trainings, &learning_curves(fixed, bootstrap, Success::Greedy, Against::Episodes)?)?;
     draw("methods", trainings, &method_scores(&report.learning, bootstrap, None)?)?;
-    draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training)?)?;
-    draw("noisy-starts-charged", trainings, &action_curves(noisy, bootstrap, Against::Charged)?)?;
+    draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training, Against::Episodes)?)?;
+    draw("noisy-starts-charged", trainings, &learning_curves(noisy, bootstrap, Success::Training, Against::Charged)?)?;
     draw("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, bootstrap, None)?)
 }
 
 /// The clusters of the first count of guided play on each task.
-fn clusters(results: &Results, stop: &Stop) -> Result<Vec<(Arc<Task>, ActionPrior)>, ExperimentError> {
+fn clusters(results: &Results, stop: &Stop) -> Result<Vec<(Arc<Task>, ActionPrior)>> {
     let mut clusters: Vec<(Arc<Task>, ActionPrior)> = Vec::new();
     for (job, _) in results.hits.iter().filter(|(job, _)| job.policy == Policy::Guided) {
         if clusters.iter().all(|(task, _)| *task != job.task) {
