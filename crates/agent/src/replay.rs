@@ -96,9 +96,12 @@ pub(super) const MAX_CAPACITY: usize = 10_000_000;
 /// A ring of the latest `capacity` transitions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayBuffer {
-    observation_len: usize,
-    action_len: usize,
-    capacity: usize,
+    /// Length of an observation.
+    pub(super) observation_len: usize,
+    /// Length of an action.
+    pub(super) action_len: usize,
+    /// Number of transitions after which the oldest is overwritten.
+    pub(super) capacity: usize,
     /// Slot that the next transition is written to.
     next: usize,
     len: usize,
@@ -115,16 +118,6 @@ impl ReplayBuffer {
         Self { observation_len, action_len, capacity: capacity.max(1), next: 0, len: 0, chunks: Vec::new() }
     }
 
-    /// Length of an observation.
-    pub fn observation_len(&self) -> usize {
-        self.observation_len
-    }
-
-    /// Length of an action.
-    pub fn action_len(&self) -> usize {
-        self.action_len
-    }
-
     /// Number of transitions held.
     pub fn len(&self) -> usize {
         self.len
@@ -133,11 +126,6 @@ impl ReplayBuffer {
     /// Whether no transition is held.
     pub fn is_empty(&self) -> bool {
         self.len == 0
-    }
-
-    /// Number of transitions after which the oldest is overwritten.
-    pub fn capacity(&self) -> usize {
-        self.capacity
     }
 
     /// The transition in slot `index`, or `None` if the slot is empty. Slots are in order of age

@@ -185,10 +185,10 @@ impl Learner {
         let ddpg = Ddpg::from_file(&file)?;
         let replay = ReplayBuffer::from_bytes(&saved.replay)?;
         let LearnerState { recorded, noise, streams, segments } = file.json(LEARNER_KEY)?;
-        if replay.observation_len() != ddpg.observation_len()
-            || replay.action_len() != ddpg.action_len()
-            || replay.capacity() != ddpg.config.replay_capacity
-            || replay.len() as u64 != recorded.min(replay.capacity() as u64)
+        if replay.observation_len != ddpg.observation_len()
+            || replay.action_len != ddpg.action_len()
+            || replay.capacity != ddpg.config.replay_capacity
+            || replay.len() as u64 != recorded.min(replay.capacity as u64)
             || noise.state.len() != ddpg.action_len()
             || !segments.is_possible(recorded)
         {

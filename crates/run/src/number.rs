@@ -4,58 +4,45 @@
 //! loss indistinguishable from a loss that does not exist yet. Finite numbers are written as the
 //! shortest text that reads back as the same number of their type: an f32 of 0.2 is `0.2`.
 
+use std::str::FromStr;
+
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-/// A floating-point type of a record.
-pub(super) trait Float: Copy + Serialize + Into<f64> {
-    /// The nearest number of this type.
-    fn from_f64(value: f64) -> Self;
-}
-
-impl Float for f32 {
-    fn from_f64(value: f64) -> Self {
-        value as f32
-    }
-}
-
-impl Float for f64 {
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-}
 
 /// The file form of a number.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a number, \"NaN\", \"inf\" or \"-inf\"")]
-enum Written {
-    Number(f64),
+enum Written<T> {
+    Number(T),
     Word(String),
 }
 
-fn read<T: Float, E: de::Error>(written: Written) -> Result<T, E> {
-    Ok(T::from_f64(match written {
-        Written::Number(value) => value,
-        Written::Word(word) => match word.as_str() {
-            "NaN" => f64::NAN,
-            "inf" => f64::INFINITY,
-            "-inf" => f64::NEG_INFINITY,
-            word => return Err(E::invalid_value(Unexpected::Str(word), &"a number, \"NaN\", \"inf\" or \"-inf\"")),
-        },
-    }))
+fn read<T: FromStr, E: de::Error>(written: Written<T>) -> Result<T, E> {
+    let word = match written {
+        Written::Number(value) => return Ok(value),
+        Written::Word(word) => word,
+    };
+    let value = word.parse().ok().filter(|_| ["NaN", "inf", "-inf"].contains(&word.as_str()));
+    value.ok_or_else(|| E::invalid_value(Unexpected::Str(&word), &"a number, \"NaN\", \"inf\" or \"-inf\""))
 }
 
 /// For `f32` and `f64`: `#[serde(with = "number::required")]`.
 pub(super) mod required {
     use super::*;
 
-    pub fn serialize<T: Float, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<T: Copy + Serialize + Into<f64>, S: Serializer>(
+        value: &T,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         let wide: f64 = (*value).into();
         // Display of f64 gives exactly these three strings.
         if wide.is_finite() { value.serialize(serializer) } else { serializer.collect_str(&wide) }
     }
 
-    pub fn deserialize<'de, T: Float, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    pub fn deserialize<'de, T, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>
+    where
+        T: Deserialize<'de> + FromStr,
+    {
         read(Written::deserialize(deserializer)?)
     }
 }
@@ -64,14 +51,20 @@ pub(super) mod required {
 pub(super) mod optional {
     use super::*;
 
-    pub fn serialize<T: Float, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<T, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error>
+    where
+        T: Copy + Serialize + Into<f64>,
+    {
         match value {
             Some(value) => required::serialize(value, serializer),
             None => serializer.serialize_none(),
         }
     }
 
-    pub fn deserialize<'de, T: Float, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    pub fn deserialize<'de, T, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error>
+    where
+        T: Deserialize<'de> + FromStr,
+    {
         Option::deserialize(deserializer)?.map(read).transpose()
     }
 }

@@ -51,17 +51,17 @@ impl Method {
 
     /// The name used in files and on the command line.
     pub fn name(self) -> &'static str {
-        self.traits().name
+        self.names().0
     }
 
     /// The name used in tables and legends.
     pub fn label(self) -> &'static str {
-        self.traits().label
+        self.names().1
     }
 
     /// Whether the method draws exploratory actions from the action clusters, or uniformly at random in their place.
     pub fn has_clusters(self) -> bool {
-        self.traits().has_clusters
+        !matches!(self, Self::Ddpg | Self::ModelReplay | Self::Planning | Self::DdpgAdaptive)
     }
 
     /// Whether a rollout model is consulted during the episodes.
@@ -71,12 +71,12 @@ impl Method {
 
     /// Whether the method learns a policy.
     pub fn learns(self) -> bool {
-        self.traits().learns
+        !matches!(self, Self::Planning | Self::OpenLoop)
     }
 
     /// Whether it explores by need and learns from its own successes.
     pub fn is_adaptive(self) -> bool {
-        self.traits().is_adaptive
+        matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
     }
 
     /// Whether it explores by the epsilon schedule.
@@ -93,33 +93,21 @@ impl Method {
         }
     }
 
-    /// The table of methods.
-    fn traits(self) -> Traits {
-        let (name, label, has_clusters, learns, is_adaptive) = match self {
-            Self::Ddpg => ("ddpg", "DDPG", false, true, false),
-            Self::DdpgMge => ("ddpg-mge", "DDPG-MGE", true, true, false),
-            Self::DdpgUniform => ("ddpg-uniform", "DDPG, uniform exploration", true, true, false),
-            Self::DdpgMgeTrue => ("ddpg-mge-true", "DDPG-MGE, true physics", true, true, false),
-            Self::ModelReplay => ("ddpg-model-replay", "DDPG, model replay", false, true, false),
-            Self::Planning => ("planning", "planning", false, false, false),
-            Self::DdpgMgeAdaptive => ("ddpg-mge-adaptive", "adaptive DDPG-MGE", true, true, true),
-            Self::DdpgUniformAdaptive => {
-                ("ddpg-uniform-adaptive", "adaptive DDPG, uniform exploration", true, true, true)
-            }
-            Self::DdpgAdaptive => ("ddpg-adaptive", "adaptive DDPG", false, true, true),
-            Self::OpenLoop => ("open-loop", "open-loop replay", true, false, false),
-        };
-        Traits { name, label, has_clusters, learns, is_adaptive }
+    /// Its names in files, and in tables.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Ddpg => ("ddpg", "DDPG"),
+            Self::DdpgMge => ("ddpg-mge", "DDPG-MGE"),
+            Self::DdpgUniform => ("ddpg-uniform", "DDPG, uniform exploration"),
+            Self::DdpgMgeTrue => ("ddpg-mge-true", "DDPG-MGE, true physics"),
+            Self::ModelReplay => ("ddpg-model-replay", "DDPG, model replay"),
+            Self::Planning => ("planning", "planning"),
+            Self::DdpgMgeAdaptive => ("ddpg-mge-adaptive", "adaptive DDPG-MGE"),
+            Self::DdpgUniformAdaptive => ("ddpg-uniform-adaptive", "adaptive DDPG, uniform exploration"),
+            Self::DdpgAdaptive => ("ddpg-adaptive", "adaptive DDPG"),
+            Self::OpenLoop => ("open-loop", "open-loop replay"),
+        }
     }
-}
-
-/// A row of the table of methods; see the functions of the same names.
-struct Traits {
-    name: &'static str,
-    label: &'static str,
-    has_clusters: bool,
-    learns: bool,
-    is_adaptive: bool,
 }
 
 by_name!(Method, "method");
