@@ -133,17 +133,11 @@ impl Interrupted {
 }
 
 /// Runs a batch with progress. A signal ends it cleanly.
-pub fn in_batch<T>(
-    jobs: &Jobs,
-    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, ExperimentError>,
-) -> Outcome<T> {
+pub fn in_batch<T>(jobs: &Jobs, work: impl FnOnce(&mut Batch<'_>) -> Result<T, ExperimentError>) -> Outcome<T> {
     let mut progress = Progress::new(1, jobs.quiet);
     let interrupt = Interrupt::listen()?;
-    let batch = Batch {
-        threads: jobs.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get)),
-        interrupt: &interrupt.stop,
-    };
-    let outcome = work(&batch, &mut |now| {
+    let threads = jobs.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get));
+    let on_progress = &mut |now: &BatchProgress<'_>| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name}: {reason}"));
         }
@@ -153,7 +147,8 @@ pub fn in_batch<T>(
             message => message.to_owned(),
         };
         progress.set(now.done, now.total, &(message + &failed));
-    });
+    };
+    let outcome = work(&mut Batch { threads, interrupt: &interrupt.stop, on_progress });
     drop(progress);
     interrupt.result(outcome, |error| matches!(error, ExperimentError::Interrupted { .. }))
 }

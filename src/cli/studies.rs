@@ -19,9 +19,7 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let study = if *quick { Study::quick() } else { Study::full() };
     let command = provenance::command();
     let out = arguments.force.target(&arguments.out);
-    in_batch(&arguments.jobs, |batch, on_progress| {
-        study::reproduce(&study, *seed, &out, &command, print.dpi, batch, on_progress)
-    })?;
+    in_batch(&arguments.jobs, |batch| study::reproduce(&study, *seed, &out, &command, print.dpi, batch))?;
     Ok(output::line(arguments.out.join("report.md").display())?)
 }
 

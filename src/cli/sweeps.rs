@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 /// Runs a sweep with a progress display. Returns the failures: names and reasons.
 pub fn work(sweep: &Sweep, folder: &Path, jobs: &Jobs) -> Outcome<Vec<(String, String)>> {
-    in_batch(jobs, |batch, on_progress| sweep::run(sweep, folder, batch, on_progress))
+    in_batch(jobs, |batch| sweep::run(sweep, folder, batch))
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

@@ -12,6 +12,9 @@ use mge_task::TaskError;
 use mge_trainer::TrainerError;
 use mge_trainer::batch::{BatchError, JobError, JobFailure};
 
+/// Result of an experiment.
+pub type Result<T, E = ExperimentError> = std::result::Result<T, E>;
+
 /// Why an experiment cannot be run or reported. What is finished is kept.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
@@ -73,9 +76,7 @@ impl JobError for ExperimentError {
 ///
 /// # Errors
 /// The first failure.
-pub(crate) fn finished<T>(
-    outcomes: Vec<Result<T, JobFailure<ExperimentError>>>,
-) -> Result<(Vec<T>, Result<(), ExperimentError>), ExperimentError> {
+pub(crate) fn finished<T>(outcomes: Vec<Result<T, JobFailure<ExperimentError>>>) -> Result<(Vec<T>, Result<()>)> {
     let (jobs, mut outputs) = (outcomes.len(), Vec::new());
     for outcome in outcomes {
         match outcome {

@@ -26,4 +26,4 @@ pub mod puzzles;
 pub mod study;
 pub mod sweep;
 
-pub use error::ExperimentError;
+pub use error::{ExperimentError, Result};

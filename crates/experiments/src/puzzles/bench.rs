@@ -6,12 +6,12 @@ use std::sync::Arc;
 use serde_json::{Map, Value, json};
 
 use super::index::{Index, Puzzle};
-use crate::error::{ExperimentError, finished};
+use crate::error::{ExperimentError, Result, finished};
 use mge_base::atomic::{Format, Target};
 use mge_guidance::{GuidanceConfig, choose_subgoals};
 use mge_run::RunError;
 use mge_task as task;
-use mge_trainer::batch::{Batch, BatchProgress, Job, JobHandle};
+use mge_trainer::batch::{Batch, Job, JobHandle};
 use mge_trainer::{Method, PriorSource, RunConfig, rollout_model};
 
 /// Name of the bench's sweep in its folder.
@@ -55,7 +55,7 @@ impl Bench {
     ///
     /// # Errors
     /// When a setting is also an option.
-    pub fn sweep(&self, tasks: &[PathBuf]) -> Result<String, ExperimentError> {
+    pub fn sweep(&self, tasks: &[PathBuf]) -> Result<String> {
         let of_option = |key: &str| ["task", "method", "seed", "episodes", "model", "prior"].contains(&key);
         if let Some((key, _)) = self.settings.iter().find(|(key, _)| of_option(key)) {
             return Err(ExperimentError::Refused(format!(
@@ -78,13 +78,7 @@ impl Bench {
     /// # Errors
     /// When the model cannot predict a puzzle, or a file cannot be read or written;
     /// [`ExperimentError::Interrupted`].
-    pub fn prepare(
-        &self,
-        index: &Index,
-        out: &Target,
-        batch: &Batch<'_>,
-        on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-    ) -> Result<(PathBuf, String), ExperimentError> {
+    pub fn prepare(&self, index: &Index, out: &Target, batch: &mut Batch<'_>) -> Result<(PathBuf, String)> {
         let sweep = out.join(SWEEP);
         sweep.check(&FORMAT).map_err(RunError::io("write", &sweep.path))?;
         let tasks = out.path.join("tasks");
@@ -92,7 +86,7 @@ impl Bench {
         let missing = index.puzzles.iter().filter(|puzzle| !puzzle.path(&tasks).exists());
         let jobs = missing.map(|puzzle| self.proposal(puzzle, &tasks));
         let jobs: Vec<Job<'_, (), ExperimentError>> = jobs.collect();
-        finished(batch.run(&jobs, on_progress)?)?.1?;
+        finished(batch.run(&jobs)?)?.1?;
         let text = self.sweep(&index.puzzles.iter().map(|puzzle| puzzle.path(&tasks)).collect::<Vec<_>>())?;
         sweep.write(text.as_bytes(), &FORMAT).map_err(RunError::io("write", &sweep.path))?;
         Ok((sweep.path, text))
@@ -103,7 +97,7 @@ impl Bench {
         Job::new(&puzzle.name, 1, move |handle| self.propose(puzzle, tasks, handle).map(Some))
     }
 
-    fn propose(&self, puzzle: &Puzzle, tasks: &Path, handle: &JobHandle) -> Result<(), ExperimentError> {
+    fn propose(&self, puzzle: &Puzzle, tasks: &Path, handle: &JobHandle) -> Result<()> {
         handle.report(format!("subgoals of {}", puzzle.name));
         let mut task = task::load(&puzzle.path(&self.puzzles).display().to_string())?;
         let run = RunConfig { prior: self.model.clone(), ..RunConfig::new(Arc::new(task.clone())) };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use mge_base::atomic::Target;
 use mge_base::bounded;
 use mge_base::by_name;
@@ -90,7 +90,7 @@ impl Index {
     ///
     /// # Errors
     /// When it cannot be read, is invalid, or has another version.
-    pub fn load(folder: &Path) -> Result<Option<Self>, ExperimentError> {
+    pub fn load(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join(FILE);
         let text = match bounded::regular(&path).and_then(|()| bounded::read(&path, bounded::TEXT)) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -103,7 +103,7 @@ impl Index {
     ///
     /// # Errors
     /// When it is invalid, has another version, or the name of a puzzle is not a plain file name.
-    pub fn parse(text: &[u8], path: &Path) -> Result<Self, ExperimentError> {
+    pub fn parse(text: &[u8], path: &Path) -> Result<Self> {
         let origin = path.display().to_string();
         let index: Self = json::parse(text, &origin).map_err(|error| {
             ExperimentError::Refused(format!(
@@ -132,7 +132,7 @@ impl Index {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn save(&self, folder: &Target) -> Result<(), ExperimentError> {
+    pub fn save(&self, folder: &Target) -> Result<()> {
         let to = folder.join(FILE);
         Ok(json::write(&to, self).map_err(RunError::io("write", &to.path))?)
     }

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use crate::sweep::Sweep;
 use mge_base::stop::Stop;
 use mge_task as task;
@@ -11,9 +11,9 @@ use mge_trainer::{Method, PriorSource};
 /// Criteria that are cheap to check but still reject most layouts.
 const CRITERIA: Criteria = Criteria { episodes: 3000, least: 3, most: 300, random_actions: 500 };
 
-fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, ExperimentError> {
+fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index> {
     let interrupt = Stop::default();
-    generate(index, count, &CRITERIA, folder, &Batch { threads, interrupt: &interrupt }, &mut |_| {})
+    generate(index, count, &CRITERIA, folder, &mut Batch { threads, interrupt: &interrupt, on_progress: &mut |_| {} })
 }
 
 fn read(folder: &Path, name: &str) -> String {
@@ -102,10 +102,10 @@ fn a_puzzle_is_a_task_without_subgoals_and_the_bench_gives_it_subgoals_that_are_
         settings: vec![("ddpg.gamma".to_owned(), "0.9".to_owned())],
     };
     let interrupt = Stop::default();
-    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let batch = &mut Batch { threads: 1, interrupt: &interrupt, on_progress: &mut |_| {} };
     let wrong = Bench { settings: vec![("prior".to_owned(), "true".to_owned())], ..bench.clone() };
     assert!(wrong.sweep(&[]).unwrap_err().to_string().contains("--set prior=..."));
-    let (file, text) = bench.prepare(&index, &(&*out).into(), &batch, &mut |_| {}).unwrap();
+    let (file, text) = bench.prepare(&index, &(&*out).into(), batch).unwrap();
     let sweep = Sweep::load(&file).unwrap();
     assert_eq!(Sweep::parse(text.as_bytes(), "").unwrap(), sweep);
     assert_eq!(sweep.jobs.len(), 2);
@@ -119,8 +119,8 @@ fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
     let interrupt = Stop::default();
     interrupt.request();
     let index = Index::new(1, Split::Test, 0.0);
-    let batch = Batch { threads: 1, interrupt: &interrupt };
-    let outcome = generate(&index, 3, &CRITERIA, folder.path(), &batch, &mut |_| {});
+    let batch = &mut Batch { threads: 1, interrupt: &interrupt, on_progress: &mut |_| {} };
+    let outcome = generate(&index, 3, &CRITERIA, folder.path(), batch);
     assert!(matches!(outcome, Err(ExperimentError::Interrupted { done: 0, jobs: 3 })));
     assert_eq!(Index::load(folder.path()).unwrap(), Some(index));
 }

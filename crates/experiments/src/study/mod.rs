@@ -14,7 +14,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use crate::sweep::{self, Sweep};
 use figures::write_figures;
 use mge_base::atomic::Target;
@@ -63,7 +63,7 @@ impl Study {
 }
 
 /// The sweep of a study's file, with its models in `folder`, and with seeds from `first` instead of 0 on.
-fn moved(file: &str, folder: &Path, first: u64) -> Result<Sweep, ExperimentError> {
+fn moved(file: &str, folder: &Path, first: u64) -> Result<Sweep> {
     fn walk(key: &str, value: &mut Value, folder: &Path, first: u64) {
         match value {
             Value::Object(entries) => entries.iter_mut().for_each(|(key, value)| walk(key, value, folder, first)),
@@ -96,22 +96,23 @@ pub fn reproduce(
     folder: impl Into<Target>,
     command: &str,
     dpi: u32,
-    batch: &Batch<'_>,
-    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Report, ExperimentError> {
+    batch: &mut Batch<'_>,
+) -> Result<Report> {
     let folder = folder.into();
     let to = ReportFolder::new(folder.clone())?;
     let place = std::path::absolute(&folder.path).map_err(RunError::io("find", &folder.path))?;
+    let Batch { threads, interrupt, on_progress: all } = batch;
     let mut part = |number: u32, name: &str, file: &str, folder: Target| {
         let sweep = moved(file, &place, seed)?;
         sweep::check_results(&folder)?;
-        let failures = sweep::run(&sweep, &folder.path, batch, &mut |now| {
+        let on_progress = &mut |now: &BatchProgress<'_>| {
             let message = match now.message {
                 "" => format!("part {number} of 3, {name}: {} of {} done", now.ended - now.failed, now.jobs),
                 message => format!("part {number} of 3, {name}: {message}"),
             };
-            on_progress(&BatchProgress { message: &message, ..*now });
-        })?;
+            all(&BatchProgress { message: &message, ..*now });
+        };
+        let failures = sweep::run(&sweep, &folder.path, &mut Batch { threads: *threads, interrupt, on_progress })?;
         sweep::no_failure(&sweep, &failures)?;
         sweep::write_results(&folder)?;
         Ok::<_, ExperimentError>(sweep)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use crate::sweep::{HitCounts, HitJob, ModelJob, ModelResult, Summary, Sweep, Work, result_in, results_of};
 use mge_base::markdown;
 use mge_results::{Comparison, FoundRun, LearningRow, ResultsError, TrainedRun, read_runs};
@@ -27,7 +27,7 @@ pub(super) struct Results {
 
 impl Results {
     /// Reads the results of a study's sweeps in its folder.
-    pub fn read(folder: &Path, models: &Sweep, hits: &Sweep, trainings: &Sweep) -> Result<Self, ExperimentError> {
+    pub fn read(folder: &Path, models: &Sweep, hits: &Sweep, trainings: &Sweep) -> Result<Self> {
         let mut results = Self { models: Vec::new(), hits: Vec::new(), fixed: Vec::new(), noisy: Vec::new() };
         let (mut fixed, mut noisy) = (Vec::new(), Vec::new());
         let in_folders = [(models, folder.join("models")), (hits, folder.join("hits")), (trainings, folder.to_owned())];
@@ -47,7 +47,7 @@ impl Results {
     }
 
     /// The means of the models and counts, in their sweeps' folder.
-    pub fn means(folder: &Path, models: &Sweep, hits: &Sweep, bootstrap: &Bootstrap) -> Result<Means, ExperimentError> {
+    pub fn means(folder: &Path, models: &Sweep, hits: &Sweep, bootstrap: &Bootstrap) -> Result<Means> {
         let summary = |sweep: &Sweep, name: &str| {
             let paths: Vec<PathBuf> = sweep.jobs.iter().map(|job| job.folder(&folder.join(name))).collect();
             Ok::<_, ExperimentError>(Summary::new(&results_of(&paths)?.0, bootstrap)?)
@@ -81,7 +81,7 @@ impl Results {
 }
 
 /// The result of a finished model or count.
-fn finished<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<T, ExperimentError> {
+fn finished<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<T> {
     result_in(folder)?.ok_or_else(|| RunError::NotARun(folder.to_owned()).into())
 }
 

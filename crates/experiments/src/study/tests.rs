@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Report, Study, moved, reproduce};
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use crate::sweep::Sweep;
 use mge_base::stop::Stop;
 use mge_results::{FoundRun, LearningRow, find_runs, read_runs};
@@ -50,8 +50,8 @@ fn run(
     folder: &Path,
     interrupt: &Stop,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Report, ExperimentError> {
-    reproduce(&study(), 7, folder, "mge reproduce", 20, &Batch { threads, interrupt }, on_progress)
+) -> Result<Report> {
+    reproduce(&study(), 7, folder, "mge reproduce", 20, &mut Batch { threads, interrupt, on_progress })
 }
 
 #[test]

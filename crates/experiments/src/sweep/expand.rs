@@ -9,7 +9,7 @@ use super::file::{Axis, Choice, Grid, grids, invalid};
 use super::hits::{HitJob, Policy};
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use mge_base::bounded;
 use mge_base::json;
 use mge_base::paths::fitting;
@@ -63,7 +63,7 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`Sweep::parse`], and when the file cannot be read.
-    pub fn load(path: &Path) -> Result<Self, ExperimentError> {
+    pub fn load(path: &Path) -> Result<Self> {
         let text = bounded::read(path, bounded::TEXT).map_err(RunError::io("read", path))?;
         Self::parse(&text, &path.display().to_string())
     }
@@ -72,7 +72,7 @@ impl Sweep {
     ///
     /// # Errors
     /// At the first mistake, with its line or JSON path, and a suggestion for an unknown name.
-    pub fn parse(text: &[u8], origin: &str) -> Result<Self, ExperimentError> {
+    pub fn parse(text: &[u8], origin: &str) -> Result<Self> {
         let mut jobs: Vec<Job> = Vec::new();
         for (path, grid) in &grids(text, origin)? {
             let wrong = |problem: ValidationError| invalid(text, origin, path, problem);

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use serde_json::{Map, Value};
 
 use super::values::{Distribution, Samples, expanded, of_kind};
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use mge_base::json;
 use mge_base::text::without_mark;
 use mge_base::validation::ValidationError;
@@ -84,7 +84,7 @@ impl<'a> Choice<'a> {
 ///
 /// # Errors
 /// At the first mistake, with its line, and when there are too many combinations.
-pub(super) fn grids(text: &[u8], origin: &str) -> Result<Vec<(String, Grid)>, ExperimentError> {
+pub(super) fn grids(text: &[u8], origin: &str) -> Result<Vec<(String, Grid)>> {
     let is_list = without_mark(text).trim_ascii_start().starts_with(b"[");
     let objects: Vec<Map<String, Value>> =
         if is_list { json::parse(text, origin)? } else { vec![json::parse(text, origin)?] };

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::file::Choice;
 use super::training::{Agents, setting};
-use crate::error::ExperimentError;
+use crate::error::Result;
 use crate::play::play;
 use mge_agent::{Ddpg, DdpgConfig, OrnsteinUhlenbeck};
 use mge_base::by_name;
@@ -110,7 +110,7 @@ impl HitJob {
     ///
     /// # Errors
     /// When the clusters cannot be built, or `stop` is requested.
-    pub fn count(&self, stop: &Stop) -> Result<HitCounts, ExperimentError> {
+    pub fn count(&self, stop: &Stop) -> Result<HitCounts> {
         Ok(match self.policy {
             Policy::Guided => {
                 let clusters = build_prior(&self.clusters(), |_| (), stop)?;

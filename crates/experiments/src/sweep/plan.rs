@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::expand::{Job, Sweep};
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 
 /// Maximum number of tasks of a Slurm array: with the default `MaxArraySize`, indices reach 1000.
 const MAX_TASKS: usize = 1000;
@@ -17,12 +17,12 @@ const SCRIPT: &str = include_str!("slurm.sh");
 ///
 /// # Errors
 /// When one of the two paths cannot be part of a line of text.
-pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, ExperimentError> {
+pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String> {
     commands(sweep.jobs.iter().map(|job| job.alone.to_string()), program, folder)
 }
 
 /// One command line for each of these sweeps.
-fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, ExperimentError> {
+fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String> {
     for path in [program, folder] {
         if path.to_str().is_none_or(|path| path.contains(['\n', '\r'])) {
             return Err(ExperimentError::Refused(format!(
@@ -45,7 +45,7 @@ fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path)
 ///
 /// # Errors
 /// As [`plan`].
-pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String, ExperimentError> {
+pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String> {
     let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let together = sweep.jobs.len().div_ceil(MAX_TASKS).max(1);
     let tasks: Vec<String> = sweep

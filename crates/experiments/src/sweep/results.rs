@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 use super::hits::HitCounts;
 use super::models::{ModelResult, short};
 use super::work::result_in;
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use mge_base::atomic::{Format, Target};
 use mge_base::json;
 use mge_base::sync::hold_folder;
@@ -70,7 +70,7 @@ const ROWS: Format<'static> = Format {
 ///
 /// # Errors
 /// When a file of another origin is in the way.
-pub fn check_results(folder: &Target) -> Result<(), ExperimentError> {
+pub fn check_results(folder: &Target) -> Result<()> {
     for (name, format) in [("results.csv", TABLE), ("results.json", ROWS)] {
         let to = folder.join(name);
         to.check(&format).map_err(RunError::io("write", &to.path))?;
@@ -83,7 +83,7 @@ pub fn check_results(folder: &Target) -> Result<(), ExperimentError> {
 ///
 /// # Errors
 /// When a run cannot be read, there are both agents and models, or the results cannot be written.
-pub fn write_results(folder: &Target) -> Result<PathBuf, ExperimentError> {
+pub fn write_results(folder: &Target) -> Result<PathBuf> {
     let _alone = hold_folder(&folder.path, || true).map_err(RunError::io("write into", &folder.path))?;
     let (results, damaged) = readable_results(&folder.path)?;
     // A damaged run does not withhold the results of the others.
@@ -92,7 +92,7 @@ pub fn write_results(folder: &Target) -> Result<PathBuf, ExperimentError> {
 }
 
 /// The results of the runs that can be read, and why the first of the others cannot.
-pub(super) fn readable_results(folder: &Path) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
+pub(super) fn readable_results(folder: &Path) -> Result<(Results, Option<ExperimentError>)> {
     // Without others that the folder may hold beside them.
     let mut paths = find_runs(&[folder.join("runs")])?;
     paths.retain(|path| !matches!(RunDirectory::open(path), Err(RunError::NotARun(_))));
@@ -100,7 +100,7 @@ pub(super) fn readable_results(folder: &Path) -> Result<(Results, Option<Experim
 }
 
 /// The results of those of these runs that can be read, and why the first of the others cannot.
-pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<ExperimentError>), ExperimentError> {
+pub(crate) fn results_of(paths: &[PathBuf]) -> Result<(Results, Option<ExperimentError>)> {
     Ok(match common_kind(paths) {
         Kind::Agent => {
             let read = RunReader::default().read(paths, &mut |_| {});
@@ -248,7 +248,7 @@ impl Layout {
 }
 
 /// The result in a folder, which must be a `T`, with numbers as written: 0.1 and not 0.10000000149011612.
-fn result<T: DeserializeOwned>(folder: &Path) -> Result<Option<Map<String, Value>>, ExperimentError> {
+fn result<T: DeserializeOwned>(folder: &Path) -> Result<Option<Map<String, Value>>> {
     result_in::<T>(folder)?;
     result_in(folder)
 }
@@ -313,7 +313,7 @@ impl Results {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub(super) fn write(&self, folder: &Target) -> Result<PathBuf, ExperimentError> {
+    pub(super) fn write(&self, folder: &Target) -> Result<PathBuf> {
         let [csv, data] = ["results.csv", "results.json"].map(|name| folder.join(name));
         csv.write(&self.to_csv(), &TABLE).map_err(RunError::io("write", &csv.path))?;
         data.write(json::pretty(self).as_bytes(), &ROWS).map_err(RunError::io("write", &data.path))?;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::results::{Kind, Results, common_kind, results_of};
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use mge_base::atomic::Target;
 use mge_base::json;
 use mge_base::markdown;
@@ -105,7 +105,7 @@ type Row = BTreeMap<String, Value>;
 ///
 /// # Errors
 /// When they hold no runs.
-pub fn hold_measured(folders: &[PathBuf]) -> Result<bool, ExperimentError> {
+pub fn hold_measured(folders: &[PathBuf]) -> Result<bool> {
     Ok(common_kind(&find_runs(folders)?) != Kind::Agent)
 }
 
@@ -114,12 +114,7 @@ pub fn hold_measured(folders: &[PathBuf]) -> Result<bool, ExperimentError> {
 ///
 /// # Errors
 /// When none is finished, or a file cannot be read or written or is of another origin.
-pub fn report_measured(
-    folders: &[PathBuf],
-    out: &Target,
-    bootstrap: &Bootstrap,
-    command: &str,
-) -> Result<usize, ExperimentError> {
+pub fn report_measured(folders: &[PathBuf], out: &Target, bootstrap: &Bootstrap, command: &str) -> Result<usize> {
     let folder = ReportFolder::new(out.clone())?;
     let paths = find_runs(folders)?;
     let (results, damaged) = results_of(&paths)?;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::results::{Results, readable_results};
 use super::*;
-use crate::error::ExperimentError;
+use crate::error::Result;
 use mge_base::stop::Stop;
 use mge_dynamics::{ModelConfig, TrainConfig};
 use mge_run::{RunDirectory, RunState};
@@ -44,9 +44,9 @@ fn run_sweep(
     sweep: &Sweep,
     folder: &Path,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Vec<(String, String)>, ExperimentError> {
+) -> Result<Vec<(String, String)>> {
     let interrupt = Stop::default();
-    run(sweep, folder, &Batch { threads: 2, interrupt: &interrupt }, on_progress)
+    run(sweep, folder, &mut Batch { threads: 2, interrupt: &interrupt, on_progress })
 }
 
 fn read_results(folder: &Path) -> Results {

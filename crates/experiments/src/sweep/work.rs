@@ -7,11 +7,11 @@ use serde::de::DeserializeOwned;
 
 use super::expand::{Job, Sweep, Work};
 use super::plan;
-use crate::error::ExperimentError;
+use crate::error::{ExperimentError, Result};
 use mge_base::{atomic, json};
 use mge_run::{RunDirectory, RunError, read_optional};
 use mge_trainer::RunConfig;
-use mge_trainer::batch::{self, Batch, BatchProgress, JobFailure, train_to_end};
+use mge_trainer::batch::{self, Batch, JobFailure, train_to_end};
 
 /// The results of a model or of a count, in its folder.
 pub(super) const RESULT: &str = "result.json";
@@ -23,7 +23,7 @@ impl Job {
     }
 
     /// Refuses a folder of this name that holds a run with other settings.
-    fn check_folder(&self, sweep: &Path) -> Result<(), ExperimentError> {
+    fn check_folder(&self, sweep: &Path) -> Result<()> {
         let folder = self.folder(sweep);
         let directory = match RunDirectory::open(&folder) {
             // Another process may just have created it.
@@ -44,7 +44,7 @@ impl Job {
     }
 
     /// Creates the run, unless another process has done so, which may have done it for another sweep.
-    fn claim(&self, sweep: &Path) -> Result<(), ExperimentError> {
+    fn claim(&self, sweep: &Path) -> Result<()> {
         self.check_folder(sweep)?;
         let folder = self.folder(sweep);
         match &self.work {
@@ -82,17 +82,14 @@ impl Job {
 ///
 /// # Errors
 /// When it cannot be read, or is damaged.
-pub fn result_in<T: DeserializeOwned>(folder: &Path) -> Result<Option<T>, ExperimentError> {
+pub fn result_in<T: DeserializeOwned>(folder: &Path) -> Result<Option<T>> {
     let file = folder.join(RESULT);
     let read = |bytes: Vec<u8>| Ok::<_, ExperimentError>(json::parse(&bytes, &file.display().to_string())?);
     read_optional(&file)?.map(read).transpose()
 }
 
 /// Makes the result of a model or of a count and writes it into its folder, unless it is there.
-pub(super) fn once<T: Serialize + DeserializeOwned>(
-    folder: &Path,
-    make: impl FnOnce() -> Result<T, ExperimentError>,
-) -> Result<(), ExperimentError> {
+pub(super) fn once<T: Serialize + DeserializeOwned>(folder: &Path, make: impl FnOnce() -> Result<T>) -> Result<()> {
     let _lock = RunDirectory::open(folder)?.lock()?;
     if result_in::<T>(folder)?.is_some() {
         return Ok(());
@@ -106,7 +103,7 @@ pub(super) fn once<T: Serialize + DeserializeOwned>(
 ///
 /// # Errors
 /// When the folder of a run holds one with other settings.
-pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
+pub fn check(sweep: &Sweep, folder: &Path) -> Result<()> {
     sweep.jobs.iter().try_for_each(|job| match job.check_folder(folder) {
         // A damaged run fails alone, as a job.
         Err(ExperimentError::Run(RunError::Malformed { .. })) => Ok(()),
@@ -118,7 +115,7 @@ pub fn check(sweep: &Sweep, folder: &Path) -> Result<(), ExperimentError> {
 ///
 /// # Errors
 /// When there are any.
-pub fn no_failure(sweep: &Sweep, failures: &[(String, String)]) -> Result<(), ExperimentError> {
+pub fn no_failure(sweep: &Sweep, failures: &[(String, String)]) -> Result<()> {
     let Some((name, reason)) = failures.first() else { return Ok(()) };
     let (failed, all) = (failures.len(), sweep.jobs.len());
     Err(ExperimentError::Refused(format!("{failed} of {all} not finished, such as {name}: {reason}")))
@@ -130,17 +127,12 @@ pub fn no_failure(sweep: &Sweep, failures: &[(String, String)]) -> Result<(), Ex
 /// # Errors
 /// Before any work: when the folder cannot be used, or no thread can be started. At the end:
 /// [`ExperimentError::Interrupted`].
-pub fn run(
-    sweep: &Sweep,
-    folder: &Path,
-    batch: &Batch<'_>,
-    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-) -> Result<Vec<(String, String)>, ExperimentError> {
+pub fn run(sweep: &Sweep, folder: &Path, batch: &mut Batch<'_>) -> Result<Vec<(String, String)>> {
     let runs = folder.join("runs");
     std::fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
     check(sweep, folder)?;
     let jobs: Vec<batch::Job<'_, (), ExperimentError>> = sweep.jobs.iter().map(|job| job.in_batch(folder)).collect();
-    let outcomes = batch.run(&jobs, on_progress)?;
+    let outcomes = batch.run(&jobs)?;
     if outcomes.iter().any(|outcome| matches!(outcome, Err(JobFailure::Interrupted))) {
         let done = outcomes.iter().filter(|outcome| outcome.is_ok()).count();
         return Err(ExperimentError::Interrupted { done, jobs: jobs.len() });

@@ -143,13 +143,14 @@ impl JobHandle {
 }
 
 /// Settings of a batch.
-#[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
     /// Number of jobs that run at the same time. Each has its own thread pool: parallel jobs use cores better than
     /// one job on several cores. If there are more threads than jobs, the jobs share them equally.
     pub threads: usize,
     /// Interrupts the batch.
     pub interrupt: &'a Stop,
+    /// Called with the progress, on the thread that runs the batch.
+    pub on_progress: &'a mut dyn FnMut(&BatchProgress<'_>),
 }
 
 impl Batch<'_> {
@@ -158,11 +159,8 @@ impl Batch<'_> {
     ///
     /// # Errors
     /// When no thread can be started; then no job has run.
-    pub fn run<T: Send, E: JobError>(
-        &self,
-        jobs: &[Job<'_, T, E>],
-        on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-    ) -> Result<Vec<Outcome<T, E>>, BatchError> {
+    pub fn run<T: Send, E: JobError>(&mut self, jobs: &[Job<'_, T, E>]) -> Result<Vec<Outcome<T, E>>, BatchError> {
+        let interrupt = self.interrupt;
         let workers = self.threads.clamp(1, jobs.len().max(1));
         let share = (self.threads / workers).max(1);
         let state =
@@ -172,7 +170,7 @@ impl Batch<'_> {
             for started in 0..workers {
                 let (state, sender) = (&state, sender.clone());
                 let spawned = pool(share).or_else(|_| pool(1)).and_then(|pool| {
-                    let work = move || state.work(self.interrupt, &pool, &sender);
+                    let work = move || state.work(interrupt, &pool, &sender);
                     let thread = thread::Builder::new().name("mge-worker".to_owned()).spawn_scoped(scope, work);
                     thread.map_err(|error| error.to_string())
                 });
@@ -183,16 +181,15 @@ impl Batch<'_> {
                 }
             }
             drop(sender);
-            Ok(self.collect(&state, &ended, on_progress))
+            Ok(self.collect(&state, &ended))
         })
     }
 
     /// Collects outcomes and reports progress on the calling thread until all jobs have ended.
     fn collect<T: Send, E: JobError>(
-        &self,
+        &mut self,
         state: &State<'_, T, E>,
         ended: &Receiver<(usize, Outcome<T, E>)>,
-        on_progress: &mut dyn FnMut(&BatchProgress<'_>),
     ) -> Vec<Outcome<T, E>> {
         let mut outcomes: Vec<Option<Outcome<T, E>>> = state.jobs.iter().map(|_| None).collect();
         let (mut count, mut failed, mut message) = (0, 0, String::new());
@@ -217,7 +214,7 @@ impl Batch<'_> {
             if let Some(latest) = state.handles.iter().rev().find_map(|handle| lock(&handle.message).take()) {
                 message = latest;
             }
-            on_progress(&BatchProgress {
+            (self.on_progress)(&BatchProgress {
                 done: state.handles.iter().map(JobHandle::done).sum(),
                 total: state.jobs.iter().map(|job| job.size).sum(),
                 ended: count,

@@ -36,12 +36,11 @@ where
     };
     let jobs: Vec<_> = (0..count).map(job).collect();
     let mut reports = Vec::new();
-    let outcomes = Batch { threads, interrupt }
-        .run(&jobs, &mut |now| {
-            assert_eq!((now.total, now.jobs), ((0..count as u64).map(|size| 10 * size).sum(), count));
-            reports.push((now.done, now.ended, now.failed));
-        })
-        .unwrap();
+    let on_progress = &mut |now: &BatchProgress<'_>| {
+        assert_eq!((now.total, now.jobs), ((0..count as u64).map(|size| 10 * size).sum(), count));
+        reports.push((now.done, now.ended, now.failed));
+    };
+    let outcomes = Batch { threads, interrupt, on_progress }.run(&jobs).unwrap();
     let text = |outcome: Result<usize, JobFailure<Trouble>>| match outcome {
         Ok(output) => output.to_string(),
         Err(failure) => failure.to_string(),
