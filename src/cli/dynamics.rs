@@ -1,6 +1,6 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
-use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
+use super::arguments::{DynamicsEvaluate, DynamicsTrain};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use super::runs::definitions;
@@ -10,14 +10,7 @@ use mge_dynamics::{self as dynamics, EvaluationConfig};
 use mge_task as task;
 use mge_workbench::{FIRST_TASK, Session, command};
 
-pub fn run(command: Dynamics) -> Outcome {
-    match command {
-        Dynamics::Train(arguments) => train(&arguments),
-        Dynamics::Evaluate(arguments) => run_evaluation(&arguments),
-    }
-}
-
-fn train(arguments: &DynamicsTrain) -> Outcome {
+pub fn train(arguments: &DynamicsTrain) -> Outcome {
     let mut session = Session::on_task(FIRST_TASK, RUNS.into())?;
     session.apply(command::Seed(arguments.seed))?;
     let to = arguments.force.target(&arguments.out);
@@ -44,7 +37,7 @@ fn settings(arguments: &DynamicsTrain) -> Result<Vec<(String, String)>, String> 
     Ok(settings)
 }
 
-fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
+pub fn evaluate(arguments: &DynamicsEvaluate) -> Outcome {
     let model = dynamics::named(&arguments.model, None)?;
     let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
     let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
@@ -64,12 +57,12 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::cli::arguments::{Arguments, Command};
+    use crate::cli::arguments::{Arguments, Command, Dynamics};
     use mge_dynamics::Model;
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(shell_words::split(line).unwrap()).unwrap().command {
-            Some(Command::Dynamics { command: Dynamics::Train(train) }) => train,
+            Some(Command::Dynamics(Dynamics::Train(train))) => train,
             other => panic!("{line}: {other:?}"),
         }
     }

@@ -32,7 +32,7 @@ use clap::{Arg, FromArgMatches};
 use mge_base::paths;
 use mge_trainer::batch::start_global_pool;
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Command, Dynamics, Env, Puzzles, Selection};
 
 /// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 128 and
 /// the number of a signal: ended by it (one line on stderr tells how to continue).
@@ -111,15 +111,18 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
     start_global_pool();
     let outcome = match command {
         Command::Tasks(tasks) => tasks::run(tasks),
-        Command::Puzzles(command) => puzzles::run(&command),
+        Command::Puzzles(Puzzles::Generate(arguments)) => puzzles::generate(&arguments),
+        Command::Puzzles(Puzzles::Bench(arguments)) => puzzles::bench(&arguments),
         Command::Simulate => physics::simulate(),
         Command::Play(play) => physics::play(&play),
-        Command::Env { command } => physics::serve(&command),
-        Command::Dynamics { command } => dynamics::run(command),
-        Command::Selection { command } => selection::run(&command),
+        Command::Env(Env::Serve { task, tools, seed }) => physics::serve(&task, tools, seed),
+        Command::Dynamics(Dynamics::Train(arguments)) => dynamics::train(&arguments),
+        Command::Dynamics(Dynamics::Evaluate(arguments)) => dynamics::evaluate(&arguments),
+        Command::Selection(Selection::Train(arguments)) => selection::train(&arguments),
+        Command::Selection(Selection::Evaluate(arguments)) => selection::evaluate(&arguments),
         Command::Clusters(arguments) => tasks::clusters(&arguments),
         Command::Train(train) => runs::train(&train),
-        Command::Config(config) => settings::print(&config.name),
+        Command::Config { name } => settings::print(&name),
         Command::Resume(resume) => runs::resume(&resume),
         Command::Fork(fork) => runs::fork(&fork),
         Command::Runs(runs) => listing::runs(&runs),
@@ -134,7 +137,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Sweep(sweep) => sweeps::run(&sweep),
         Command::Report(report) => studies::report(&report),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
-        Command::Man(man) => manual::print(man.markdown),
+        Command::Man { markdown } => manual::print(markdown),
         Command::Completions { shell } => manual::completions(shell),
     };
     outcome.map(|()| ExitCode::SUCCESS)

@@ -6,12 +6,13 @@ use std::io::{self, BufReader};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::arguments::{Env, Play};
+use super::arguments::Play;
 use super::output::{self, Outcome};
 use mge_base::{bounded, json};
 use mge_env::protocol;
 use mge_env::protocol::Catalogue;
 use mge_env::{Action, Environment};
+use mge_physics::ToolSplit;
 use mge_task as task;
 
 pub fn simulate() -> Outcome {
@@ -26,13 +27,9 @@ pub fn play(arguments: &Play) -> Outcome {
     }
 }
 
-pub fn serve(command: &Env) -> Outcome {
-    let Env::Serve { task, tools, seed } = command;
-    let mut env = Environment::new(Arc::new(task::load(task)?));
-    if let Some(tools) = tools {
-        env = env.with_tools(*tools);
-    }
-    Ok(protocol::serve(env, *seed, io::stdin().lock(), output::stream())?)
+pub fn serve(task: &str, tools: Option<ToolSplit>, seed: u64) -> Outcome {
+    let env = Environment::new(Arc::new(task::load(task)?)).with_tools(tools);
+    Ok(protocol::serve(env, seed, io::stdin().lock(), output::stream())?)
 }
 
 fn play_episodes(levels: &Path, tools: Option<&Path>) -> Outcome {

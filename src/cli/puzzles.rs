@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate};
+use super::arguments::{PuzzlesBench, PuzzlesGenerate};
 use super::interrupt::in_batch;
 use super::output::{self, Outcome};
 use super::runs::definitions;
@@ -13,23 +13,15 @@ use mge_results::ReportFolder;
 use mge_stats::Bootstrap;
 use mge_trainer::PriorSource;
 
-pub fn run(command: &Puzzles) -> Outcome {
-    match command {
-        Puzzles::Generate(arguments) => generate(arguments),
-        Puzzles::Bench(arguments) => bench(arguments),
-    }
-}
-
-fn generate(arguments: &PuzzlesGenerate) -> Outcome {
+pub fn generate(arguments: &PuzzlesGenerate) -> Outcome {
     let wanted = Index::new(arguments.seed, arguments.split, START_NOISE);
     let out = arguments.force.target(&arguments.out);
-    in_batch(&arguments.jobs, |batch, on_progress| {
-        puzzles::generate(&wanted, arguments.count, &Criteria::default(), &out, batch, on_progress)
-    })?;
+    let criteria = Criteria::default();
+    in_batch(&arguments.jobs, |batch| puzzles::generate(&wanted, arguments.count, &criteria, &out, batch))?;
     Ok(output::line(arguments.out.join("index.json").display())?)
 }
 
-fn bench(arguments: &PuzzlesBench) -> Outcome {
+pub fn bench(arguments: &PuzzlesBench) -> Outcome {
     let bench = Bench {
         puzzles: arguments.puzzles.clone(),
         model: PriorSource::from(arguments.model.clone()).identified(),
@@ -50,7 +42,7 @@ fn bench(arguments: &PuzzlesBench) -> Outcome {
     let out = arguments.force.target(&arguments.out);
     ReportFolder::new(out.clone())?;
     sweep::check_results(&out)?;
-    let (file, text) = in_batch(&arguments.jobs, |batch, on_progress| bench.prepare(&index, &out, batch, on_progress))?;
+    let (file, text) = in_batch(&arguments.jobs, |batch| bench.prepare(&index, &out, batch))?;
     if arguments.prepare {
         return Ok(output::line(file.display())?);
     }

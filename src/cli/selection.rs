@@ -2,20 +2,13 @@
 
 use std::sync::Arc;
 
-use super::arguments::{Selection, SelectionEvaluate, SelectionTrain};
+use super::arguments::{SelectionEvaluate, SelectionTrain};
 use super::output::{self, Outcome};
 use super::progress::Progress;
 use mge_selection::{Evaluation, Policy, Settings};
 use mge_task as task;
 
-pub fn run(command: &Selection) -> Outcome {
-    match command {
-        Selection::Train(arguments) => train(arguments),
-        Selection::Evaluate(arguments) => evaluate(arguments),
-    }
-}
-
-fn train(arguments: &SelectionTrain) -> Outcome {
+pub fn train(arguments: &SelectionTrain) -> Outcome {
     let task = Arc::new(task::load(&arguments.task)?);
     let to = arguments.force.target(&arguments.out);
     output::check_target(&to, &Policy::FORMAT)?;
@@ -29,7 +22,7 @@ fn train(arguments: &SelectionTrain) -> Outcome {
     Ok(output::line(arguments.out.display())?)
 }
 
-fn evaluate(arguments: &SelectionEvaluate) -> Outcome {
+pub fn evaluate(arguments: &SelectionEvaluate) -> Outcome {
     let task = Arc::new(task::load(&arguments.task)?);
     let policy = arguments.policy.as_ref().map(|path| Policy::load(path, &task)).transpose()?;
     let SelectionEvaluate { episodes, candidates, seed, split, .. } = *arguments;

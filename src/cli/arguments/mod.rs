@@ -11,7 +11,7 @@ mod tasks;
 pub use dynamics::{Clusters, Dynamics, DynamicsEvaluate, DynamicsTrain};
 pub use examples::{command, grouped};
 pub use physics::{Env, Play};
-pub use runs::{Compare, Config, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Runs, Show, Train};
+pub use runs::{Compare, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Runs, Show, Train};
 pub use selection::{Selection, SelectionEvaluate, SelectionTrain};
 pub use studies::{Report, Reproduce, Script, Sweep};
 pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, Tasks, TasksCommand};
@@ -124,26 +124,24 @@ pub enum Command {
     /// Replay actions in a task, or recorded CREATE episodes (JSON Lines in and out)
     Play(Play),
     /// Serve tasks as environments for other programs
-    Env {
-        #[command(subcommand)]
-        command: Env,
-    },
+    #[command(subcommand)]
+    Env(Env),
     /// Train and evaluate dynamics models
-    Dynamics {
-        #[command(subcommand)]
-        command: Dynamics,
-    },
+    #[command(subcommand)]
+    Dynamics(Dynamics),
     /// Train and evaluate agents that choose among CREATE's tools
-    Selection {
-        #[command(subcommand)]
-        command: Selection,
-    },
+    #[command(subcommand)]
+    Selection(Selection),
     /// Compute the action clusters of a task, as JSON
     Clusters(Clusters),
     /// Train an agent: a few minutes for the default 2000 episodes
     Train(Train),
     /// Print every effective setting of a method or a file of settings, with its source, as JSON
-    Config(Config),
+    Config {
+        /// A method, or a file of settings as for `mge train --config`
+        #[arg(value_name = "METHOD|FILE")]
+        name: PathBuf,
+    },
     /// Continue runs from their latest checkpoints
     Resume(Resume),
     /// Train a new run that branches off another at an episode, with other settings
@@ -174,17 +172,14 @@ pub enum Command {
     /// starts; some hours on two cores, nine minutes with --quick
     Reproduce(Reproduce),
     /// Print the manual page: `mge man > mge.1`
-    Man(Man),
+    Man {
+        /// Print Markdown instead: the page docs/reference.md
+        #[arg(long)]
+        markdown: bool,
+    },
     /// Print the completions of a shell
     Completions {
         /// The shell
         shell: clap_complete::Shell,
     },
-}
-
-#[derive(Debug, Args)]
-pub struct Man {
-    /// Print Markdown instead: the page docs/reference.md
-    #[arg(long)]
-    pub markdown: bool,
 }

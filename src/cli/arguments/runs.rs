@@ -50,13 +50,6 @@ pub struct Train {
 }
 
 #[derive(Debug, Args)]
-pub struct Config {
-    /// A method, or a file of settings as for `mge train --config`
-    #[arg(value_name = "METHOD|FILE")]
-    pub name: PathBuf,
-}
-
-#[derive(Debug, Args)]
 pub struct Resume {
     /// Folders of runs; as many runs as there are cores are trained at the same time
     #[arg(required = true, value_name = "RUN")]
