@@ -14,6 +14,7 @@ use mge_run::{RunDirectory, RunError, RunHistory};
 use mge_task::is_edited;
 use mge_trainer::non_default_settings;
 use mge_workbench::listing::{self, RunSummary, read_run};
+use mge_workbench::run_label;
 
 /// Lists runs. Damaged ones are named on stderr.
 pub fn runs(arguments: &Runs) -> Outcome {
@@ -28,7 +29,7 @@ pub fn runs(arguments: &Runs) -> Outcome {
     };
     for path in found {
         match read_run(&path) {
-            Ok(run) => runs.extend(run.map(RunSummary::with_latest_schedule)),
+            Ok(run) => runs.extend(run.map(RunSummary::with_whole_log)),
             Err(error) => {
                 damaged += 1;
                 output::message(error);
@@ -107,7 +108,7 @@ pub fn show(arguments: &Show) -> Outcome {
         "reason": run.state.reason(),
         "task": run.config.task.name,
         "task_edited": Some(true).filter(|_| is_edited(&run.config.task)),
-        "label": read_run(&run.path)?.map(|run| run.with_latest_schedule().label),
+        "label": run_label(&run.config),
         "settings": settings,
         "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),

@@ -25,7 +25,7 @@ pub struct FoundRun {
     pub path: PathBuf,
     /// Whether it is being trained, or how it ended.
     pub state: RunState,
-    /// Its configuration.
+    /// Its configuration, with the epsilon schedule in force.
     pub config: RunConfig,
     /// Its training results.
     pub trained: TrainedRun,
@@ -173,6 +173,7 @@ fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, Fo
         Err(error) if error.is_not_found() => RunHistory::default(),
         read => read?,
     };
+    let config = config.in_force(&history.interventions).unwrap_or(config);
     let mut trained = TrainedRun::new(&config, &history);
     trained.row.name = directory.given_name();
     Ok((stamp, FoundRun { path: path.to_owned(), state: directory.status()?.state, config, trained }))

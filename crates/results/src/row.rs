@@ -19,6 +19,9 @@ pub struct LearningRow {
     pub method: String,
     /// The epsilon schedule; 0 for a method without one.
     pub epsilon: String,
+    /// The threshold after the last of its episodes, if the schedule would go on then.
+    #[serde(skip)]
+    pub end: Option<f32>,
     /// Other settings in which the runs it is compared with differ, by JSON path, with its effective values.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub settings: Settings,
@@ -118,6 +121,7 @@ impl LearningRow {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
             epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
+            end: config.epsilon.unreached(config.episodes).map(|(_, end)| end),
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::row::LearningRow;
-use mge_base::identity::FileId;
+use mge_base::identity::{FileId, sha256};
 use mge_base::json;
 use mge_dynamics::{shipped_for, tool_set_name};
 use mge_guidance::EpsilonSchedule;
@@ -23,6 +23,8 @@ const FORK: &str = "fork";
 const NONE: &str = "none";
 /// Value of `subgoals` and `scene` for a shipped task, or one without variants.
 const UNCHANGED: &str = "unchanged";
+/// Number of digits of its hash that name a variant of a task.
+const DIGITS: usize = 4;
 /// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
@@ -102,7 +104,9 @@ impl LearningRow {
     /// The epsilon schedule in short form, or in full if the short form is ambiguous.
     fn threshold(&self) -> String {
         match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
-            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
+            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => {
+                format!("{from} to {}", self.end.map_or_else(|| (*to).to_owned(), |end| end.to_string()))
+            }
             ["points", points] if self.settings.contains_key(WHOLE_SCHEDULE) => {
                 format!("drawn {}", points.replace(',', ", "))
             }
@@ -205,8 +209,8 @@ pub(super) fn training_key(config: &RunConfig) -> String {
 /// name.
 fn name_task_variants(configs: &[&RunConfig], settings: &mut [Settings]) {
     let shipped = task::shipped();
-    let scene = |task: &Task| Task { subgoals: Vec::new(), ..task.clone() };
-    let subgoals = variant_names(configs, &shipped, true, |task| task.subgoals.clone());
+    let scene = |task: &Task| json!(Task { subgoals: Vec::new(), search_actions: 0, ..task.clone() });
+    let subgoals = variant_names(configs, &shipped, true, |task| json!(task.subgoals));
     let scenes = variant_names(configs, &shipped, false, scene);
     for ((settings, subgoals), scene) in settings.iter_mut().zip(subgoals).zip(scenes) {
         settings.insert("subgoals".to_owned(), subgoals.into());
@@ -214,46 +218,40 @@ fn name_task_variants(configs: &[&RunConfig], settings: &mut [Settings]) {
     }
 }
 
-/// A name for each run that distinguishes a part of its task from those of other tasks with the same name. If that
-/// part may be `made_by_seed`, as subgoals that are proposed, variants of which each belongs to one seed have the same
-/// name.
-fn variant_names<T: PartialEq>(
+/// A name for each run that distinguishes a part of its task from those of other tasks with the same name, made of its
+/// content. If that part may be `made_by_seed`, as subgoals that are proposed, variants of which each belongs to one
+/// seed have the same name.
+fn variant_names(
     configs: &[&RunConfig],
     shipped: &[Task],
     made_by_seed: bool,
-    part: impl Fn(&Task) -> T,
+    part: impl Fn(&Task) -> Value,
 ) -> Vec<String> {
-    // Each variant with the seeds of its runs.
-    let mut variants: HashMap<&str, Vec<(T, BTreeSet<u64>)>> = HashMap::new();
-    for task in shipped.iter().filter(|task| configs.iter().any(|config| config.task.name == task.name)) {
-        variants.insert(&task.name, vec![(part(task), BTreeSet::new())]);
+    let content = |task: &Task| sha256(part(task).to_string().as_bytes());
+    let is_used = |task: &&Task| configs.iter().any(|config| config.task.name == task.name);
+    let usual: HashMap<&str, String> =
+        shipped.iter().filter(is_used).map(|task| (&*task.name, content(task))).collect();
+    let own: Vec<String> = configs.iter().map(|config| content(&config.task)).collect();
+    // The seeds of the runs of each variant.
+    let mut variants: HashMap<&str, BTreeMap<&String, BTreeSet<u64>>> = HashMap::new();
+    for (config, own) in configs.iter().zip(&own) {
+        variants.entry(&config.task.name).or_default().entry(own).or_default().insert(config.seed);
     }
-    let mut indices = Vec::new();
-    for config in configs {
-        let known = variants.entry(&config.task.name).or_default();
-        let own = part(&config.task);
-        let index = known.iter().position(|(known, _)| *known == own).unwrap_or_else(|| {
-            known.push((own, BTreeSet::new()));
-            known.len() - 1
-        });
-        known[index].1.insert(config.seed);
-        indices.push(index);
-    }
-    let name = |(config, index): (&&RunConfig, usize)| {
-        let known = &variants[&*config.task.name];
-        let first_changed = usize::from(shipped.iter().any(|task| task.name == config.task.name));
-        if index < first_changed || known.len() == 1 {
+    let name = |(config, own): (&&RunConfig, &String)| {
+        let (known, usual) = (&variants[&*config.task.name], usual.get(&*config.task.name));
+        if usual.map_or(known.len() == 1, |usual| usual == own) {
             return UNCHANGED.to_owned();
         }
-        let changed = &known[first_changed..];
-        let seeds: BTreeSet<&u64> = changed.iter().flat_map(|(_, seeds)| seeds).collect();
-        let one_for_each_seed = seeds.len() == changed.len() && changed.iter().all(|(_, seeds)| seeds.len() == 1);
-        match changed.len() == 1 || (made_by_seed && one_for_each_seed) {
+        let changed = || known.iter().filter(|(content, _)| Some(**content) != usual).map(|(_, seeds)| seeds);
+        let seeds: BTreeSet<&u64> = changed().flatten().collect();
+        let count = changed().count();
+        let one_for_each_seed = count > 1 && seeds.len() == count && changed().all(|seeds| seeds.len() == 1);
+        match made_by_seed && one_for_each_seed {
             true => "changed".to_owned(),
-            false => format!("variant {}", index - first_changed + 1),
+            false => format!("variant {}", &own[..DIGITS]),
         }
     };
-    configs.iter().zip(indices).map(name).collect()
+    configs.iter().zip(&own).map(name).collect()
 }
 
 /// Names model files by their stem without the tool set, so that runs on tasks with different tool sets
@@ -452,7 +450,7 @@ mod tests {
         }
         let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
-        assert_eq!(labels, ["unchanged", "changed"].map(|how| format!("DDPG-MGE, epsilon 0.1, subgoals {how}")));
+        assert_eq!(labels, ["unchanged", "variant eea5"].map(|how| format!("DDPG-MGE, epsilon 0.1, subgoals {how}")));
     }
 
     #[test]
@@ -470,12 +468,15 @@ mod tests {
             distinguish(configs.iter().zip(&mut rows).collect());
             rows.iter().map(|row| row.label().replace("DDPG, subgoals ", "")).collect()
         };
-        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 1)]), ["unchanged", "changed", "changed"]);
-        assert_eq!(labels("task1", &[(0, 0), (0, 1), (0, 2)]), ["unchanged", "variant 1", "variant 2"]);
+        // The same subgoals have the same name, whatever the other runs are.
+        let [one, other] = ["variant 7a2a", "variant 10e5"];
+        assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 1)]), ["unchanged", one, one]);
+        assert_eq!(labels("task1", &[(0, 0), (0, 1)]), ["unchanged", one]);
+        assert_eq!(labels("task1", &[(0, 0), (0, 2), (0, 1)]), ["unchanged", other, one]);
         assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 2)]), ["unchanged", "changed", "changed"], "proposed by seed");
         assert_eq!(labels("mine", &[(0, 1), (1, 1)]), ["DDPG", "DDPG"]);
-        assert_eq!(labels("mine", &[(0, 1), (0, 2)]), ["variant 1", "variant 2"]);
-        assert_eq!(labels("mine", &[(0, 1), (1, 1), (2, 2)]), ["variant 1", "variant 1", "variant 2"]);
+        assert_eq!(labels("mine", &[(0, 1), (0, 2)]), [one, other]);
+        assert_eq!(labels("mine", &[(0, 1), (1, 1), (2, 2)]), [one, one, other]);
     }
 
     #[test]

@@ -30,6 +30,16 @@ impl RunConfig {
         Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
     }
 
+    /// The configuration with the schedule that was set last during the training, given the events of its log; None if
+    /// there is no other than its own. A fork with its own schedule does not keep that of the run that it comes from.
+    pub fn in_force(&self, events: &[Event]) -> Option<Self> {
+        let own = self.fork.iter().find(|fork| fork.changes.iter().any(|change| change.starts_with("epsilon=")));
+        let first = own.map_or(0, |fork| u64::from(fork.episode));
+        let is_kept = |event: &&Event| matches!(event, Event::ScheduleChanged { episode, .. } if *episode >= first);
+        let epsilon = events.iter().rev().find(is_kept)?.schedule()?.parse().ok()?;
+        Some(Self { epsilon, ..self.clone() })
+    }
+
     /// The task on which an episode, counted from 1, was played.
     pub fn task_of(&self, episode: u64) -> &Arc<Task> {
         let mut past = self.fork.iter().flat_map(|fork| &fork.tasks);

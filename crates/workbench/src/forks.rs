@@ -110,14 +110,15 @@ mod tests {
     #[test]
     fn a_fork_with_its_own_schedule_has_it_in_its_label() {
         use crate::listing::RunSummary;
-        use mge_run::{Event, RunState};
+        use mge_run::{Event, RunHistory, RunState};
         let config = RunConfig::new(std::sync::Arc::new(mge_task::load("task1").unwrap()));
         let config = config.with_setting("epsilon", "0.1").unwrap();
         let fork = |change: &str| config.clone().forked(&config, "first", 100, vec![change.to_owned()]);
         let label = |change: &str| {
-            let set = Event::ScheduleChanged { episode: 50, schedule: "0.9".to_owned() };
+            let mut log = RunHistory::default();
+            log.add(0.0, &Event::ScheduleChanged { episode: 50, schedule: "0.9".to_owned() });
             let run = RunSummary::new(Path::new("fork"), std::sync::Arc::new(fork(change)), RunState::Finished);
-            run.with_schedule([&set].into_iter()).label
+            run.with_log(&log, Default::default()).label
         };
         assert!(label("epsilon=0.1").contains("epsilon 0.1"), "the run that it comes from had been set to 0.9");
         assert!(label("ddpg.gamma=0.9").contains("epsilon 0.9"));

@@ -9,6 +9,7 @@ use crate::tui::app::App;
 use crate::tui::chart::Range;
 use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};
 use crate::tui::view::XAxis;
+use mge_task::Edit::{AcceptProposal, DeleteProposal};
 
 /// An action: its name, default keys, word in the footer, verb in a script, description (empty if it is the help text
 /// of the verb), and what it does.
@@ -23,7 +24,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     (Everywhere, &[
         ("train", "t", "train", "train", "", Do(App::ask_to_train)),
         ("pause", "p", "pause", "pause", "", Do(|app| app.on_chosen(runs::pause))),
-        ("stop", "x", "stop", "stop", "", Do(|app| app.on_chosen(runs::stop))),
+        ("stop", "x", "stop", "stop", "", Do(App::stop)),
         ("quit", "q ctrl-c", "quit", "quit", "", Do(App::quit)),
         ("fork", "F", "", "fork", "", Do(|app| app.on_chosen(runs::fork))),
         ("epsilon", "e", "epsilon", "epsilon", "", Verb),
@@ -61,7 +62,9 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("hand-play", "P", "hand play", "", "place tools yourself, or stop doing so", Effects(|s, ui| scene::play_by_hand(&mut s.scene, ui))),
     ]),
     (Edit, &[
-        ("add-subgoal", "A", "subgoal", "subgoal add", "", Effects(|_, ui| edit::add_subgoal(ui))),
+        ("accept-proposals", "Y", "accept all", "proposal accept", "accept all proposed subgoals in place of the task's own", Effects(|_, ui| edit::answer_proposals(ui, AcceptProposal { index: None }))),
+        ("reject-proposals", "D", "reject all", "proposal delete", "reject all proposed subgoals", Effects(|_, ui| edit::answer_proposals(ui, DeleteProposal { index: None }))),
+        ("add-subgoal", "A", "subgoal", "subgoal add", "add a subgoal after the others: the selected proposal, or a new one", Effects(|s, ui| edit::add_subgoal(&s.scene, ui))),
         ("add-tool", "T", "tool", "tool add", "", Effects(|_, ui| tools::choose_tool(ui))),
         ("agent-tool", "B", "", "placeable", "", Effects(|_, _| tools::choose_placeable())),
         ("properties", "E", "properties", "tool set", "", Effects(|s, ui| tools::type_properties(&s.scene, ui))),
@@ -71,8 +74,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("earlier", "{", "", "subgoal swap", "the subgoal comes one earlier", Effects(|s, ui| edit::reorder(&s.scene, ui, false))),
         ("later", "}", "", "subgoal swap", "the subgoal comes one later", Effects(|s, ui| edit::reorder(&s.scene, ui, true))),
         ("propose-subgoals", "S", "propose", "propose", "", Verb),
-        ("accept-proposals", "Y", "", "proposal accept", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, true))),
-        ("reject-proposals", "D", "", "proposal delete", "", Effects(|s, ui| edit::answer_proposals(&s.scene, ui, false))),
     ]),
     (Playback, &[
         ("play", "space", "play", "", "pause or resume playback", Do(|app| app.play(|player, _| player.toggle()))),
@@ -123,8 +124,8 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("sort-runs", "s", "sort", "", "the run of highest success first, or the latest one", Change(|s, _| s.runs.by_success ^= true)),
         ("whole-preview", "+", "", "", "show more of the selected run's settings and note, without its curves, or less", Change(|s, _| s.runs.whole ^= true)),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
-        ("rename-run", "n", "", "rename", "", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::rename))),
-        ("edit-note", "i", "", "note", "write a note on the run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::edit_note))),
+        ("rename-run", "n", "", "rename", "", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::rename))),
+        ("edit-note", "i", "", "note", "write a note on the run", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::edit_note))),
         ("evaluate-run", "v", "evaluate", "evaluate", "", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::evaluate))),
         ("continue-run", "C", "continue", "continue", "", Effects(|s, ui| runs::on_all(&s.runs, ui, runs::go_on))),
         ("open-run", "O", "", "open", "", Verb),
@@ -133,7 +134,6 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     (Models, &[
         ("choose-model", "enter", "choose", "model", "let the selected model predict the rollouts behind the next clusters", Effects(|s, ui| models::choose(&s.lists, ui))),
         ("train-model", "T", "train a model", "model train", "", Effects(|_, ui| models::train(ui))),
-        ("stop-model", "X", "", "model stop", "", Verb),
     ]),
     (Figures, &[
         ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG", Do(|app| app.export_selected("png"))),

@@ -8,9 +8,9 @@ use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
 use crate::tui::scene::Object;
-use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
+use crate::tui::screens::{Ui, figures, lists, models, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
-use crate::tui::view::{Choice, Level, RunSummary};
+use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::{Palette, Theme};
 use mge_base::text::counted;
 use mge_workbench::{Command, command};
@@ -49,12 +49,14 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn try_apply(&mut self, command: Command) -> Result<(), String> {
+        if let Command::Model(command::Model(source)) = &command {
+            models::check(source, self.workspace.view())?;
+        }
         match command {
             Command::Quit(_) => self.quit(),
-            Command::Task(_) if self.workspace.view().dirty => {
-                let text = format!("The edits of {} are not saved and will be lost.", self.workspace.view().task.name);
+            Command::Task(_) if !self.unsaved().is_empty() => {
                 let open = Effect::new(|app| app.apply_confirmed(command));
-                self.ask("lose the edits?", text, vec![('y', "open the other task", open)]);
+                self.ask("open another task?", self.unsaved().join("\n"), vec![('y', "open the other task", open)]);
             }
             command => {
                 let mut lost: Vec<PathBuf> = command.overwrites();
@@ -126,6 +128,31 @@ impl App {
             let text = fill("the drawn schedule is not in use: {apply} on the Schedule screen uses it");
             self.show_message(Level::Warning, text);
         }
+    }
+
+    /// On the Models screen, stops the training of a model, if there is one, after a question; else that of runs.
+    pub fn stop(&mut self) {
+        match &self.workspace.view().model_work {
+            Some((work, _)) if self.tab == Tab::Models => {
+                let text = format!("{work} ends and its progress is lost.");
+                self.ask(
+                    "stop the training of the model?",
+                    text,
+                    vec![('y', "stop", Effect::apply(command::ModelStop))],
+                );
+            }
+            _ => self.on_chosen(runs::stop),
+        }
+    }
+
+    /// What opening another task, or leaving, loses.
+    pub(super) fn unsaved(&self) -> Vec<String> {
+        let ViewModel { task, dirty, proposed, proposing, .. } = self.workspace.view();
+        let search = proposing.map(|_| "The search for subgoals ends without a result.".to_owned());
+        let edits = dirty.then(|| format!("The task {} is edited and not saved: the edits would be lost.", task.name));
+        let (count, name) = (proposed.len(), &task.name);
+        let proposals = format!("{} for {name}, not accepted yet, would be lost.", counted(count, "proposal"));
+        edits.into_iter().chain(search).chain(Some(proposals).filter(|_| count > 0)).collect()
     }
 
     /// Carries out an action on runs: on the Runs screen on the marked ones or those of the selected line, elsewhere on

@@ -34,21 +34,20 @@ impl App {
         if let Some((work, _)) = &view.model_work {
             text.push(format!("{work} ends and its progress is lost."));
         }
-        if view.dirty {
-            text.push(format!("The task {} is edited and not saved: the edits would be lost.", view.task.name));
-        }
+        text.extend(self.unsaved());
         if self.screens.schedule.is_edited() {
             text.push("The schedule you have drawn is not in use and will be lost.".to_owned());
         }
         if text.is_empty() {
             return self.leave(QuitState::Now);
         }
-        let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
-        let without = format!("{leave}{}", if view.dirty { " without saving" } else { "" });
-        let mut answers = vec![('y', &*without, Effect::call(|app| app.leave(QuitState::Now)))];
+        let unsaved = if view.dirty { " without saving" } else { "" };
+        let leave = format!("{}leave{unsaved}", if trained { "keep a checkpoint, stop and " } else { "" });
+        let mut answers = vec![('y', &*leave, Effect::call(|app| app.leave(QuitState::Now)))];
         let file = view.file.clone().unwrap_or_else(|| new_file(Path::new(""), &format!("my-{}", view.task.name)));
         let name = file.file_name().unwrap_or_default().display();
         let save = format!("save {name}{} leave", if trained { ", stop and" } else { " and" });
+        let in_background = format!("leave it training in the background{unsaved}");
         if view.dirty {
             let save_and_leave = move |app: &mut Self| {
                 app.apply_confirmed(Save(Some((&file).into())).into())?;
@@ -62,7 +61,7 @@ impl App {
                 app.background = app.workspace.view().training_runs().map(|run| run.path.clone()).collect();
                 app.leave(QuitState::Now);
             };
-            answers.push(('b', "leave it training in the background", Effect::call(leave_training)));
+            answers.push(('b', &*in_background, Effect::call(leave_training)));
             let (when, name) = match self.leaving {
                 QuitState::WhenIdle => (QuitState::No, "wait no longer: stay when all runs are done"),
                 _ => (QuitState::WhenIdle, "wait: leave when all runs are done"),

@@ -62,13 +62,16 @@ pub fn reorder(scene: &Scene, ui: &Ui, later: bool) -> Vec<Effect> {
     })
 }
 
-/// Adds a subgoal between the last one, or the ball, and the goal.
-pub fn add_subgoal(ui: &Ui) -> Vec<Effect> {
+/// Adds the selected proposal to the subgoals, or else one between the last one, or the ball, and the goal.
+pub fn add_subgoal(scene: &Scene, ui: &Ui) -> Vec<Effect> {
     let task = &ui.view.task;
     let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
     let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
     let added = Object::Part(Part::Subgoal(task.subgoals.len()));
-    let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: STANDARD_RADIUS };
+    let edit = match scene.selected() {
+        Some(Object::Proposal(index)) => Edit::AcceptProposal { index: Some(index) },
+        _ => Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: STANDARD_RADIUS },
+    };
     vec![Effect::apply(edit), Effect::select(Some(added))]
 }
 
@@ -77,22 +80,12 @@ pub fn type_coordinates(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     on_selected(&screens.scene, ui, |object, position| Effect::palette(Command::from(object.moved_to(position))))
 }
 
-/// Accepts or rejects the selected proposal, or all of them.
-pub fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
-    if ui.view.proposed.is_empty() {
-        return vec![Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals"))];
-    }
-    let index = match scene.selected() {
-        Some(Object::Proposal(index)) => Some(index),
-        _ => None,
-    };
-    let edit = if accept { Edit::AcceptProposal { index } } else { Edit::DeleteProposal { index } };
-    let mut effects = vec![Effect::apply(edit)];
-    if index.is_some() {
-        let accepted = Object::Part(Part::Subgoal(ui.view.task.subgoals.len()));
-        effects.push(Effect::select(Some(accepted).filter(|_| accept)));
-    }
-    effects
+/// Accepts or rejects all proposals.
+pub fn answer_proposals(ui: &Ui, answer: Edit) -> Vec<Effect> {
+    vec![match ui.view.proposed.is_empty() {
+        true => Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals")),
+        false => Effect::apply(answer),
+    }]
 }
 
 /// Ends a drag: moves the object to where it was dropped.

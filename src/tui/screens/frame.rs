@@ -148,9 +148,10 @@ fn footer(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut 
         buffer.set_stringn(after + 1, area.y, word(entry), word(entry).len(), theme.faint());
         regions.add(Rect { x, width: hint_width(key, word(entry)) - 2, ..area }, HitRegion::Hint(entry));
     };
+    let mut hints = input::hints(chrome.contexts);
+    hints.retain(|(_, entry)| !entry.verb.starts_with("proposal ") || !ui.view.proposed.is_empty());
     // The key for help is always shown, at the right.
-    let (always, others): (Vec<_>, Vec<_>) =
-        input::hints(chrome.contexts).into_iter().partition(|(_, entry)| entry.name == "help");
+    let (always, others): (Vec<_>, Vec<_>) = hints.into_iter().partition(|(_, entry)| entry.name == "help");
     let mut end = area.right();
     for (key, entry) in always {
         end = end.saturating_sub(hint_width(&key, word(entry)) - 2).max(area.x);

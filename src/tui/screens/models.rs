@@ -11,7 +11,7 @@ use super::pane::{lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
 use crate::tui::effect::Effect;
-use crate::tui::view::{Level, ModelSummary};
+use crate::tui::view::{ModelSummary, ViewModel};
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
 use mge_physics::ToolKind;
@@ -89,11 +89,18 @@ const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters,
 
 /// Chooses the selected model for the next clusters.
 pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {
-    let choose = |model: &ModelSummary| match model.about.split(';').next() {
-        Some(reason) if !model.fits => Effect::message(Level::Error, format!("{}: {reason}", model.name)),
-        _ => Effect::apply(command::Model(PriorSource::from(model.name.clone()))),
-    };
+    let choose = |model: &ModelSummary| Effect::apply(command::Model(PriorSource::from(model.name.clone())));
     ui.view.models.get(lists.model).or(ui.view.models.last()).map(choose).into_iter().collect()
+}
+
+/// Checks that a model that is listed can be chosen for the task.
+///
+/// # Errors
+/// Why it cannot.
+pub fn check(source: &PriorSource, view: &ViewModel) -> Result<(), String> {
+    let unfit = view.models.iter().find(|model| !model.fits && model.name == source.place());
+    let reason = |model: &ModelSummary| model.about.split(';').next().map_or_else(String::new, str::to_owned);
+    unfit.map_or(Ok(()), |model| Err(format!("{}: {}", model.name, reason(model))))
 }
 
 /// Opens the palette with the command that trains a model of the task's tool set, or of all of CREATE's tools if it has

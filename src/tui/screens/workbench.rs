@@ -121,6 +121,6 @@ fn proposals(ui: &Ui) -> Option<String> {
         return Some(format!("looking for subgoals{of}"));
     }
     let count = view.proposed.len();
-    let answers = ui.text("{accept-proposals} accepts, {reject-proposals} rejects the selected one or all");
+    let answers = ui.text("{accept-proposals} accepts all in place of the task's own, {reject-proposals} rejects all; {add-subgoal} adds the selected one to the task's own, {delete} rejects it");
     (count > 0).then(|| format!("proposed: {count}; {answers}"))
 }

@@ -212,15 +212,15 @@ mod tests {
     fn the_epsilon_of_a_run_is_the_one_that_was_set_last() {
         let directory = tempfile::tempdir().unwrap();
         let run = make(directory.path(), "a");
-        finish(&run, 7);
-        let read = || read_run(run.path()).unwrap().unwrap().with_latest_schedule();
+        finish(&run, 1);
+        let read = || read_run(run.path()).unwrap().unwrap().with_whole_log();
         let configured = read();
-        assert_eq!(configured.epsilon, run.config::<RunConfig>().unwrap().epsilon);
+        assert_eq!(configured.config.epsilon, run.config::<RunConfig>().unwrap().epsilon);
         let mut writer = RunWriter::open(&run, 0).unwrap();
         for schedule in ["0.3", "0.125"] {
-            writer.record(&Event::ScheduleChanged { episode: 7, schedule: schedule.into() }).unwrap();
+            writer.record(&Event::ScheduleChanged { episode: 1, schedule: schedule.into() }).unwrap();
         }
-        assert_eq!(read().epsilon.to_string(), "0.125");
+        assert_eq!(read().config.epsilon.to_string(), "0.125");
         assert!(read().label.contains("epsilon 0.125") && !configured.label.contains("0.125"), "{}", read().label);
     }
 

@@ -14,6 +14,7 @@ use super::{Curves, RunSummary};
 use crate::Loader;
 use mge_base::text::counted;
 use mge_figures::{Color, series};
+use mge_guidance::EpsilonSchedule;
 use mge_results::{FINAL, Groups, LearningRow, Settings, distinguish};
 use mge_run::{Metric, RunState};
 use mge_stats::aggregate::trimmed_mean;
@@ -127,9 +128,9 @@ pub struct Grouping {
 /// What the configurations of runs determine.
 #[derive(Debug, Clone, Default)]
 struct Known {
-    /// For each run its configured episodes, the only setting that may change, and its row with the settings in which
-    /// it differs from others.
-    rows: HashMap<PathBuf, (u64, LearningRow)>,
+    /// For each run its configured episodes and its schedule, the only settings that may change, and its row with the
+    /// settings in which it differs from others.
+    rows: HashMap<PathBuf, (u64, EpsilonSchedule, LearningRow)>,
     /// The settings in which no two runs differ.
     common: Settings,
 }
@@ -139,7 +140,7 @@ impl Grouping {
     pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
         let row =
-            |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
+            |run: &Arc<RunSummary>| known.rows[&run.path].2.clone().with_progress(run.done, run.success.map(f64::from));
         let rows: Vec<LearningRow> = runs.iter().map(row).collect();
         let all = Groups::new(&rows);
         let labels: Vec<&str> = all.labels.iter().map(String::as_str).collect();
@@ -181,8 +182,10 @@ impl Grouping {
     /// Whether it is a grouping of exactly these runs with their current settings.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
         let rows = &self.known.rows;
-        rows.len() == runs.len()
-            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes()))
+        let is_same = |(episodes, epsilon, _): &(u64, EpsilonSchedule, LearningRow), run: &RunSummary| {
+            *episodes == run.episodes() && *epsilon == run.config.epsilon
+        };
+        rows.len() == runs.len() && runs.iter().all(|run| rows.get(&run.path).is_some_and(|known| is_same(known, run)))
     }
 
     /// The group of a run, if it has been grouped and is not damaged.
@@ -192,12 +195,12 @@ impl Grouping {
 
     /// The settings in which a run differs from others, unless its method implies them.
     pub fn settings(&self, run: &Path) -> Option<&Settings> {
-        self.known.rows.get(run).map(|(_, row)| &row.settings)
+        self.known.rows.get(run).map(|(.., row)| &row.settings)
     }
 
     /// The effective value of any setting that a run uses, by its JSON path.
     pub fn setting(&self, run: &RunSummary, path: &str) -> Option<&Value> {
-        let (_, row) = self.known.rows.get(&run.path)?;
+        let (.., row) = self.known.rows.get(&run.path)?;
         let common = || self.known.common.get(path).filter(|_| run.config.uses(path));
         row.settings.get(path).or_else(|| row.implied.get(path)).or_else(common)
     }
@@ -207,7 +210,9 @@ impl Known {
     fn new(runs: &[Arc<RunSummary>]) -> Self {
         let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::so_far(&run.config, 0, None)).collect();
         let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (run.episodes(), row));
+        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| {
+            (run.path.clone(), (run.episodes(), run.config.epsilon.clone(), row))
+        };
         Self { rows: runs.iter().zip(rows).map(of_run).collect(), common }
     }
 }

@@ -1,14 +1,11 @@
 //! A run and its curves, as screens show it.
 
-use std::fs::File;
-use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::{Curves, XAxis};
 use crate::run_label;
-use mge_guidance::EpsilonSchedule;
 use mge_run::{Event, Metric, RunDirectory, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
@@ -19,10 +16,8 @@ pub struct RunSummary {
     pub name: String,
     /// Its folder.
     pub path: PathBuf,
-    /// Its settings.
+    /// Its settings; the epsilon schedule is the one in force, as far as its log has been read.
     pub config: Arc<RunConfig>,
-    /// The epsilon schedule in force: that of the settings, unless it was changed during the training.
-    pub epsilon: EpsilonSchedule,
     /// The latest change of its epsilon or clusters during the training, as far as its log has been read: it is no longer
     /// like the runs with the same settings.
     pub changed: Option<String>,
@@ -80,41 +75,27 @@ impl RunSummary {
             evaluations: Vec::new(),
             changed: None,
             note: String::new(),
-            epsilon: config.epsilon.clone(),
             config,
         }
     }
 
     /// The same run with what its log says, and the curves of that.
-    pub(super) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
+    pub(crate) fn with_log(self, log: &RunHistory, curves: Arc<Curves>) -> Self {
         let evaluations = log.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
         let changed =
             log.interventions.iter().rev().find(|event| {
                 matches!(event, Event::ScheduleChanged { .. } | Event::ClustersChanged { given: true, .. })
             });
-        let summary = Self { curves, evaluations, changed: changed.map(Event::to_string), began: log.began, ..self };
-        summary.with_schedule(log.interventions.iter().rev())
+        let config = self.config.in_force(&log.interventions).map_or(self.config, Arc::new);
+        let (label, changed) = (run_label(&config), changed.map(Event::to_string));
+        Self { config, label, curves, evaluations, changed, began: log.began, ..self }
     }
 
-    /// The same run with the schedule that its log tells; only the lines that may tell it are parsed.
+    /// The same run with what the log in its folder says, unless that is missing or damaged; without curves.
     #[must_use]
-    pub fn with_latest_schedule(self) -> Self {
-        let Ok(log) = File::open(RunDirectory::at(&self.path).events_path()) else { return self };
-        let lines = BufReader::new(log).lines().map_while(Result::ok).filter(|line| line.contains("schedule_changed"));
-        let events: Vec<Event> = lines.filter_map(|line| serde_json::from_str(&line).ok()).collect();
-        self.with_schedule(events.iter().rev())
-    }
-
-    /// The same run with the schedule that was set during the training, if there was one, also in its label. A fork with
-    /// its own one does not keep that of the run that it comes from.
-    pub(crate) fn with_schedule<'a>(self, mut latest: impl Iterator<Item = &'a Event>) -> Self {
-        let own = self.config.fork.iter().find(|fork| fork.changes.iter().any(|change| change.starts_with("epsilon=")));
-        let first = own.map_or(0, |fork| u64::from(fork.episode));
-        let is_kept = |event: &&Event| matches!(event, Event::ScheduleChanged { episode, .. } if *episode >= first);
-        let schedule = latest.find(is_kept).and_then(Event::schedule);
-        let Some(epsilon) = schedule.and_then(|schedule| schedule.parse().ok()) else { return self };
-        let config = RunConfig { epsilon, ..RunConfig::clone(&self.config) };
-        Self { label: run_label(&config), epsilon: config.epsilon, ..self }
+    pub fn with_whole_log(self) -> Self {
+        let log = RunHistory::read(&RunDirectory::at(&self.path)).unwrap_or_default();
+        self.with_log(&log, Arc::default())
     }
 
     /// Configured number of episodes.

@@ -9,7 +9,7 @@ use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
-use mge_workbench::command;
+use mge_workbench::{Command, command};
 
 pub fn no_run() -> Vec<Effect> {
     vec![Effect::info("there is no run")]
@@ -86,11 +86,10 @@ pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).collect()
 }
 
-/// What an action does with a single run, which is opened; otherwise says that only such can be `done`.
-fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSummary) -> Effect) -> Vec<Effect> {
+/// What an action does with a single run; otherwise says that only such can be `done`.
+fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSummary) -> Vec<Effect>) -> Vec<Effect> {
     match runs {
-        [run] if ui.is_watched(run) => vec![act(run)],
-        [run] => vec![Effect::apply(command::Open(run.path.clone())), act(run)],
+        [run] => act(run),
         _ => {
             let remedy = "{mark-run} removes a mark, {fold-group} shows the runs of a group";
             let text = format!("only a single run can be {done}: {remedy}");
@@ -99,33 +98,42 @@ fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSum
     }
 }
 
+/// Opens a run, if it is not watched, before an effect.
+fn opened(run: &RunSummary, ui: &Ui, effect: Effect) -> Vec<Effect> {
+    let open = (!ui.is_watched(run)).then(|| Effect::apply(command::Open(run.path.clone())));
+    open.into_iter().chain([effect]).collect()
+}
+
 /// Plays the greedy policy of a run.
 pub fn evaluate(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
-    on_single(runs, ui, "evaluated", |_| Effect::apply(command::Evaluate))
+    on_single(runs, ui, "evaluated", |run| opened(run, ui, Effect::apply(command::Evaluate)))
 }
 
 /// Opens the palette with the command that forks a run, at the past episode that is shown.
 pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     on_single(runs, ui, "forked", |run| {
         let past = ui.subject.past_episode().filter(|_| ui.is_watched(run));
-        Effect::palette(format!("fork {}", past.unwrap_or(run.done)))
+        opened(run, ui, Effect::palette(format!("fork {}", past.unwrap_or(run.done))))
     })
 }
 
-/// Asks for the note on the first run of a line, which is taken as it is typed.
-pub fn edit_note(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
-    let run = line.runs()[0];
+/// Asks for a text of a run, which is taken as it is typed.
+fn ask(run: &RunSummary, [what, hint]: [&str; 2], text: &str, set: fn(PathBuf, String) -> Command) -> Vec<Effect> {
     let folder = run.path.clone();
-    let read = move |text: &str| Ok(Effect::apply(command::Note { folder: folder.clone(), text: text.to_owned() }));
-    vec![Effect::open(Form::prompt(format!("note on {}", run.name), "no text removes it", &*run.note, read))]
+    let read = move |text: &str| Ok(Effect::apply(set(folder.clone(), text.to_owned())));
+    vec![Effect::open(Form::prompt(format!("{what} {}", run.name), hint, text, read))]
 }
 
-/// Asks for the name of the first run of a line, which is taken as it is typed.
-pub fn rename(_: &mut Runs, _: &Ui, line: &Line) -> Vec<Effect> {
-    let run = line.runs()[0];
-    let folder = run.path.clone();
-    let read = move |text: &str| Ok(Effect::apply(command::Rename { folder: folder.clone(), name: text.to_owned() }));
-    vec![Effect::open(Form::prompt(format!("name of {}", run.name), "no text: that of its folder", &*run.name, read))]
+/// Asks for the note on a run.
+pub fn edit_note(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let set = |folder, text| command::Note { folder, text }.into();
+    on_single(runs, ui, "given a note", |run| ask(run, ["note on", "no text removes it"], &run.note, set))
+}
+
+/// Asks for the name of a run.
+pub fn rename(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+    let set = |folder, name| command::Rename { folder, name }.into();
+    on_single(runs, ui, "renamed", |run| ask(run, ["name of", "no text: that of its folder"], &run.name, set))
 }
 
 /// Asks which runs are listed.

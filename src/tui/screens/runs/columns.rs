@@ -94,7 +94,7 @@ fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
         "method" => Some(run.config.method.name().to_owned()),
-        "epsilon" if run.config.method.uses(path) => Some(line.epsilon()),
+        "epsilon" if run.config.method.uses(path) => Some(run.config.epsilon.describe()),
         _ => ui.view.groups.setting(run, path).map(|value| printable(&json::text(value)).into_owned()),
     }
 }

@@ -104,7 +104,7 @@ fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
         "episodes" => Json::from(run.episodes()),
         "done" => Json::from(run.done),
         "success" => Json::from(run.success?),
-        "epsilon" => Json::from(run.epsilon.threshold(0)),
+        "epsilon" => Json::from(run.config.epsilon.threshold(0)),
         path => return ui.view.groups.setting(run, path).cloned(),
     })
 }

@@ -48,14 +48,6 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The epsilon schedule: of a run the one in force, of a group the one of its settings.
-    pub fn epsilon(&self) -> String {
-        match self {
-            Self::Run(run, _) => run.epsilon.describe(),
-            Self::Group(_, runs) => runs[0].config.epsilon.describe(),
-        }
-    }
-
     /// Its run in the most urgent state.
     pub fn foremost(&self) -> &'a RunSummary {
         match self {

@@ -70,7 +70,7 @@ fn settings(ui: &Ui, line: &Line, width: u16) -> Vec<TextLine<'static>> {
     let config = &run.config;
     let mut all = vec![("method".to_owned(), config.method.label().to_owned())];
     if config.method.uses("epsilon") {
-        all.push(("epsilon".to_owned(), line.epsilon()));
+        all.push(("epsilon".to_owned(), config.epsilon.describe()));
     }
     all.push(("episodes".to_owned(), config.episodes.to_string()));
     let differing = ui.view.groups.settings(&run.path).into_iter().flatten();

@@ -33,10 +33,13 @@ fn a_subgoal_is_moved_with_keys() {
 fn subgoals_are_proposed_moved_accepted_and_rejected() {
     check(empty(), "2 S", &["propose"], "");
     check(empty(), "2 Y", &[], "nothing is proposed: S lets");
-    check(typical(), "2", &[], "proposed: 1; Y accepts, D rejects");
+    check(typical(), "2", &[], "proposed: 1; Y accepts all");
     check(typical(), "2 tab tab right", &["proposal move 1 -0.19 0.5"], "proposal 1");
     check(typical(), "2 tab tab )", &["proposal size 1 4.5"], "");
-    check(typical(), "2 tab tab Y", &["proposal accept 1"], "");
+    check(typical(), "2 tab tab A", &["proposal accept 1"], "");
+    check(typical(), "2 tab tab Y", &["proposal accept"], "");
+    check(typical(), "2", &[], "Y accept all  D reject all  A subgoal");
+    check(empty(), "2", &[], "\nA subgoal");
     check(typical(), "2 tab tab delete", &["proposal delete 1"], "");
     check(typical(), "2 Y", &["proposal accept"], "");
     check(typical(), "2 D", &["proposal delete"], "");
@@ -149,7 +152,8 @@ fn an_export_asks_before_it_overwrites_a_figure_or_its_table() {
 
 #[test]
 fn another_task_is_not_opened_over_unsaved_edits_without_a_question() {
-    check(typical(), "o down enter", &[], "lose the edits?");
+    check(typical(), "o down enter", &[], "The task task1 is edited and not saved");
+    check(ViewModel { dirty: false, ..typical() }, "o down enter", &[], "1 proposal for task1, not accepted yet");
     check(typical(), "o down enter y", &["task task1"], "");
     check(typical(), "o down down enter y", &["task task2"], "");
     check(typical(), ": t a s k space t a s k 2 enter esc", &[], "(edited)");
@@ -293,8 +297,7 @@ fn added_and_accepted_objects_are_selected() {
         app.screens.scene.selected()
     };
     assert_eq!(selected("A"), Some(Object::Part(task::Part::Subgoal(1))));
-    assert_eq!(selected("2 tab tab Y"), Some(Object::Part(task::Part::Subgoal(1))));
-    assert_eq!(selected("2 tab tab D"), None);
+    assert_eq!(selected("2 tab tab A"), Some(Object::Part(task::Part::Subgoal(1))));
     assert_eq!(selected("2 Y"), None, "all were accepted");
     assert_eq!(selected("2 T b o x enter"), Some(Object::Part(task::Part::Tool(typical().task.tools.len()))));
     assert_eq!(selected("2 tab P"), None, "the tool is in hand");

@@ -17,19 +17,23 @@ fn leaving_asks_only_if_something_would_be_lost() {
     assert!(leaving(empty(), "e ctrl-c"), "from within a layer, too");
     check(typical(), "q", &[], "y   keep a checkpoint, stop and leave without saving");
     check(typical(), "q", &[], "The task task1 is edited and not saved");
+    check(typical(), "q", &[], "b   leave it training in the background without saving");
     let saved = "save my-task1.json";
     check(typical(), "q s", &[saved], "");
     assert!(leaving(typical(), "q s"));
     let mut named = typical();
     named.file = Some("mine.json".into());
     check(named, "q s", &["save mine.json"], "");
+    let proposed = ViewModel { proposed: typical().proposed, ..empty() };
+    check(proposed, "q", &[], "1 proposal for task1, not accepted yet, would be lost.");
+    check(ViewModel { proposing: Some((1, 3)), ..empty() }, "q", &[], "The search for subgoals ends without a result.");
     check(empty(), "3 up q", &[], "The schedule you have drawn is not in use");
 }
 
 #[test]
 fn leaving_can_wait_until_all_runs_are_done() {
     let mut view = typical();
-    view.dirty = false;
+    (view.dirty, view.proposed) = (false, Vec::new());
     check(view.clone(), "q w", &[], "leaving when all runs are done");
     let (mut busy, _) = app(view.clone());
     press(&mut busy, "q w");
@@ -54,7 +58,7 @@ fn leaving_can_wait_until_all_runs_are_done() {
 #[test]
 fn an_open_question_delays_leaving_until_it_is_answered() {
     let mut view = typical();
-    view.dirty = false;
+    (view.dirty, view.proposed) = (false, Vec::new());
     let (mut app, _) = app(view.clone());
     press(&mut app, "q w 5 x");
     change_run(&mut view, 1, |run| (run.active, run.state) = (false, RunState::Finished));

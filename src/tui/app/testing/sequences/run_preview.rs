@@ -32,7 +32,7 @@ fn each_setting_of_a_run_is_listed_once() {
 #[test]
 fn the_epsilon_of_a_run_is_the_one_in_force() {
     let mut view = typical();
-    change_run(&mut view, 1, |run| run.epsilon = "0.125".parse().unwrap());
+    change_run(&mut view, 1, |run| Arc::make_mut(&mut run.config).epsilon = "0.125".parse().unwrap());
     let screen = preview(view);
     assert!(screen.contains("epsilon 0.125"), "{screen}");
 }

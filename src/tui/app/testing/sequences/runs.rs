@@ -198,6 +198,8 @@ fn what_cannot_be_done_with_a_line_is_explained() {
     check(typical(), "5 tab", &[], "a group of runs that differ in the seed only");
     check(grouped(), "5 F", &[], "only a single run can be forked");
     check(grouped(), "5 v", &[], "only a single run can be evaluated");
+    check(grouped(), "5 n", &[], "only a single run can be renamed: space removes a mark, tab shows the runs");
+    check(grouped(), "5 i", &[], "only a single run can be given a note");
     check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
     let mut view = typical();
     change_run(&mut view, 0, |run| run.state = RunState::Paused);

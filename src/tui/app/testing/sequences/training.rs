@@ -1,7 +1,7 @@
 //! Trainings and their settings, clusters, models and figures, by keys.
 
 use super::*;
-use crate::tui::view::Curves;
+use crate::tui::view::{Curves, ModelSummary};
 use mge_run::Metric;
 
 #[test]
@@ -147,11 +147,23 @@ fn models_are_chosen_and_trained() {
     let mut level = empty();
     level.task = Arc::new(mge_task::load("create/Belt").unwrap());
     check(level, "6 T enter", &["model train create models/create.safetensors"], "");
-    check(empty(), "6 X", &["model stop"], "");
     let mut view = empty();
     view.model_work = Some(("training models/mine.safetensors".into(), Some(0.5)));
     check(view.clone(), "6", &[], "training models/mine.safetensors 50 %");
-    check(view, "q", &[], "training models/mine.safetensors ends");
+    check(view.clone(), "q", &[], "training models/mine.safetensors ends");
+    check(view.clone(), "6 x", &[], "stop the training of the model?");
+    check(view.clone(), "6 x y", &["model stop"], "");
+    let run = ViewModel { runs: typical().runs, watched: typical().watched, ..view };
+    check(run, "4 x y", &["stop"], "");
+}
+
+#[test]
+fn a_model_that_does_not_fit_the_task_is_refused_however_it_is_chosen() {
+    let mut view = empty();
+    let about = "wrong tools: lacks box; 50 launches".to_owned();
+    view.models.push(ModelSummary { name: "wall".into(), about, ..ModelSummary::default() });
+    check(view.clone(), "6 end enter", &[], "wall: wrong tools: lacks box");
+    check(view, ": m o d e l space w a l l enter", &[], "wall: wrong tools: lacks box");
 }
 
 #[test]
