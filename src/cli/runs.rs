@@ -20,7 +20,7 @@ use mge_base::spelling::did_you_mean;
 use mge_base::text::counted;
 use mge_figures::DEFAULT_DPI;
 use mge_results::{Composition, is_listed_run};
-use mge_run::RunError;
+use mge_run::{RunDirectory, RunError, RunHistory};
 use mge_task as task;
 use mge_trainer::set_the_same;
 use mge_workbench::{self as workbench, FigureKind, Output, RunView, Session, SessionError, command};
@@ -127,7 +127,8 @@ pub fn resume(arguments: &Resume) -> Outcome {
         match session.apply(command::Continue { folder: Some(run.clone()), until: None }) {
             // It is left as it is, and its result is printed.
             Err(SessionError::Finished { run: name, episodes, by }) => {
-                if !arguments.quiet {
+                // That its log is damaged is told at the end.
+                if !arguments.quiet && RunHistory::read(&RunDirectory::at(run)).is_ok() {
                     let done = format!("{name} is finished after {episodes} episodes{by}");
                     output::message(format_args!("{done}: --episodes sets more"));
                 }

@@ -79,34 +79,19 @@ pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
 /// to that. The range of a logarithmic axis is that of the logarithms.
 pub fn value_labels(range: [f32; 2], is_log: bool, most: usize, width: usize) -> Vec<(f32, String)> {
     let ticks = if is_log { powers(range, most) } else { labelled_ticks(range, most) };
-    let written = |text: fn(f32) -> String| ticks.iter().map(|(value, _)| (*value, text(*value))).collect();
-    let notations: [Vec<(f32, String)>; 3] = [ticks.clone(), written(short), written(exponent)];
-    if let Some(labels) = notations.iter().find(|labels| is_one_notation(labels, width)) {
-        return labels.clone();
-    }
-    if most > 2 {
+    let fit = ticks.iter().all(|(_, text)| text.len() <= width);
+    let written = |(value, text): (f32, String)| (value, if fit { text } else { short(value) });
+    let mut labels: Vec<(f32, String)> = ticks.into_iter().map(written).collect();
+    let exponents = || labels.iter().filter(|(value, _)| *value != 0.0).map(|(_, text)| text.contains('e'));
+    let is_mixed = exponents().any(|has| has) && !exponents().all(|has| has);
+    if is_mixed && (is_log || most <= 2) {
+        let others = labels.iter_mut().filter(|(value, _)| *value != 0.0);
+        others.for_each(|(value, text)| *text = format!("{value:.0e}"));
+    } else if most > 2 && (is_mixed || labels.windows(2).any(|pair| pair[0].1 == pair[1].1)) {
         return value_labels(range, is_log, most - 1, width);
     }
-    let [_, mut labels, _] = notations;
     labels.dedup_by(|next, before| next.1 == before.1);
     labels
-}
-
-/// Whether labels fit into a width, differ, tell their values, and have an exponent all or none, but for 0.
-fn is_one_notation(labels: &[(f32, String)], width: usize) -> bool {
-    let is_told = |(value, text): &(f32, String)| {
-        !text.contains('e') || text.parse().is_ok_and(|told: f32| (told - value).abs() <= 1e-3 * value.abs())
-    };
-    let other = labels.iter().filter(|(value, _)| *value != 0.0);
-    let exponents = other.clone().filter(|(_, text)| text.contains('e')).count();
-    labels.iter().all(|label| label.1.len() <= width && is_told(label))
-        && labels.windows(2).all(|pair| pair[0].1 != pair[1].1)
-        && [0, other.count()].contains(&exponents)
-}
-
-/// A value with one digit and an exponent.
-fn exponent(value: f32) -> String {
-    if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
 }
 
 /// At most `most` round values in a range, with their labels.
@@ -308,7 +293,9 @@ mod tests {
     fn labels_of_an_axis_do_not_repeat_where_they_are_rounded() {
         let texts =
             |y: [f32; 2]| value_labels(y, false, 6, 5).into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
-        assert_eq!(texts([-0.014, 0.0]), "-1e-2 -5e-3 0", "one notation");
+        assert_eq!(texts([-0.014, 0.0]), "-0.01 0.00", "one notation");
+        let logarithmic = value_labels([-4.0, 0.0], true, 6, 5).into_iter().map(|(_, text)| text);
+        assert_eq!(logarithmic.collect::<Vec<_>>(), ["1e-4", "1e-3", "1e-2", "1e-1", "1e0"]);
         assert_eq!(texts([0.0, 140_000.0]), "0 50k 100k");
         assert_eq!(texts([0.9991, 0.9993]), "1.00", "no room for what differs");
     }

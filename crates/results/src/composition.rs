@@ -21,7 +21,7 @@ use mge_base::paths::{entries, expanded};
 use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_figures::{Against, LearningCurves, PlotStyle, Success};
-use mge_run::{RunDirectory, RunState, config_hash};
+use mge_run::{RunDirectory, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;
 use mge_trainer::RunConfig;
@@ -59,9 +59,9 @@ pub struct Composed {
 /// The names of the options and their values.
 pub const OPTIONS: [(&str, &str); 13] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
-    ("curve", "the label of a curve to show, in the order of the legend; may be given again"),
+    ("curve", "a curve, by its label; in order, one or several"),
     ("name", "another name for the preceding curve"),
-    ("reference", "the label of the curve that the others are compared with"),
+    ("reference", "the curve that the others are compared with"),
     ("success", "training or greedy"),
     ("against", "episodes, actions or charged"),
     ("width", "single or double: the columns of the page"),
@@ -70,7 +70,7 @@ pub const OPTIONS: [(&str, &str); 13] = [
     ("y", "the ends of the y axis in percent, such as 0:60"),
     ("bands", "on or off: the intervals around the curves"),
     ("height", "of a panel in points, from 80 to 600"),
-    ("smooth", "number of points in a moving average, from 1 to 1000"),
+    ("smooth", "points in a moving average, from 1 to 1000"),
 ];
 
 /// Options with two values, the default first.
@@ -268,7 +268,8 @@ fn label_among_all(found: &mut [FoundRun], asked: &[PathBuf]) -> Vec<String> {
     // What cannot be read has no label.
     let others = others.filter(is_other).filter_map(|path| RunConfig::of(&RunDirectory::open(path).ok()?).ok());
     let others: Vec<RunConfig> = others.collect();
-    let mut rows: Vec<LearningRow> = others.iter().map(|config| LearningRow::so_far(config, 0, None)).collect();
+    let mut rows: Vec<LearningRow> =
+        others.iter().map(|config| LearningRow::new(config, &RunHistory::default())).collect();
     let shown = found.iter_mut().map(|run| (&run.config, &mut run.trained.row));
     distinguish(shown.chain(others.iter().zip(&mut rows)).collect());
     let labels: BTreeSet<String> =

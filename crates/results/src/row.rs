@@ -21,7 +21,7 @@ pub struct LearningRow {
     pub epsilon: String,
     /// The threshold after the last of its episodes, if the schedule would go on then.
     #[serde(skip)]
-    pub end: Option<f32>,
+    pub end: Option<String>,
     /// Other settings in which the runs it is compared with differ, by JSON path, with its effective values.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub settings: Settings,
@@ -121,7 +121,7 @@ impl LearningRow {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
             epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
-            end: config.epsilon.unreached(config.episodes).map(|(_, end)| end),
+            end: config.epsilon.unreached(config.episodes).map(|(_, end)| end.to_string()),
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,
@@ -135,12 +135,6 @@ impl LearningRow {
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
             ..Self::default()
         }
-    }
-
-    /// The row of a run that is still being trained, from its number of episodes and latest rolling
-    /// success.
-    pub fn so_far(config: &RunConfig, episodes: u64, success: Option<f64>) -> Self {
-        Self::new(config, &RunHistory::default()).with_progress(episodes, success)
     }
 
     /// The same row with another number of episodes and latest rolling success.

@@ -103,18 +103,12 @@ impl LearningRow {
 
     /// The epsilon schedule in short form, or in full if the short form is ambiguous.
     fn threshold(&self) -> String {
-        match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
-            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => {
-                format!("{from} to {}", self.end.map_or_else(|| (*to).to_owned(), |end| end.to_string()))
-            }
-            ["points", points] if self.settings.contains_key(WHOLE_SCHEDULE) => {
-                format!("drawn {}", points.replace(',', ", "))
-            }
-            ["need", ..] if !self.settings.contains_key(WHOLE_SCHEDULE) => "by need".to_owned(),
-            _ => self
-                .epsilon
-                .parse()
-                .map_or_else(|_| self.epsilon.clone(), |schedule: EpsilonSchedule| schedule.describe()),
+        let parts: Vec<&str> = self.epsilon.split(':').collect();
+        match (self.settings.contains_key(WHOLE_SCHEDULE), parts.as_slice()) {
+            (false, ["linear", from, to, _]) => format!("{from} to {}", self.end.as_deref().unwrap_or(to)),
+            (false, ["need", ..]) => "by need".to_owned(),
+            (true, ["points", points]) => format!("drawn {}", points.replace(',', ", ")),
+            _ => self.epsilon.parse().map_or(self.epsilon.clone(), |known: EpsilonSchedule| known.describe()),
         }
     }
 }
@@ -333,7 +327,7 @@ mod tests {
 
     use super::*;
     use crate::{find_runs, read_runs};
-    use mge_run::{RunDirectory, RunState};
+    use mge_run::{RunDirectory, RunHistory, RunState};
     use mge_trainer::Method;
 
     #[test]
@@ -394,11 +388,11 @@ mod tests {
         let other = usual[0].with_setting("ddpg.tau", "0.1").unwrap();
         let labels = |configs: &[RunConfig]| -> Vec<String> {
             let mut rows: Vec<LearningRow> =
-                configs.iter().map(|config| LearningRow::so_far(config, 0, None)).collect();
+                configs.iter().map(|config| LearningRow::new(config, &RunHistory::default())).collect();
             distinguish(configs.iter().zip(&mut rows).collect());
             rows.iter().map(LearningRow::label).collect()
         };
-        let alone = |config: &RunConfig| LearningRow::so_far(config, 0, None).label();
+        let alone = |config: &RunConfig| LearningRow::new(config, &RunHistory::default()).label();
         let mge = |settings: &[(&str, &str)]| {
             let start = RunConfig::default_for(task.clone(), Method::DdpgMge);
             settings.iter().fold(start, |config, (key, value)| config.with_setting(key, value).unwrap())
@@ -464,7 +458,7 @@ mod tests {
             });
             let configs: Vec<RunConfig> = configs.collect();
             let mut rows: Vec<LearningRow> =
-                configs.iter().map(|config| LearningRow::so_far(config, 0, None)).collect();
+                configs.iter().map(|config| LearningRow::new(config, &RunHistory::default())).collect();
             distinguish(configs.iter().zip(&mut rows).collect());
             rows.iter().map(|row| row.label().replace("DDPG, subgoals ", "")).collect()
         };

@@ -118,15 +118,18 @@ impl RunDirectory {
         let last = self.status()?.last_episode.map_or(0, |record| record.episode);
         let mut names = store.names()?;
         names.sort_by_key(|name| Reverse(store.episode_of(*name)));
-        let mut problems = Vec::new();
+        let (mut problems, mut failed) = (Vec::new(), None);
         for name in names {
+            let of = store.episode_of(name);
             match store.load(name) {
                 Ok(Checkpoint { episode, .. }) if episode > last => {
                     problems.push(RunError::LogTooShort { path: self.events_path(), last, checkpoint: episode });
                 }
                 Ok(checkpoint) => return Ok((Some(checkpoint), problems)),
-                Err(problem) => problems.push(problem),
+                // The checkpoint of an episode may have several names.
+                Err(problem) => problems.extend(Some(problem).filter(|_| of.is_none() || failed != of)),
             }
+            failed = of;
         }
         problems.into_iter().next().map_or(Ok((None, Vec::new())), Err)
     }

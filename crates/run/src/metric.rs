@@ -103,7 +103,7 @@ metrics! {
     /// Whether any action was drawn from the action clusters.
     Guided: "guided", "guided episode", "", Neutral, SHARE, Some("train/guided"),
         "1 if any, else 0", |record| zero_or_one(record.guided);
-    /// Threshold of guided exploration: the probability that actions come from the clusters.
+    /// Threshold of guided exploration: probability that actions come from clusters.
     Epsilon: "epsilon", "epsilon", "share", Neutral, SHARE, Some("train/epsilon"),
         "the schedule at this episode; by need: its mean over the stages", |record| Some(record.epsilon.into());
     /// Standard deviation of a kick of the exploration noise.
@@ -118,15 +118,15 @@ metrics! {
     /// Greatest value of an action in the episode's minibatches. Shows overestimation sooner.
     MaxQ: "max_q", "greatest Q", "reward", Neutral, None, Some("train/max_q"),
         "max Q(s, a)", |record| record.max_q.map(f64::from);
-    /// Minus the value that the actor expects of its own actions; with imitation, in units of its mean
-    /// magnitude, and the weighted distance from the imitated actions added.
+    /// Minus the value that the actor expects of its own actions. With imitation, it is in units of its mean
+    /// magnitude, and the weighted distance from the imitated actions is added.
     ActorLoss: "actor_loss", "actor loss", "reward", Lower, None, Some("loss/actor"),
         "-1/N Σ Q(s, μ(s))", |record| record.actor_loss.map(f64::from);
     /// Share of the actor's outputs at the edge of the action space. Near 1: the actor is stuck at
     /// its bounds, where tanh passes no gradient.
     Saturation: "action_saturation", "action saturation", "share", Lower, SHARE, Some("train/action_saturation"),
         "share of components of μ(s) with magnitude above 0.99", |record| record.action_saturation.map(f64::from);
-    /// Share of the last 100 episodes (of all, before there are 100) that reached the goal.
+    /// Share of the last 100 episodes, or of all so far, that reached the goal.
     Success: "rolling_success", "success rate (last 100)", "share", Higher, SHARE, Some("train/success_rolling"),
         "mean of `goal` over the window", |record| Some(record.rolling_success);
     /// Whether the episode ended by the task's own rules.

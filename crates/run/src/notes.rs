@@ -2,6 +2,7 @@
 
 use educe::Educe;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::file::{check_format, parse_json};
 use super::{Result, RunDirectory, RunError, file};
@@ -25,6 +26,9 @@ pub struct Notes {
     /// Free text.
     #[serde(default)]
     pub note: String,
+    /// What else is in the file, such as the tags of earlier versions, which is kept.
+    #[serde(flatten)]
+    others: Map<String, Value>,
 }
 
 impl Notes {
@@ -116,6 +120,10 @@ mod tests {
         assert_eq!(run.name(), folder.path().file_name().unwrap().to_str().unwrap());
         run.change_notes(|notes| notes.name = "the best".into()).unwrap();
         assert_eq!(run.name(), "the best");
+        std::fs::write(run.notes_path(), r#"{"format": 1, "tags": ["paper"], "note": "of 0.1.0"}"#).unwrap();
+        run.change_notes(|notes| notes.note = "anew".into()).unwrap();
+        let written = std::fs::read_to_string(run.notes_path()).unwrap();
+        assert!(written.contains("paper") && written.contains("anew"), "{written}");
         std::fs::write(run.notes_path(), r#"{"format": 9}"#).unwrap();
         assert!(matches!(run.notes(), Err(RunError::Refused(_))));
     }

@@ -63,7 +63,8 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         directory.checkpoints().complete(&config.checkpoints, checkpoint)?;
     }
     // An unreadable `best` is replaced by the next one.
-    problems.extend(directory.checkpoints().best_score().err());
+    let best = directory.checkpoints().best_score().err();
+    problems.extend(best.filter(|best| problems.iter().all(|known| known.to_string() != best.to_string())));
     let of_checkpoint = |problem: &RunError| format!("a checkpoint cannot be used: {problem}");
     let problems = problems.iter().map(of_checkpoint).collect();
     watch.set_episode(episode);

@@ -9,7 +9,7 @@ use super::{Session, SessionError};
 use mge_base::atomic;
 use mge_figures::{ActionSamples, DEFAULT_DPI, Figure, Provenance, TaskActions, TaskGrid};
 use mge_results::{Composed, Composition, LearningRow, find_runs};
-use mge_run::{RunError, config_hash};
+use mge_run::{RunError, RunHistory, config_hash};
 use mge_trainer::RunConfig;
 
 /// Deferred work that produces a figure and its provenance.
@@ -91,7 +91,7 @@ impl Session {
 
 /// The label of a run: method, threshold and seed.
 pub fn run_label(config: &RunConfig) -> String {
-    format!("{}, seed {}", LearningRow::so_far(config, 0, None).label(), config.seed)
+    format!("{}, seed {}", LearningRow::new(config, &RunHistory::default()).label(), config.seed)
 }
 
 #[cfg(test)]

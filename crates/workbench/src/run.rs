@@ -13,7 +13,7 @@ use mge_trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer};
 
 use super::SessionError;
 use super::loader::Loader;
-use super::run_log::{Recorded, RunLog, read_prior};
+use super::run_log::{MAX_KEPT, Recorded, RunLog, read_prior};
 use super::saved::SavedRun;
 
 /// A run, live or finished, of this or another process: a reader of its log.
@@ -24,7 +24,7 @@ pub struct RunView {
     pub(super) name: String,
     directory: RunDirectory,
     pub(super) config: Arc<RunConfig>,
-    log: RunLog,
+    pub(super) log: RunLog,
     /// Number of episodes at the latest checkpoint of a run in training.
     pub(super) saved_episode: u64,
     trainer: Option<Trainer>,
@@ -84,7 +84,7 @@ impl RunView {
         Ok(Self {
             number: 0,
             name: directory.name(),
-            log: RunLog::new(&directory),
+            log: RunLog::new(&directory, MAX_KEPT),
             directory,
             config,
             saved_episode: 0,
@@ -190,7 +190,9 @@ impl RunView {
             return (events, changed);
         }
         let (is_active, has_ended) = (self.is_active(), self.has_ended());
-        if let Some((news, has_ended)) = self.log.poll(is_active, has_ended) {
+        if let Some((news, has_ended, name)) = self.log.poll(is_active, has_ended) {
+            changed |= self.name != name;
+            self.name = name;
             let more = self.follow(news, &mut changed, &mut events);
             is_over = has_ended && !more;
         }

@@ -14,21 +14,23 @@ use super::job::CANCELLED;
 use super::loader::Loader;
 
 /// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
-const MAX_KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
+pub const MAX_KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
 /// Time between two reads in the background of the log of a run in training, and of any other.
 const READ_EVERY: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 
 /// The log of a run as far as it has been read.
 #[derive(Debug)]
 pub struct RunLog {
+    run: RunDirectory,
     reader: EventReader,
     /// What its events say.
     pub history: RunHistory,
+    most: NonZeroUsize,
     /// Time of the latest event.
     pub latest: f64,
     /// The part that is read in the background, by the number of parts before it.
     reading: Loader<u64, Part>,
-    parts: u64,
+    pub parts: u64,
     /// When the latest read in the background began.
     read_at: Instant,
 }
@@ -41,14 +43,18 @@ struct Part {
     reader: EventReader,
     /// The training had ended before it was read.
     has_ended: bool,
+    /// The name of the run then.
+    name: String,
 }
 
 impl RunLog {
-    /// The log in a folder, of which nothing has been read.
-    pub fn new(directory: &RunDirectory) -> Self {
+    /// The log in a folder, of which nothing has been read; `most` episodes of it are kept, and as many evaluations.
+    pub fn new(directory: &RunDirectory, most: NonZeroUsize) -> Self {
         Self {
+            run: directory.clone(),
             reader: directory.events(),
-            history: RunHistory::bounded(MAX_KEPT),
+            history: RunHistory::bounded(most),
+            most,
             latest: f64::NEG_INFINITY,
             reading: Loader::default(),
             parts: 0,
@@ -68,12 +74,13 @@ impl RunLog {
         Ok(news)
     }
 
-    /// The part that was read in the background, if there is one, and whether the training had ended before. Begins to
-    /// read the next part if it is time to: often if the run `is_active`, and at once if its training `has_ended`.
-    pub fn poll(&mut self, is_active: bool, has_ended: bool) -> Option<(Result<Poll, String>, bool)> {
+    /// The part that was read in the background, if there is one, whether the training had ended before, and the name of
+    /// the run. Begins to read the next part if it is time to: often if the run `is_active`, and at once if its training
+    /// `has_ended`.
+    pub fn poll(&mut self, is_active: bool, has_ended: bool) -> Option<(Result<Poll, String>, bool, String)> {
         let mut found = None;
         if self.reading.poll()
-            && let Some((parts, Ok(Part { news, reader, has_ended }))) = self.reading.take()
+            && let Some((parts, Ok(Part { news, reader, has_ended, name }))) = self.reading.take()
             && parts == self.parts
         {
             self.parts += 1;
@@ -81,16 +88,16 @@ impl RunLog {
             if let Ok(news) = &news {
                 self.follow(news);
             }
-            found = Some((news, has_ended));
+            found = Some((news, has_ended, name));
         }
-        let more = matches!(&found, Some((Ok(news), _)) if news.more);
-        let is_last = !more && matches!(&found, Some((_, true)));
+        let more = matches!(&found, Some((Ok(news), ..)) if news.more);
+        let is_last = !more && matches!(&found, Some((_, true, _)));
         if more || (has_ended && !is_last) || self.read_at.elapsed() >= READ_EVERY[usize::from(!is_active)] {
-            let mut reader = self.reader.clone();
+            let (mut reader, run) = (self.reader.clone(), self.run.clone());
             self.read_at = Instant::now();
             self.reading.request(self.parts, Duration::ZERO, move |_| {
                 let news = reader.poll().map_err(|error| error.to_string());
-                Ok(Part { news, reader, has_ended })
+                Ok(Part { news, reader, has_ended, name: run.name() })
             });
         }
         found
@@ -98,7 +105,7 @@ impl RunLog {
 
     fn follow(&mut self, news: &Poll) {
         if news.restarted {
-            self.history = RunHistory::bounded(MAX_KEPT);
+            self.history = RunHistory::bounded(self.most);
         }
         news.events.iter().for_each(|logged| self.history.add(logged.time, &logged.event));
     }
@@ -123,7 +130,7 @@ impl Recorded {
     /// # Errors
     /// When the log cannot be read, or `stop` is requested.
     pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
-        let (mut log, mut problem) = (RunLog::new(directory), None);
+        let (mut log, mut problem) = (RunLog::new(directory, MAX_KEPT), None);
         loop {
             let news = log.read()?;
             problem = problem.or(news.problems.first().map(ToString::to_string));
@@ -161,7 +168,7 @@ mod tests {
     /// Begins a read that is due.
     fn poll(log: &mut RunLog) -> Option<Poll> {
         log.read_at -= Duration::from_secs(1);
-        log.poll(false, false).map(|(news, _)| news.unwrap())
+        log.poll(false, false).map(|(news, ..)| news.unwrap())
     }
 
     #[test]
@@ -172,7 +179,7 @@ mod tests {
         let mut finish = |episode| {
             writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..EpisodeRecord::default() })).unwrap();
         };
-        let [mut waiting, mut other] = [(); 2].map(|()| RunLog::new(&directory));
+        let [mut waiting, mut other] = [(); 2].map(|()| RunLog::new(&directory, MAX_KEPT));
         for episodes in [1..=3, 4..=9] {
             episodes.for_each(&mut finish);
             let expected = waiting.read().unwrap().events;
@@ -202,7 +209,7 @@ mod tests {
         // To open a pipe takes until there is a writer.
         let path = directory.path().join("events.jsonl");
         assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
-        let mut log = RunLog::new(&directory);
+        let mut log = RunLog::new(&directory, MAX_KEPT);
         let since = Instant::now();
         for _ in 0..1000 {
             log.read_at -= Duration::from_secs(1);

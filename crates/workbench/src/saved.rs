@@ -125,14 +125,6 @@ impl SavedRun {
         Ok((checkpoint.episode, networks(&checkpoint)?))
     }
 
-    /// An episode of the greedy policy of the checkpoint.
-    ///
-    /// # Errors
-    /// As [`SavedRun::agent`].
-    pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        Ok(self.player(None)?.episode(seed))
-    }
-
     /// The agent of the checkpoint, to play greedy episodes: on another task than that of the run, if
     /// given (with its own start noise).
     ///

@@ -2,6 +2,7 @@
 
 mod opened;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use super::*;
@@ -12,7 +13,7 @@ use mge_trainer::Phase;
 /// A session with small runs and clusters that are quick to compute.
 fn session(folder: &Path) -> Session {
     let mut session = Session::new(mge_task::load("task1").unwrap(), folder.to_owned());
-    session.set_cores(1);
+    session.runs.cores = NonZeroUsize::new(1);
     let settings = "method ddpg\nepisodes 3\nset ddpg.hidden 8\nmodel true\nset guidance.model_rollouts 50\n\
                     set guidance.environment_rollouts 5";
     run(&mut session, settings);
@@ -272,7 +273,7 @@ fn the_policy_of_a_run_starts_with_the_noise_of_its_training() {
     let mut session = session(folder.path());
     run(&mut session, "set start_noise 0.01\ntrain\nwait");
     let saved = session.run().unwrap().saved();
-    let [first, second] = [1, 2].map(|seed| saved.greedy_episode(seed).unwrap().start.shift);
+    let [first, second] = [1, 2].map(|seed| saved.player(None).unwrap().episode(seed).start.shift);
     assert_ne!(first, second);
     assert!(first.iter().chain(&second).all(|shift| shift.abs() <= 0.01), "{first:?}, {second:?}");
 }

@@ -110,10 +110,11 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     ]),
     (Curves, &[
         ("large", "enter", "large", "", "show the selected curve alone, or all of them", Change(|s, _| s.curves.alone ^= true)),
-        ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s, ui, 0.5))),
-        ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0))),
+        ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s, ui, 0.5, None))),
+        ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0, None))),
         ("whole-range", "0", "", "", "show all episodes", Change(|s, _| s.curves.range = Range::Whole)),
         ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Change(|s, _| s.curves.axis = XAxis::ALL[(s.curves.axis as usize + 1) % XAxis::ALL.len()])),
+        ("more-differences", "+", "", "", "show further settings in which two compared runs differ", Change(|s, _| s.curves.page += 1)),
         ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Change(|s, _| s.curves.folded ^= true)),
     ]),
     (Runs, &[

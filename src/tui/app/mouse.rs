@@ -121,12 +121,9 @@ impl App {
         }
         match region {
             Some(HitRegion::Chart(axes, _)) => {
-                let factor = if up { 0.5 } else { 2.0 };
                 let centre = self.episode_at(&axes, at.0);
-                let screens = &self.screens;
-                let episodes = training::episodes(&screens.curves, &screens.runs, &self.ui());
-                let range = screens.curves.range.zoom(factor, Some(centre), episodes);
-                self.screens.curves.range = range;
+                let (screens, ui) = self.screens_and_ui();
+                training::zoom(screens, &ui, if up { 0.5 } else { 2.0 }, Some(centre));
             }
             Some(HitRegion::Scene(..)) => self.screens.scene.player.change_speed(up),
             _ if self.tab == Tab::Training => self.screens.curves.select_neighbour(if up { -1 } else { 1 }),

@@ -8,7 +8,7 @@ use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
 use crate::tui::scene::Object;
-use crate::tui::screens::{Ui, figures, lists, models, run_form, runs, scene_actions, schedule, training};
+use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::{Palette, Theme};
@@ -49,8 +49,10 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn try_apply(&mut self, command: Command) -> Result<(), String> {
-        if let Command::Model(command::Model(source)) = &command {
-            models::check(source, self.workspace.view())?;
+        if let Command::Model(command::Model(source)) = &command
+            && let Some(unfit) = self.workspace.view().models.iter().find(|it| !it.fits && it.name == source.place())
+        {
+            return Err(format!("{}: {}", unfit.name, unfit.about.split(';').next().unwrap_or_default()));
         }
         match command {
             Command::Quit(_) => self.quit(),

@@ -1,5 +1,7 @@
 //! Title and legend of a chart: the names of its curves with their latest values or those at the crosshair.
 
+use std::collections::BTreeSet;
+
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -8,6 +10,7 @@ use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::number;
+use mge_results::short_label;
 
 /// Least width of a name in columns; in a wide chart it has half of the width.
 const NAME: usize = 24;
@@ -30,8 +33,12 @@ fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) 
         lines[0].push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
     }
     let all = plot.curves.iter().filter(|curve| !curve.values.is_empty());
+    let names: BTreeSet<&str> = plot.curves.iter().map(|curve| &*curve.name).collect();
     let text = |curve: &Curve| {
-        let name = columns::shortened(&curve.name, NAME.max(usize::from(area.width / 2)), true);
+        let room = NAME.max(usize::from(area.width / 2));
+        // What sets the curves apart is kept.
+        let name = short_label(&curve.name, &names, |name| columns::width(name) <= room);
+        let name = columns::shortened(&name, room, true);
         let value = number(curve.value(plot.crosshair.map(|[x, _]| x)));
         // Below the title, a number alone looks like one of the axis.
         let is_below = columns::width(plot.title) + value.len() + 2 > usize::from(area.width);

@@ -228,9 +228,11 @@ impl Layer for Form {
         let explained: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts)).collect();
         let is_large = count > 1 || !self.completions.is_empty();
         let width = area.width.saturating_sub(8).min(if is_large { 72 } else { 64 });
-        let (about, style) = match &self.error {
-            Some(error) => (error, Style::new().fg(theme.bad)),
-            None => (&explained[self.selected][1], theme.faint()),
+        let fitting = self.fitting();
+        let (about, style) = match (&self.error, self.picked.and_then(|picked| fitting.get(picked))) {
+            (Some(error), _) => (error, Style::new().fg(theme.bad)),
+            (None, Some(picked)) => (&picked.about, theme.faint()),
+            (None, None) => (&explained[self.selected][1], theme.faint()),
         };
         let room = usize::from(width);
         let whole = wrap(about, room);
@@ -264,7 +266,6 @@ impl Layer for Form {
         let rows = about.len() as u16;
         Text::from_iter(about).style(style).render(below, buffer);
         let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);
-        let fitting = self.fitting();
         let row = |index: usize| {
             let (Value { text, about }, room) = (&fitting[index], usize::from(list.width).saturating_sub(2));
             Row::new([columns::shortened(&format!("{text:<20} {about}"), room, false)])

@@ -30,11 +30,11 @@ impl<'a> Shown<'a> {
         Self::Run(run, view.groups.of(&run.path))
     }
 
-    /// Its name in the legend.
-    fn label(&self) -> String {
+    /// Its name in the legend, and a longer one in place of a name that something else has, too.
+    fn names(&self) -> [String; 2] {
         match self {
-            Self::Run(run, _) => run.name.clone(),
-            Self::Group(group, _) => group.label.clone(),
+            Self::Run(run, _) => [run.name.clone(), run.path.display().to_string()],
+            Self::Group(group, _) => [group.label.clone(), format!("{}, {}", group.label, group.task)],
         }
     }
 
@@ -84,7 +84,10 @@ pub struct Charts<'a> {
 impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        let names = if shown.len() > 1 { shown.iter().map(Shown::label).collect() } else { vec![String::new()] };
+        let all: Vec<[String; 2]> = shown.iter().map(Shown::names).collect();
+        let is_unique = |[name, _]: &[String; 2]| all.iter().filter(|[other, _]| other == name).count() == 1;
+        let names = all.iter().map(|names| names[usize::from(!is_unique(names))].clone());
+        let names = if shown.len() > 1 { names.collect() } else { vec![String::new()] };
         let colours = colours(&shown, ui.theme);
         let reference = reference(&shown, state.axis, ui);
         Self { state, shown, names, colours, reference, ui }

@@ -20,6 +20,8 @@ pub struct CurvesState {
     pub(super) selected: usize,
     /// What the curves are drawn against. Windows and the crosshair are of episodes.
     pub axis: XAxis,
+    /// The page of the settings in which two compared runs differ, counted on beyond the last one.
+    pub page: usize,
     /// Whether only the selected curve is shown.
     pub alone: bool,
     /// Whether several runs are shown, not only the watched one.
@@ -52,8 +54,8 @@ impl CurvesState {
 
     /// What the selected curve means, in one line.
     pub(super) fn explanation(&self) -> String {
-        let info = self.metric().info();
-        format!("{}: {}", info.title, info.meaning.trim().split_inclusive(". ").next().unwrap_or_default().trim())
+        let meaning = self.metric().info().meaning.trim();
+        meaning.split_inclusive(". ").next().unwrap_or_default().trim().to_owned()
     }
 
     /// Selects a curve.

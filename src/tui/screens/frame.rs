@@ -71,9 +71,8 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
 
 /// The lines between screen and footer: the message, or else what is known of what the cursor is on.
 fn message(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect) -> Text<'static> {
-    let width = usize::from(area.width);
     let Some(message) = chrome.message else {
-        let text = columns::shortened(&explanation(ui, screens, chrome.tab), width, false);
+        let text = columns::shortened(&explanation(ui, screens, chrome.tab), usize::from(area.width), false);
         return Text::styled(text, ui.theme.faint());
     };
     let (mark, style) = level_style(message.level, ui.theme);

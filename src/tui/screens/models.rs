@@ -11,7 +11,7 @@ use super::pane::{lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
 use crate::tui::effect::Effect;
-use crate::tui::view::{ModelSummary, ViewModel};
+use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
 use mge_physics::ToolKind;
@@ -34,7 +34,9 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
         let tools: Vec<&str> = model.tools.iter().map(|kind| kind.name()).collect();
         let tools = if tools.is_empty() { model.about.clone() } else { tools.join(", ") };
         let first = [mark.to_owned(), shortened(&model.name, usize::from(name), true)].map(Text::from);
-        let numbers = NUMBERS.iter().map(|(_, number)| Text::from(number(model)).style(warning).right_aligned());
+        // A kind of model has none.
+        let number = |number: Number| if model.tools.is_empty() { String::new() } else { number(model) };
+        let numbers = NUMBERS.map(|(_, of)| Text::from(number(of)).style(warning).right_aligned());
         Row::new(first.into_iter().chain(numbers).chain([shortened(&tools, usize::from(room), false).into()]))
             .style(style)
     };
@@ -70,12 +72,9 @@ type Number = fn(&ModelSummary) -> String;
 
 /// The columns of numbers: the error is marked if it is no better than that of constant velocity.
 const NUMBERS: [(&str, Number); 4] = [
-    ("launches", |model| if model.tools.is_empty() { String::new() } else { model.trained[0].to_string() }),
-    ("epochs", |model| if model.tools.is_empty() { String::new() } else { model.trained[1].to_string() }),
-    ("  loss", |model| match model.losses {
-        _ if model.tools.is_empty() => String::new(),
-        losses => losses.map_or_else(|| "-".to_owned(), |[_, loss]| format!("{loss:.4}")),
-    }),
+    ("launches", |model| model.trained[0].to_string()),
+    ("epochs", |model| model.trained[1].to_string()),
+    ("  loss", |model| model.losses.map_or_else(|| "-".to_owned(), |[_, loss]| format!("{loss:.4}"))),
     ("   error", |model| {
         let mark = if model.is_no_better() { "! " } else { "" };
         model.mean_error().map_or_else(String::new, |error| format!("{mark}{error:.4}"))
@@ -91,16 +90,6 @@ const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters,
 pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {
     let choose = |model: &ModelSummary| Effect::apply(command::Model(PriorSource::from(model.name.clone())));
     ui.view.models.get(lists.model).or(ui.view.models.last()).map(choose).into_iter().collect()
-}
-
-/// Checks that a model that is listed can be chosen for the task.
-///
-/// # Errors
-/// Why it cannot.
-pub fn check(source: &PriorSource, view: &ViewModel) -> Result<(), String> {
-    let unfit = view.models.iter().find(|model| !model.fits && model.name == source.place());
-    let reason = |model: &ModelSummary| model.about.split(';').next().map_or_else(String::new, str::to_owned);
-    unfit.map_or(Ok(()), |model| Err(format!("{}: {}", model.name, reason(model))))
 }
 
 /// Opens the palette with the command that trains a model of the task's tool set, or of all of CREATE's tools if it has

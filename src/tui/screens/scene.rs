@@ -64,11 +64,8 @@ type DerivedKey<P> = (Arc<Trace>, usize, Option<Arc<P>>);
 
 /// Whether two keys are of the same values.
 fn is_same<P: ?Sized>(a: &DerivedKey<P>, b: &DerivedKey<P>) -> bool {
-    let is_same_part = match (&a.2, &b.2) {
-        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-        (a, b) => a.is_none() && b.is_none(),
-    };
-    Arc::ptr_eq(&a.0, &b.0) && a.1 == b.1 && is_same_part
+    let part = |key: &DerivedKey<P>| key.2.as_ref().map(|part| Arc::as_ptr(part).cast::<()>());
+    Arc::ptr_eq(&a.0, &b.0) && a.1 == b.1 && part(a) == part(b)
 }
 
 /// The key for an action of the episode; None unless an agent acts in it.
@@ -86,10 +83,8 @@ impl<T, P: ?Sized> Derived<T, P> {
     /// Derives the value again if its key has changed, or drops it without a key; true if it changed. Without networks
     /// or a model the value is the reason why there is none, which can change with the same key.
     fn renew(&mut self, key: Option<DerivedKey<P>>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
-        let is_known = match (&self.key, &key) {
-            (Some(known), Some(key)) => is_same(known, key),
-            (known, key) => known.is_none() && key.is_none(),
-        };
+        let are_same = self.key.iter().zip(&key).all(|(known, key)| is_same(known, key));
+        let is_known = self.key.is_some() == key.is_some() && are_same;
         if is_known && !matches!(key, Some((.., None))) {
             return false;
         }
@@ -138,9 +133,7 @@ impl Scene {
 
     /// Ends a drag; returns the object and where it was dropped.
     pub fn drop_dragged(&mut self) -> Option<(Object, [f32; 2])> {
-        let dragged = self.dragged();
-        self.dragged_to = None;
-        dragged
+        self.selected.zip(self.dragged_to.take())
     }
 
     /// Critic and actor at the present action, if they are shown.

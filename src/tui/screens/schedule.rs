@@ -87,8 +87,7 @@ fn in_use(view: &ViewModel) -> Points {
     let points = match schedule {
         EpsilonSchedule::Constant(_) | EpsilonSchedule::Need { .. } => schedule.to_points(episodes, 2),
         EpsilonSchedule::Linear { from, to, episodes } => vec![(0, *from), (*episodes, *to)],
-        EpsilonSchedule::Exponential { .. } | EpsilonSchedule::Step { .. } => schedule.to_points(episodes, SAMPLES),
-        EpsilonSchedule::Points(points) => points.clone(),
+        _ => schedule.to_points(episodes, SAMPLES),
     };
     points.into_iter().map(|(episode, value)| (episode, rounded(value))).collect()
 }

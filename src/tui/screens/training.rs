@@ -90,7 +90,7 @@ pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
 }
 
 /// Episodes of the longest curve that is shown.
-pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
+fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
     charts::episodes(&shown(curves, runs, ui))
 }
 
@@ -136,7 +136,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
     let inside = match pair(curves, marked, ui) {
-        Some(pair) => differences(pair, inside, ui, buffer),
+        Some(pair) => differences(pair, curves.page, inside, ui, buffer),
         None => inside,
     };
     let charts = Charts::new(curves, shown, ui);
@@ -216,22 +216,27 @@ fn title_of_run(run: &RunSummary, width: u16) -> String {
     fitting(&["training".to_owned(), name, state, done, left, before], usize::from(width).saturating_sub(4))
 }
 
-/// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.
-fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
+/// Draws a page of the settings in which two runs differ below the charts, in the colours of the runs; returns the area
+/// left.
+fn differences(pair: [&RunSummary; 2], page: usize, area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
     let mut all = mge_results::differences(&pair[0].config, &pair[1].config);
     // What matters most comes first.
     all.sort_by_key(|(path, _)| ["task.name", "method"].iter().position(|first| first == path).unwrap_or(usize::MAX));
     let most = usize::from(area.height / 3).max(3) - 1;
     let room = if all.len() > most { most - 1 } else { most };
-    let more = all.len().saturating_sub(room);
+    let (count, pages) = (all.len(), all.len().div_ceil(room).max(1));
+    let first = page % pages * room;
     let head = [String::new(), pair[0].name.clone(), pair[1].name.clone()];
     let mut rows = vec![head];
-    rows.extend(all.into_iter().take(room).map(|(path, values)| {
+    rows.extend(all.into_iter().skip(first).take(room).map(|(path, values)| {
         let [first, second] = values.map(|value| printable(&value).to_string());
         [path, first, second]
     }));
-    if more > 0 {
-        rows.push([format!("+{more} more"), String::new(), String::new()]);
+    if pages > 1 {
+        let shown = ui.text(&format!("{} to {} of {count}: {{more-differences}}", first + 1, first + rows.len() - 1));
+        // Below a short last page there is room.
+        rows.resize(room + 1, Default::default());
+        rows.push([shown, String::new(), String::new()]);
     } else if rows.len() == 1 {
         rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
     }
@@ -273,11 +278,11 @@ pub fn move_by(screens: &mut Screens, ui: &Ui, [right, up]: [f32; 2], far: bool)
     Vec::new()
 }
 
-/// Shows fewer episodes, for a factor below 1, or more.
-pub fn zoom(screens: &mut Screens, ui: &Ui, factor: f32) {
+/// Shows fewer episodes, for a factor below 1, or more, around an episode or else the crosshair.
+pub fn zoom(screens: &mut Screens, ui: &Ui, factor: f32, centre: Option<f32>) {
     let episodes = episodes(&screens.curves, &screens.runs, ui);
     let curves = &mut screens.curves;
-    curves.range = curves.range.zoom(factor, curves.crosshair, episodes);
+    curves.range = curves.range.zoom(factor, centre.or(curves.crosshair), episodes);
 }
 
 /// Moves the crosshair to an episode; the scene follows if the watched run has episodes.

@@ -162,15 +162,15 @@ impl Theme {
         let mut palette = if is_light { Palette::Light } else { Palette::Dark };
         for word in value("MGE_THEME").split([',', ' ']) {
             match word {
-                "dark" => palette = Palette::Dark,
-                "light" => palette = Palette::Light,
-                "colour-blind" | "color-blind" => palette = Palette::ColourBlind,
                 "none" => depth = Depth::None,
                 "256" => depth = Depth::Ansi256,
                 "true" => depth = Depth::True,
                 "braille" => marker = Marker::Braille,
                 "ascii" => marker = Marker::Ascii,
-                _ => {}
+                word => {
+                    let word = word.replace("color", "colour");
+                    palette = Palette::ALL.into_iter().find(|known| known.name() == word).unwrap_or(palette);
+                }
             }
         }
         if !value("NO_COLOR").is_empty() {

@@ -24,6 +24,16 @@ impl<'a> Words<'a> {
         Ok(word)
     }
 
+    /// The words up to the next of some keywords, each KEY=VALUE.
+    fn pairs(&mut self, keywords: &[&str]) -> Result<Vec<(&'a str, &'a str)>, String> {
+        let mut pairs = Vec::new();
+        while let Some(word) = self.peek().filter(|word| !keywords.contains(word)) {
+            pairs.push(word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))?);
+            self.next(word)?;
+        }
+        Ok(pairs)
+    }
+
     /// Fails if a word is left.
     pub fn end(&self) -> Result<(), String> {
         self.peek().map_or(Ok(()), |extra| Err(format!("`{extra}` was not expected")))
@@ -289,11 +299,7 @@ pub(super) struct Composed;
 
 impl Argument<Composition> for Composed {
     fn read(&self, words: &mut Words<'_>) -> Result<Composition, String> {
-        let mut options = Vec::new();
-        while words.peek().is_some() {
-            options.push(key_value(words.next("KEY=VALUE")?)?);
-        }
-        Composition::default().with_options(options)
+        Composition::default().with_options(words.pairs(&[])?)
     }
 
     fn write(&self, value: &Composition) -> String {
@@ -310,22 +316,20 @@ pub(super) struct Properties(pub usize);
 
 impl Argument<Values> for Properties {
     fn read(&self, words: &mut Words<'_>) -> Result<Values, String> {
-        let mut values = Values::new();
-        while words.peek().is_some() || values.len() < self.0 {
-            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
-            let number = value.parse::<f64>().map_err(|_| format!("`{value}` is not a number for {key}"))?;
-            values.push((key.parse()?, number));
+        let pairs = words.pairs(&[])?;
+        if pairs.len() < self.0 {
+            words.next("KEY=VALUE")?;
         }
-        Ok(values)
+        let number = |(key, value): (&str, &str)| {
+            let number = value.parse::<f64>().map_err(|_| format!("`{value}` is not a number for {key}"))?;
+            Ok((key.parse()?, number))
+        };
+        pairs.into_iter().map(number).collect()
     }
 
     fn write(&self, value: &Values) -> String {
         value.iter().map(|(property, value)| format!(" {property}={value}")).collect()
     }
-}
-
-fn key_value(word: &str) -> Result<(&str, &str), String> {
-    word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))
 }
 
 /// An optional argument with a default value.
@@ -346,12 +350,8 @@ pub(super) struct Changes;
 
 impl Argument<Vec<(String, String)>> for Changes {
     fn read(&self, words: &mut Words<'_>) -> Result<Vec<(String, String)>, String> {
-        let mut changes = Vec::new();
-        while words.peek().is_some_and(|word| !["in", "until"].contains(&word)) {
-            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
-            changes.push((key.to_owned(), value.to_owned()));
-        }
-        Ok(changes)
+        let pairs = words.pairs(&["in", "until"])?.into_iter();
+        Ok(pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect())
     }
 
     fn write(&self, value: &Vec<(String, String)>) -> String {

@@ -115,26 +115,32 @@ by_name!(Quantity, "quantity", {
 /// A comparison operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comparison {
-    /// `=`
-    Equal,
-    /// `>=`
-    AtLeast,
     /// `<=`
     AtMost,
+    /// `>=`
+    AtLeast,
+    /// `<`
+    Below,
+    /// `>`
+    Above,
+    /// `=`, which allows for values in single precision, but keeps integers apart.
+    Equal,
 }
 
 impl Comparison {
     /// Whether it holds.
     pub fn holds(self, left: f64, right: f64) -> bool {
         match self {
-            Self::Equal => left == right,
-            Self::AtLeast => left >= right,
             Self::AtMost => left <= right,
+            Self::AtLeast => left >= right,
+            Self::Below => left < right,
+            Self::Above => left > right,
+            Self::Equal => (left - right).abs() < (1e-6 * right.abs().max(1.0)).min(0.5),
         }
     }
 }
 
-by_name!(Comparison, "comparison", { Equal = "=", AtLeast = ">=", AtMost = "<=" });
+by_name!(Comparison, "comparison", { AtMost = "<=", AtLeast = ">=", Below = "<", Above = ">", Equal = "=" });
 
 command! {
     /// Saves the session so far as a script.

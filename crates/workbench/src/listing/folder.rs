@@ -80,6 +80,11 @@ impl Folder {
         self.known.contains_key(path)
     }
 
+    /// Whether a path was read, and there is no run, not even a damaged one.
+    pub fn is_gone(&self, path: &Path) -> bool {
+        self.known.get(path).is_some_and(|known| known.stamp.is_some() && known.run.is_none() && known.damage.is_none())
+    }
+
     /// Why each damaged run cannot be read.
     pub fn damaged(&self) -> impl Iterator<Item = &String> {
         self.entries().filter_map(|known| known.damage.as_ref())

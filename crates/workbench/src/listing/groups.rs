@@ -16,7 +16,7 @@ use mge_base::text::counted;
 use mge_figures::{Color, series};
 use mge_guidance::EpsilonSchedule;
 use mge_results::{FINAL, Groups, LearningRow, Settings, distinguish};
-use mge_run::{Metric, RunState};
+use mge_run::{Metric, RunHistory, RunState};
 use mge_stats::aggregate::trimmed_mean;
 use mge_stats::bootstrap::quantile;
 use mge_stats::{Bootstrap, Estimate};
@@ -130,7 +130,7 @@ pub struct Grouping {
 struct Known {
     /// For each run its configured episodes and its schedule, the only settings that may change, and its row with the
     /// settings in which it differs from others.
-    rows: HashMap<PathBuf, (u64, EpsilonSchedule, LearningRow)>,
+    rows: HashMap<PathBuf, ((u64, EpsilonSchedule), LearningRow)>,
     /// The settings in which no two runs differ.
     common: Settings,
 }
@@ -140,7 +140,7 @@ impl Grouping {
     pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
         let row =
-            |run: &Arc<RunSummary>| known.rows[&run.path].2.clone().with_progress(run.done, run.success.map(f64::from));
+            |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
         let rows: Vec<LearningRow> = runs.iter().map(row).collect();
         let all = Groups::new(&rows);
         let labels: Vec<&str> = all.labels.iter().map(String::as_str).collect();
@@ -182,10 +182,8 @@ impl Grouping {
     /// Whether it is a grouping of exactly these runs with their current settings.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
         let rows = &self.known.rows;
-        let is_same = |(episodes, epsilon, _): &(u64, EpsilonSchedule, LearningRow), run: &RunSummary| {
-            *episodes == run.episodes() && *epsilon == run.config.epsilon
-        };
-        rows.len() == runs.len() && runs.iter().all(|run| rows.get(&run.path).is_some_and(|known| is_same(known, run)))
+        rows.len() == runs.len()
+            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(known, _)| *known == may_change(run)))
     }
 
     /// The group of a run, if it has been grouped and is not damaged.
@@ -195,12 +193,12 @@ impl Grouping {
 
     /// The settings in which a run differs from others, unless its method implies them.
     pub fn settings(&self, run: &Path) -> Option<&Settings> {
-        self.known.rows.get(run).map(|(.., row)| &row.settings)
+        self.known.rows.get(run).map(|(_, row)| &row.settings)
     }
 
     /// The effective value of any setting that a run uses, by its JSON path.
     pub fn setting(&self, run: &RunSummary, path: &str) -> Option<&Value> {
-        let (.., row) = self.known.rows.get(&run.path)?;
+        let (_, row) = self.known.rows.get(&run.path)?;
         let common = || self.known.common.get(path).filter(|_| run.config.uses(path));
         row.settings.get(path).or_else(|| row.implied.get(path)).or_else(common)
     }
@@ -208,13 +206,16 @@ impl Grouping {
 
 impl Known {
     fn new(runs: &[Arc<RunSummary>]) -> Self {
-        let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::so_far(&run.config, 0, None)).collect();
+        let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::new(&run.config, &RunHistory::default())).collect();
         let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| {
-            (run.path.clone(), (run.episodes(), run.config.epsilon.clone(), row))
-        };
+        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (may_change(run), row));
         Self { rows: runs.iter().zip(rows).map(of_run).collect(), common }
     }
+}
+
+/// The settings of a run that may change: its configured episodes and its schedule.
+fn may_change(run: &RunSummary) -> (u64, EpsilonSchedule) {
+    (run.episodes(), run.config.epsilon.clone())
 }
 
 /// One run of each seed, in their order: the one with the most episodes, the latest of equal ones. Runs with the same

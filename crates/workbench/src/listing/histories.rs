@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use super::Curves;
 use crate::Loader;
+use crate::run_log::RunLog;
 use mge_base::sync::lock;
-use mge_run::{EventReader, RunDirectory, RunHistory};
+use mge_run::{RunDirectory, RunHistory};
 
 /// Time between two reads of the same runs.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -22,7 +23,7 @@ const MAX_KEPT: usize = 300;
 const EPISODES: NonZeroUsize = NonZeroUsize::new(2048).unwrap();
 
 /// What is known of a run from its log.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct History {
     /// The log, thinned evenly if there are many episodes.
     pub log: Arc<RunHistory>,
@@ -79,7 +80,7 @@ impl Histories {
 /// A run whose log is read incrementally.
 #[derive(Debug)]
 struct Followed {
-    reader: EventReader,
+    log: RunLog,
     history: History,
 }
 
@@ -109,28 +110,21 @@ impl Logs {
     /// Reads the log of a run to its end. Some(true) if there was something new, None if it cannot be read.
     fn read_one(&mut self, path: &Path) -> Option<bool> {
         if !self.0.contains_key(path) {
-            let reader = RunDirectory::open(path).ok()?.events();
-            let history = History { log: Arc::new(RunHistory::bounded(EPISODES)), curves: Arc::default() };
-            self.0.insert(path.to_owned(), Followed { reader, history });
+            let log = RunLog::new(&RunDirectory::open(path).ok()?, EPISODES);
+            self.0.insert(path.to_owned(), Followed { log, history: History::default() });
         }
-        let Followed { reader, history: History { log, curves } } = self.0.get_mut(path)?;
+        let Followed { log, history } = self.0.get_mut(path)?;
         let mut is_new = false;
         loop {
-            let news = reader.poll().ok()?;
-            if news.restarted {
-                *log = Arc::new(RunHistory::bounded(EPISODES));
-            }
-            if news.restarted || !news.events.is_empty() {
-                is_new = true;
-                let log = Arc::make_mut(log);
-                news.events.iter().for_each(|logged| log.add(logged.time, &logged.event));
-            }
+            let news = log.read().ok()?;
+            is_new |= news.restarted || !news.events.is_empty();
             if !news.more {
                 break;
             }
         }
         if is_new {
-            *curves = Arc::new(Curves::of(&log.records, &log.times));
+            let curves = Curves::of(&log.history.records, &log.history.times);
+            *history = History { log: Arc::new(log.history.clone()), curves: Arc::new(curves) };
         }
         Some(is_new)
     }

@@ -118,16 +118,19 @@ impl Listing {
     pub fn refresh(&mut self, session: &Session) {
         let before = std::mem::take(&mut self.runs).into_iter().filter(|run| run.opened);
         let mut before: HashMap<PathBuf, Arc<RunSummary>> = before.map(|run| (run.path.clone(), run)).collect();
+        let folder = self.folder_of(session).cloned();
+        // Another process may have deleted or moved a run, which its training tells itself.
+        let is_gone = |path: &Path| folder.as_ref().is_some_and(|folder| folder.is_gone(path));
         let mut opened: HashMap<&Path, Arc<RunSummary>> = session
             .runs()
             .iter()
+            .filter(|run| run.is_active() || run.is_queued() || !is_gone(run.directory().path()))
             .map(|run| {
                 let path = run.directory().path();
                 let curves = before.remove(path).map(|known| known.curves.clone()).unwrap_or_default();
                 (path, Arc::new(self.opened(run, curves, session)))
             })
             .collect();
-        let folder = self.folder_of(session).cloned();
         let on_disk = folder.iter().flat_map(|folder| folder.runs());
         self.runs = on_disk.map(|run| opened.remove(&*run.path).unwrap_or_else(|| self.with_history(run))).collect();
         self.runs.extend(session.runs().iter().filter_map(|run| opened.remove(run.directory().path())));

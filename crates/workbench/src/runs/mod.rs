@@ -10,7 +10,6 @@ mod tests;
 pub(super) use list::Runs;
 pub use list::free_name;
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -149,11 +148,6 @@ impl Session {
         self.journal.note(Open(folder).into(), self.runs.current);
     }
 
-    /// Sets the number of runs trained at the same time; 0 for one on each core.
-    pub fn set_cores(&mut self, cores: usize) {
-        self.runs.cores = NonZeroUsize::new(cores);
-    }
-
     pub(super) fn stop(&mut self) -> Result<String, SessionError> {
         if let Some(run) = self.run_mut()
             && run.unqueue()
@@ -225,6 +219,8 @@ impl Session {
         directory.change_notes(|notes| name.clone_into(&mut notes.name))?;
         if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
             run.name = directory.name();
+            // What is being read may have the earlier one.
+            run.log.parts += 1;
         }
         let now = directory.name();
         let mut beside = folder.parent().and_then(|parent| entries(parent).ok()).into_iter().flatten();
@@ -273,7 +269,8 @@ impl Session {
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number);
-        let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
+        let played = move || Ok::<_, SessionError>(saved.player(None)?.episode(seed));
+        let work = move |_: &Reporter| played().map_err(|error| error.to_string());
         let report = format!("playing the greedy policy of {name}");
         self.start_job(Evaluate, work, move |session, trace| {
             let trace = trace?;

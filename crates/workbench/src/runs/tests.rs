@@ -3,10 +3,11 @@
 use super::*;
 use crate::{Notice, Script};
 use mge_run::Event;
+use std::num::NonZeroUsize;
 
 fn session(folder: &Path, lines: &[&str]) -> Session {
     let mut session = Session::new(mge_task::load("task1").unwrap(), folder.to_owned());
-    session.set_cores(1);
+    session.runs.cores = NonZeroUsize::new(1);
     apply(&mut session, &["method ddpg", "episodes 3", "set ddpg.hidden 8"]);
     apply(&mut session, lines);
     session
@@ -320,7 +321,7 @@ fn concurrent_runs_are_recorded_each_with_its_own_changes() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| quoted(&folder.path().join(name));
     let mut session = session(folder.path(), &["episodes 5"]);
-    session.set_cores(2);
+    session.runs.cores = NonZeroUsize::new(2);
     let (a, b) = (format!("train {} until 2", path("a")), format!("train {} until 3", path("b")));
     apply(&mut session, &[&a, "seed 1", &b, "wait", "watch 1", "epsilon 0.2", "resume", "watch 2", "stop", "wait"]);
     let script = session.to_script();

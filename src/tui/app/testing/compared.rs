@@ -61,6 +61,11 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     press(&mut app, "5 space down down space V");
     // Six settings differ, and there are five rows with the names of the runs and the count of the others.
     let screen = text(&shot(&mut app, 60, 20));
-    assert!(screen.contains("fork.changes") && screen.contains("+3 more"), "{screen}");
+    assert!(screen.contains("fork.changes") && screen.contains("1 to 3 of 6: +"), "{screen}");
     assert!(!screen.contains("fork.episode") && screen.contains("..tau=0.01"), "{screen}");
+    press(&mut app, "+");
+    let others = text(&shot(&mut app, 60, 20));
+    assert!(others.contains("4 to 6 of 6") && others.contains("fork.episode"), "{others}");
+    press(&mut app, "+");
+    assert_eq!(text(&shot(&mut app, 60, 20)), screen, "after the last page comes the first");
 }

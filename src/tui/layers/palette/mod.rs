@@ -298,8 +298,10 @@ impl Layer for CommandPalette {
         let width = usize::from(inside.width);
         let mut below = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
         // What is wrong is at the bottom, or the description of the selected line if it has little room for it.
-        let is_long = |item: &Item| columns::width(&item.line()) + 12 > width;
-        let about = self.selected_item().filter(is_long).map(|item| item.entry.about());
+        let about = self.selected.and_then(|selected| match self.found.get(selected) {
+            Some(item) => (columns::width(&item.line()) + 12 > width).then(|| item.entry.about()),
+            None => Some(&*self.values.get(selected - self.found.len())?.about),
+        });
         if let Some(text) = self.error.as_deref().or(about) {
             let style = if self.error.is_some() { Style::new().fg(theme.bad) } else { theme.faint() };
             let lines = wrap(text, width);

@@ -7,6 +7,7 @@ use super::SETTINGS;
 use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
+use mge_workbench::command::Comparison;
 
 /// Which runs are listed.
 #[derive(Debug, Clone, Default)]
@@ -26,23 +27,24 @@ enum Term {
     Compared(String, Comparison, f64),
 }
 
-/// Whether a number that was found and the wanted one are as a sign says.
-type Comparison = fn(f64, f64) -> bool;
-
-/// Comparison signs, the longer ones first.
-const SIGNS: [(&str, Comparison); 5] = [
-    ("<=", |found, wanted| found <= wanted),
-    (">=", |found, wanted| found >= wanted),
-    ("<", |found, wanted| found < wanted),
-    (">", |found, wanted| found > wanted),
-    // Allow for values in single precision, but keep integers apart.
-    ("=", |found, wanted| (found - wanted).abs() < (1e-6 * wanted.abs().max(1.0)).min(0.5)),
-];
+/// A column of a run; None if it has no value.
+type Column = fn(&RunSummary, &Ui) -> Option<Json>;
 
 /// What a condition may be on, besides settings. Success is a fraction from 0 to 1, epsilon the threshold of the first
 /// episode.
-const COLUMNS: [&str; 11] =
-    ["task", "method", "state", "name", "label", "note", "seed", "episodes", "done", "success", "epsilon"];
+const COLUMNS: [(&str, Column); 11] = [
+    ("task", |run, _| Some(run.config.task.name.as_str().into())),
+    ("method", |run, _| Some(run.config.method.name().into())),
+    ("state", |run, _| Some(run.state_word().into())),
+    ("name", |run, _| Some(run.name.as_str().into())),
+    ("label", |run, ui| Some(ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label).as_str().into())),
+    ("note", |run, _| Some(run.note.as_str().into())),
+    ("seed", |run, _| Some(run.config.seed.into())),
+    ("episodes", |run, _| Some(run.episodes().into())),
+    ("done", |run, _| Some(run.done.into())),
+    ("success", |run, _| Some(run.success?.into())),
+    ("epsilon", |run, _| Some(run.config.epsilon.threshold(0).into())),
+];
 
 impl Filter {
     /// Reads what was typed: words and conditions, all of which must hold.
@@ -61,23 +63,24 @@ impl Filter {
             Term::Part(column, part) => {
                 value(run, column, ui).is_some_and(|value| json::text(&value).to_lowercase().contains(part))
             }
-            Term::Compared(column, comparison, wanted) => {
-                value(run, column, ui).and_then(|value| value.as_f64()).is_some_and(|found| comparison(found, *wanted))
-            }
+            Term::Compared(column, comparison, wanted) => value(run, column, ui)
+                .and_then(|value| value.as_f64())
+                .is_some_and(|found| comparison.holds(found, *wanted)),
         })
     }
 }
 
 fn term(word: &str) -> Result<Term, String> {
     let lower = word.to_lowercase();
-    let compared = SIGNS.iter().find_map(|(sign, comparison)| Some((lower.split_once(sign)?, Some(*comparison))));
+    // The longer signs come first.
+    let compared = Comparison::ALL.iter().find_map(|sign| Some((lower.split_once(sign.name())?, Some(*sign))));
     let Some(((column, value), comparison)) = compared.or_else(|| Some((lower.split_once(':')?, None))) else {
         return Ok(Term::Word(lower));
     };
-    let known = || COLUMNS.into_iter().chain(SETTINGS.iter().map(String::as_str));
+    let known = || COLUMNS.iter().map(|(name, _)| *name).chain(SETTINGS.iter().map(String::as_str));
     if !known().any(|known| known == column) {
         let near = did_you_mean(known(), column);
-        let hint = if near.is_empty() { format!(": {}", COLUMNS.join(", ")) } else { near };
+        let hint = if near.is_empty() { format!(": {}", COLUMNS.map(|(name, _)| name).join(", ")) } else { near };
         return Err(format!("`{column}` is no column or setting{hint}"));
     }
     let Some(comparison) = comparison else { return Ok(Term::Part(column.to_owned(), value.to_owned())) };
@@ -93,20 +96,10 @@ fn line(run: &RunSummary) -> String {
 
 /// The value of a column or setting of a run.
 fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
-    Some(match column {
-        "task" => Json::from(&*run.config.task.name),
-        "method" => Json::from(run.config.method.name()),
-        "state" => Json::from(run.state_word()),
-        "name" => Json::from(&*run.name),
-        "label" => Json::from(&**ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label)),
-        "note" => Json::from(&*run.note),
-        "seed" => Json::from(run.config.seed),
-        "episodes" => Json::from(run.episodes()),
-        "done" => Json::from(run.done),
-        "success" => Json::from(run.success?),
-        "epsilon" => Json::from(run.config.epsilon.threshold(0)),
-        path => return ui.view.groups.setting(run, path).cloned(),
-    })
+    match COLUMNS.iter().find(|(name, _)| *name == column) {
+        Some((_, value)) => value(run, ui),
+        None => ui.view.groups.setting(run, column).cloned(),
+    }
 }
 
 #[cfg(test)]
@@ -114,7 +107,7 @@ mod tests {
     use super::*;
 
     fn holds(sign: &str, found: f64, wanted: f64) -> bool {
-        SIGNS.iter().any(|(known, comparison)| *known == sign && comparison(found, wanted))
+        sign.parse::<Comparison>().unwrap().holds(found, wanted)
     }
 
     #[test]

@@ -85,10 +85,8 @@ impl Subject {
         let live = live.filter(|_| own.is_some() && !matches!(choice, Choice::Past(_)));
         let live_networks = live.and_then(|live| live.networks.clone());
         let agent = own.filter(|_| live_networks.is_none()).and_then(|watched| watched.agent.clone());
-        let agent = agent.filter(|agent| match agent {
-            Ok(agent) => agent.is_nearest_to(number_for_agent(&episode)),
-            Err(_) => true,
-        });
+        let is_near = |agent: &Arc<SavedAgent>| agent.is_nearest_to(number_for_agent(&episode));
+        let agent = agent.filter(|agent| agent.as_ref().map_or(true, is_near));
         let of_checkpoint = agent.as_ref().and_then(|agent| agent.as_ref().ok());
         let epsilon = own.and_then(|watched| watched.run.curves.at(Metric::Epsilon, episode.trace.episode));
         let model = before.and_then(|before| before.model.clone());
@@ -139,10 +137,8 @@ impl Subject {
     /// Short phrases about the episode: the threshold epsilon, and the checkpoint of the critic and actor shown.
     pub fn facts(&self) -> Vec<String> {
         let epsilon = self.epsilon.map(|epsilon| format!("epsilon {epsilon:.2}"));
-        let of_checkpoint = match &self.agent {
-            Some(Ok(agent)) => Some(format!("agent of episode {}", agent.episode)),
-            _ => None,
-        };
+        let agent = self.agent.as_ref().and_then(|agent| agent.as_ref().ok());
+        let of_checkpoint = agent.map(|agent| format!("agent of episode {}", agent.episode));
         epsilon.into_iter().chain(of_checkpoint).collect()
     }
 
@@ -162,10 +158,7 @@ impl Subject {
 
 /// The episode number for which to request an agent; `u64::MAX` for an episode of the greedy policy.
 fn number_for_agent(episode: &Episode) -> u64 {
-    match episode.trace.episode {
-        0 => u64::MAX,
-        number => number,
-    }
+    Some(episode.trace.episode).filter(|number| *number > 0).unwrap_or(u64::MAX)
 }
 
 /// The task and the episode of a choice, and why the scene does not show what the user may expect.

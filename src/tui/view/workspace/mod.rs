@@ -18,7 +18,7 @@ use mge_task::Task;
 use mge_trainer::{PriorSource, RunConfig, Trace};
 use mge_workbench::listing::Listing;
 use mge_workbench::{Command, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
-use refresh::hand_episode;
+use refresh::{hand_episode, view_of};
 
 /// What the screens need from a session.
 pub trait Workspace {
@@ -103,30 +103,8 @@ impl SessionWorkspace {
     /// The workspace of a session.
     pub fn new(session: Session) -> Self {
         let task = Arc::new(session.task().clone());
-        let view = ViewModel {
-            file: None,
-            dirty: false,
-            proposed: Vec::new(),
-            proposing: None,
-            settings: session.config().clone(),
-            extends_to: session.extends_to(),
-            folder: session.folder().to_owned(),
-            prior: None,
-            prior_state: session.prior_state(),
-            prior_failure: None,
-            models: Vec::new(),
-            runs: Vec::new(),
-            groups: Arc::default(),
-            runs_unread: 0,
-            runs_damaged: 0,
-            watched: None,
-            hand: hand_episode(&session, &task, None),
-            model_work: None,
-            figures: Vec::new(),
-            log: Vec::new(),
-            log_total: 0,
-            task,
-        };
+        let hand = hand_episode(&session, &task, None);
+        let view = view_of(&session, task, hand);
         let mut workspace = Self {
             session,
             allow: |_| true,

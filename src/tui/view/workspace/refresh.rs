@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::super::playback::Episode;
-use super::super::{HandEpisode, Live, Watched};
+use super::super::{HandEpisode, Live, ViewModel, Watched};
 use super::{SessionWorkspace, Workspace, episode_of};
 use mge_task::Task;
 use mge_workbench::Session;
@@ -14,27 +14,15 @@ impl SessionWorkspace {
     /// Updates the view from the session and from what was read.
     pub(super) fn refresh(&mut self) {
         (self.refreshed, self.is_stale) = (Instant::now(), false);
-        let session = &self.session;
+        let (session, known) = (&self.session, &self.view);
+        let is_same = *known.task == *session.task();
+        let task = if is_same { known.task.clone() } else { Arc::new(session.task().clone()) };
+        let hand = hand_episode(session, &task, Some(&known.hand));
+        let known = std::mem::replace(&mut self.view, view_of(session, task, hand));
         let view = &mut self.view;
-        if *view.task != *session.task() {
-            view.task = Arc::new(session.task().clone());
-            view.prior_failure = None;
-        }
-        view.file = session.file().map(Path::to_owned);
-        view.dirty = session.is_dirty();
-        view.proposed = session.proposed().to_vec();
-        view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
-        view.settings = session.config().clone();
-        view.extends_to = session.extends_to();
-        view.folder = session.folder().to_owned();
-        view.prior_state = session.prior_state();
-        view.prior = session.prior().cloned();
-        let hand = session.hand_play();
-        let actions = hand.trace.steps.len();
-        if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
-            view.hand = hand_episode(session, &view.task, Some(&view.hand));
-        }
-        view.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
+        view.prior_failure = known.prior_failure.filter(|_| is_same);
+        (view.models, view.watched, view.figures) = (known.models, known.watched, known.figures);
+        (view.log, view.log_total) = (known.log, known.log_total);
         if let Some((_, Ok(models))) = self.models.latest(|_| true) {
             view.models.clone_from(models);
         }
@@ -78,6 +66,34 @@ impl SessionWorkspace {
         // An episode that was not recorded cannot be shown.
         let read = self.past_episode(run, last).and_then(Result::ok);
         read.map(|episode| Live { episode, networks: None }).or(shown)
+    }
+}
+
+/// What a session tells at once: runs, models and the log are not known yet.
+pub(super) fn view_of(session: &Session, task: Arc<Task>, hand: HandEpisode) -> ViewModel {
+    ViewModel {
+        file: session.file().map(Path::to_owned),
+        dirty: session.is_dirty(),
+        proposed: session.proposed().to_vec(),
+        proposing: session.proposing().map(|progress| (progress.done, progress.total)),
+        settings: session.config().clone(),
+        extends_to: session.extends_to(),
+        folder: session.folder().to_owned(),
+        prior: session.prior().cloned(),
+        prior_state: session.prior_state(),
+        prior_failure: None,
+        models: Vec::new(),
+        runs: Vec::new(),
+        groups: Arc::default(),
+        runs_unread: 0,
+        runs_damaged: 0,
+        watched: None,
+        hand,
+        model_work: session.model_work().map(|(name, progress)| (name, progress.share())),
+        figures: Vec::new(),
+        log: Vec::new(),
+        log_total: 0,
+        task,
     }
 }
 

@@ -178,6 +178,20 @@ fn runs_that_are_not_open_are_read_when_they_are_viewed() {
 }
 
 #[test]
+fn what_another_process_does_to_an_opened_run_is_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = ["method ddpg-uniform", "episodes 2", "set ddpg.hidden 8", "train"];
+    let mut workspace = workspace(folder.path(), &lines);
+    let is_finished = |workspace: &SessionWorkspace| workspace.view.runs[0].state == mge_run::RunState::Finished;
+    poll_until(&mut workspace, is_finished);
+    let run = RunDirectory::open(workspace.view.runs[0].path.clone()).unwrap();
+    run.change_notes(|notes| notes.name = "renamed".to_owned()).unwrap();
+    poll_until(&mut workspace, |workspace| names(workspace) == ["renamed"]);
+    std::fs::remove_dir_all(run.path()).unwrap();
+    poll_until(&mut workspace, |workspace| workspace.view.runs.is_empty() && workspace.view.watched.is_none());
+}
+
+#[test]
 fn a_renamed_run_has_its_name_in_the_title_of_its_episodes() {
     let folder = tempfile::tempdir().unwrap();
     let mut workspace = workspace(folder.path(), &LONG);

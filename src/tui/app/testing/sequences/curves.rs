@@ -1,5 +1,6 @@
 //! The curves, the crosshair and past episodes, by keys and mouse.
 
+use super::super::forked;
 use super::*;
 use crate::tui::view::RunSummary;
 use mge_run::Metric;
@@ -240,4 +241,15 @@ fn all_curves_have_their_values_at_the_crosshair() {
     let success = format!("{} 0.3", Metric::Success.title());
     assert!(screen.contains(&success) && screen.contains("hits by subgoal 0.05"), "{screen}");
     assert!(screen.contains("actor loss 0.05"), "{screen}");
+}
+
+#[test]
+fn runs_of_one_name_and_groups_of_one_label_are_told_apart() {
+    let mut view = forked();
+    change_run(&mut view, 1, |run| run.name = "same".to_owned());
+    change_run(&mut view, 3, |run| run.name = "same".to_owned());
+    let (mut app, _) = app(view);
+    press(&mut app, "5 space down down space V");
+    let screen = text(&shot(&mut app, 160, 50));
+    assert!(screen.contains("runs/first: ") && screen.contains("runs/first-at500: "), "{screen}");
 }

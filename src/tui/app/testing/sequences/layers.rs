@@ -210,3 +210,11 @@ fn a_click_accepts_a_completion_also_below_an_error() {
     place(&mut app, ": set ddpg.ga");
     check(empty(), ": down down t r a i n enter", &[], "train on task1");
 }
+
+#[test]
+fn what_a_selected_line_of_the_palette_has_no_room_for_is_below_it() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "o down");
+    let screen = text(&shot(&mut app, 80, 24));
+    assert!(screen.contains("away from the bucket below it."), "{screen}");
+}
