@@ -42,7 +42,7 @@ const EXIT_STATUS: [(&str, &str); 4] = [
     ("2", "Wrong usage."),
     (
         "128 + N",
-        "Signal N ended the command, such as 130 for SIGINT, 138 for SIGUSR1 and 143 for SIGTERM: its work is saved, and one line says how to continue. SIGUSR2 and SIGXCPU have the same effect. A second signal, at least half a second later, ends it at once.",
+        "Signal N ended the command, such as 130 for SIGINT, 138 for SIGUSR1 and 143 for SIGTERM: work that can be continued is saved, and one line says how. SIGUSR2 and SIGXCPU have the same effect. A second signal, at least half a second later, ends it at once.",
     ),
 ];
 

@@ -100,7 +100,7 @@ pub struct Workbench {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// Ignore the task, the settings and the screen that earlier sessions with this folder of runs have left
+    /// Forget the task, the settings and the screen that earlier sessions with this folder of runs have left
     #[arg(long)]
     pub fresh: bool,
     /// Do not capture the mouse

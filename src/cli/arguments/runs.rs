@@ -51,7 +51,7 @@ pub struct Train {
 
 #[derive(Debug, Args)]
 pub struct Resume {
-    /// Folders of runs; as many runs as there are cores are trained at the same time
+    /// The runs' folders; as many runs as there are cores are trained at the same time
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
     /// No progress on stderr
@@ -112,7 +112,7 @@ pub struct Compare {
 
 #[derive(Debug, Args)]
 pub struct Delete {
-    /// Folders of runs
+    /// The runs' folders
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
     /// Bring deleted runs back to these folders instead
@@ -166,7 +166,7 @@ pub struct Export {
 
 #[derive(Debug, Args)]
 pub struct Figures {
-    /// Folders of runs
+    /// The runs' folders
     #[arg(required = true)]
     pub runs: Vec<PathBuf>,
     /// Folder for the figures [default: figures/ in that of the first run]
@@ -177,9 +177,9 @@ pub struct Figures {
     /// SVG instead of PNG
     #[arg(long, conflicts_with = "dpi")]
     pub svg: bool,
-    /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
-    /// (training or greedy), against (episodes, actions or charged), width (single or double), font (points), x
-    /// and y (FROM:TO), bands (on or off), height (points), smooth (points)
+    /// Option of the learning curves, as in the script command `figure`: runs (a run or a folder of runs), curve,
+    /// name, reference, success (training or greedy), against (episodes, actions or charged), width (single or
+    /// double), font (points), x and y (FROM:TO), bands (on or off), height (points), smooth (points)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub options: Vec<String>,
     #[command(flatten)]
