@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{Compare, Runs, Show};
@@ -27,9 +28,10 @@ pub fn runs(arguments: &Runs) -> Outcome {
         }
         found => found?,
     };
-    for path in found {
-        match read_run(&path) {
-            Ok(run) => runs.extend(run.map(RunSummary::with_whole_log)),
+    let read = |path| read_run(path).map(|run| run.map(RunSummary::with_whole_log));
+    for read in found.par_iter().map(|path| read(path)).collect::<Vec<_>>() {
+        match read {
+            Ok(run) => runs.extend(run),
             Err(error) => {
                 damaged += 1;
                 output::message(error);
