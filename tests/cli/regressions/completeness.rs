@@ -120,6 +120,25 @@ fn a_refused_resume_gives_its_reason_once() {
 }
 
 #[test]
+fn a_damaged_checkpoint_with_several_names_is_named_once() {
+    let (folder, run) = finished();
+    // The files of a checkpoint are shared by its names.
+    edit(&run.join("checkpoint/last/progress.json"), |text| text + " ");
+    let output = mge(&folder, ["resume", "run", "--episodes", "20"]);
+    let told = text(&output.stderr);
+    assert!(output.status.success() && told.contains("episodes 9 to 20"), "{told}");
+    assert_eq!(told.matches("a checkpoint cannot be used").count(), 1, "{told}");
+}
+
+#[test]
+fn a_run_with_a_damaged_log_is_not_called_finished() {
+    let (folder, run) = finished();
+    edit(&run.join("events.jsonl"), |text| text.replacen("\"episode\":12,", "", 1));
+    let told = fail(mge(&folder, ["resume", "run"]), "not an event");
+    assert!(!told.contains("is finished"), "{told}");
+}
+
+#[test]
 fn what_only_shows_the_log_is_written_anew() {
     let (folder, run) = finished();
     let lines = |text: &str| Vec::from_iter(text.lines().filter(|line| line.contains("] episode ")).map(str::to_owned));
