@@ -327,7 +327,7 @@ mod tests {
 
     use super::*;
     use crate::{find_runs, read_runs};
-    use mge_run::{RunDirectory, RunHistory, RunState};
+    use mge_run::{Event, RunDirectory, RunHistory, RunState, RunWriter};
     use mge_trainer::Method;
 
     #[test]
@@ -368,6 +368,19 @@ mod tests {
         assert_eq!(find_runs(&[folder.path().to_owned(), paths[0].clone()]).unwrap(), paths);
         let error = find_runs(&[folder.path().join("runs/nothing")]).unwrap_err().to_string();
         assert!(error.contains("holds no runs"), "{error}");
+    }
+
+    #[test]
+    fn a_label_has_the_schedule_in_force_and_the_epsilon_that_is_reached() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+        let config = RunConfig { episodes: 500, ..config.with_setting("epsilon", "linear:0.5:0:1000").unwrap() };
+        let run = RunDirectory::create(folder.path().join("run"), &config).unwrap();
+        let label = || read_runs(&[run.path().to_owned()]).unwrap()[0].trained.row.label();
+        assert_eq!(label(), "DDPG-MGE, epsilon 0.5 to 0.25", "the run ends before it is 0");
+        let set = Event::ScheduleChanged { episode: 0, schedule: "0.125".to_owned() };
+        RunWriter::open(&run, 0).unwrap().record(&set).unwrap();
+        assert_eq!(label(), "DDPG-MGE, epsilon 0.125");
     }
 
     #[test]
