@@ -130,8 +130,11 @@ fn cost(runs: &[Arc<RunSummary>], settings: &RunConfig, episodes: u32, seeds: u3
         return format!("{all}: no run has got far enough to tell what they cost");
     };
     let (episodes, known) = (f64::from(seeds) * f64::from(episodes), counted(measured.len(), "run"));
-    let is_own = measured.iter().all(|run| run.config.method == settings.method);
-    let others = if is_own { "of this method" } else { "of other methods" };
+    let others = match &measured[0].config {
+        config if config.method != settings.method => "of other methods",
+        config if config.task.name != settings.task.name => "of this method on other tasks",
+        _ => "of this method",
+    };
     let (actions, time) = (actions * episodes, span(seconds * episodes));
     format!("{all}: about {actions:.0} charged actions, {time} of training (from {known} {others})")
 }

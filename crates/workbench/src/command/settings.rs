@@ -54,11 +54,11 @@ command! {
         if run.send(Control::SetSchedule { schedule: this.0.clone() }).is_err() {
             return Ok(report);
         }
-        let (has_prior, config) = (run.prior().is_some(), RunConfig::clone(run.config()));
+        let (has_prior, name, config) = (run.prior().is_some(), run.name(), RunConfig::clone(run.config()));
         session.warn(&RunConfig { epsilon: this.0.clone(), ..config }, &BTreeSet::new());
         Ok(match has_prior {
-            true => format!("{report}, from the next episode on, and for the runs started next"),
-            false => format!("{report}, for the runs started next, too; the run has no action clusters to draw from: compute them, then `guide`"),
+            true => format!("{report} of {name}, from the next episode on, and of the runs started next"),
+            false => format!("{report} of {name} and the runs started next; it has no action clusters to draw from: compute them, then `guide`"),
         })
     };
 }

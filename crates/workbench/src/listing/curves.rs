@@ -81,10 +81,16 @@ impl Curves {
 
     /// Episodes per second in the latest quarter of the episodes. None if that is too short.
     pub fn pace(&self) -> Option<f64> {
-        let last = self.episodes.len().checked_sub(1)?;
-        let first = last - last / 4;
-        let time = f64::from(self.seconds[last] - self.seconds[first]);
-        (time >= LEAST).then(|| (self.episodes[last] - self.episodes[first]) as f64 / time)
+        let last = self.last_episode() as u64;
+        let [episodes, seconds] = self.between(last - last / 4, last)?;
+        (seconds >= LEAST).then(|| episodes / seconds)
+    }
+
+    /// The number of the episodes between two of them, and the seconds that they took.
+    pub(super) fn between(&self, first: u64, last: u64) -> Option<[f64; 2]> {
+        let [first, last] = [first, last].map(|episode| self.episodes.partition_point(|other| *other < episode));
+        let seconds = f64::from(self.seconds.get(last)? - self.seconds[first]);
+        Some([(self.episodes[last] - self.episodes[first]) as f64, seconds]).filter(|_| first < last)
     }
 
     /// The number of the last episode; 0 if there is none.

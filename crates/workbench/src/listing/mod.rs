@@ -146,8 +146,8 @@ impl Listing {
             let run = &self.runs[index];
             if run.is_young() {
                 let (task, method) = (&run.config.task.name, run.config.method);
-                let expected = cost_of_an_episode(&comparable(&self.runs, task, method, run.episodes()));
-                Arc::make_mut(&mut self.runs[index]).expected = expected.map(|[_, seconds]| seconds);
+                let expected = cost::rest(run, &comparable(&self.runs, task, method, run.episodes()));
+                Arc::make_mut(&mut self.runs[index]).expected = expected;
             }
         }
     }

@@ -47,7 +47,7 @@ pub struct RunSummary {
     pub made: Option<SystemTime>,
     /// When it began, in seconds since 1970, as far as that has been read.
     pub began: Option<f64>,
-    /// The seconds that an episode of it will take, as others tell.
+    /// The seconds that an episode of its rest will take, as others tell.
     pub expected: Option<f64>,
     /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
@@ -121,9 +121,10 @@ impl RunSummary {
         self.state == RunState::Running && 5 * self.done < 2 * self.episodes()
     }
 
-    /// Episodes a second of the rest: while it is young, as other runs tell, if any; else its rate.
+    /// Episodes a second of the rest: while it is young, as other runs tell, if any; else its rate. None before the
+    /// first episode, as it is not known how long the preparation takes.
     pub fn pace(&self) -> Option<f64> {
-        self.expected.filter(|_| self.is_young()).map(|seconds| 1.0 / seconds).or_else(|| self.rate())
+        self.expected.filter(|_| self.done > 0 && self.is_young()).map(|seconds| 1.0 / seconds).or_else(|| self.rate())
     }
 
     /// Seconds until the run is finished.
