@@ -119,7 +119,7 @@ impl<'a> Groups<'a> {
     pub fn baseline(&self) -> Option<&str> {
         let runs = |label: &&String| self.tasks.iter().find_map(|task| self.of(task, label).first().copied());
         let is_plain = |label: &&String| runs(label).is_some_and(|row| row.method == Method::Ddpg.name());
-        let unusual = |label: &&String| runs(label).map_or(usize::MAX, |row| row.unusual);
+        let unusual = |label: &&String| runs(label).map_or(usize::MAX, |row| row.settings.len());
         let plain = self.labels.iter().filter(is_plain).min_by_key(unusual);
         plain.or(self.labels.first()).map(String::as_str)
     }

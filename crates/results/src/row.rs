@@ -22,15 +22,13 @@ pub struct LearningRow {
     /// The threshold after the last of its episodes, if the schedule would go on then.
     #[serde(skip)]
     pub end: Option<String>,
-    /// Other settings in which the runs it is compared with differ, by JSON path, with its effective values.
+    /// Its other settings that are not the defaults of its method and in which the runs it is compared with differ, by JSON
+    /// path, with its effective values.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub settings: Settings,
-    /// Those in which they differ only because each method has its own default; labels leave them out.
+    /// Those that are the defaults of its method; labels leave them out.
     #[serde(default, skip_serializing_if = "Settings::is_empty")]
     pub implied: Settings,
-    /// How many of all these have another value than the default of its method.
-    #[serde(skip)]
-    pub unusual: usize,
     /// The name that users gave the run; empty if they gave none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,

@@ -32,8 +32,7 @@ const WHOLE_MODEL: &str = "full";
 pub type Settings = BTreeMap<String, Value>;
 
 /// Gives each row every setting in which the runs differ, with its effective value, so that runs with the same label
-/// differ only in the seed. Settings that differ only because each method has its own default are
-/// [implied](LearningRow::implied) by the method. All rows that are shown or compared together must be given together,
+/// differ only in the seed: the defaults of its method are [implied](LearningRow::implied) in the label. All rows that are shown or compared together must be given together,
 /// each with its configuration. Returns the settings in which the runs do not differ.
 pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) -> Settings {
     let configs: Vec<&RunConfig> = runs.iter().map(|(config, _)| *config).collect();
@@ -42,21 +41,13 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) -> Settings {
     name_models(&configs, &mut settings);
     let differing = complete(&mut settings, |run, path| configs[run].uses(path));
     let mut defaults: BTreeMap<String, Settings> = BTreeMap::new();
-    let mut unusual: Vec<BTreeSet<String>> = Vec::new();
-    for (config, settings) in configs.iter().zip(&settings) {
+    let mut common = Settings::new();
+    for ((config, row), settings) in runs.iter_mut().zip(settings) {
         let kind = format!("{} {}", config.method, config.task.rules.start_noise);
         let default = defaults.entry(kind).or_insert_with(|| default_settings(config));
-        let is_unusual = |path: &&String| {
-            settings.get(*path).is_some_and(|value| default.get(*path).map_or(*value != NONE, |usual| usual != value))
-        };
-        unusual.push(differing.iter().filter(is_unusual).cloned().collect());
-    }
-    let named: BTreeSet<&String> = unusual.iter().flatten().collect();
-    let mut common = Settings::new();
-    for (((_, row), settings), unusual) in runs.iter_mut().zip(settings).zip(&unusual) {
         let (differ, same): (Settings, Settings) = settings.into_iter().partition(|(path, _)| differing.contains(path));
-        (row.settings, row.implied) = differ.into_iter().partition(|(path, _)| named.contains(path));
-        row.unusual = unusual.len();
+        let is_usual = |path: &String, value: &Value| default.get(path).map_or(value == NONE, |usual| usual == value);
+        (row.implied, row.settings) = differ.into_iter().partition(|(path, value)| is_usual(path, value));
         common.extend(same);
     }
     distinguish_schedules(&mut runs);
@@ -92,10 +83,7 @@ impl LearningRow {
             Ok(method) => method.label().to_owned(),
             Err(_) => self.method.clone(),
         };
-        // A run that is no fork needs no word for it.
-        let is_named =
-            |(key, value): &(&String, &Value)| *key != WHOLE_SCHEDULE && (*key != FORK || value.as_str() != Some(NONE));
-        for (key, value) in self.settings.iter().filter(is_named) {
+        for (key, value) in self.settings.iter().filter(|(key, _)| *key != WHOLE_SCHEDULE) {
             let _ = write!(label, ", {} {}", if key == "prior" { "model" } else { key }, json::text(value));
         }
         label

@@ -103,9 +103,9 @@ fn doubts(config: &RunConfig) -> Vec<String> {
     let mut doubts = Vec::new();
     if method.is_adaptive() && !matches!(epsilon, EpsilonSchedule::Need { .. }) {
         let usual = RunConfig::default_for(config.task.clone(), *method).epsilon;
-        let other = method.has_clusters().then_some(", or choose a method with a schedule, such as `ddpg-mge`");
+        let other = method.has_clusters().then_some("; a method with a schedule is `ddpg-mge`");
         doubts.push(format!(
-            "epsilon {epsilon} cripples `{method}`, which explores by need: leave out epsilon, write {usual}{}",
+            "epsilon {epsilon} cripples `{method}`, which explores by need: its default is {usual}{}",
             other.unwrap_or_default()
         ));
     }

@@ -1,8 +1,10 @@
 //! Forks: new runs that branch off another run at an episode, with other settings.
 
+use std::io::ErrorKind;
+
 use super::SessionError;
-use super::command::{Fork, Watch};
-use super::job::Reporter;
+use super::command::{Command, Fork, Watch};
+use super::job::{Progress, Reporter};
 use super::run::RunView;
 use super::run_log::Recorded;
 use super::session::Session;
@@ -20,8 +22,14 @@ impl Session {
         let config = self.forked(run, &name, command)?;
         let free = || self.setup.free_folder(&format!("{name}-at{}", command.episode));
         let path = command.folder.as_ref().map_or_else(free, |folder| self.setup.place(folder));
+        std::fs::create_dir_all(path.parent().unwrap_or(&path)).map_err(mge_run::RunError::io("create", &path))?;
         // Reserves the folder, so that a concurrent fork gets another.
-        std::fs::create_dir_all(&path).map_err(mge_run::RunError::io("create", &path))?;
+        std::fs::create_dir(&path).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => {
+                SessionError::Failed(format!("{} exists, or is being made: choose another name", path.display()))
+            }
+            _ => mge_run::RunError::io("create", &path)(error).into(),
+        })?;
         self.warn(&config, &command.changes.iter().map(|(key, _)| key.clone()).collect());
         let mut report = format!("forking {name} at episode {} into {}", command.episode, path.display());
         if path.parent() != Some(self.folder()) {
@@ -51,6 +59,12 @@ impl Session {
         Ok(report)
     }
 
+    /// The command whose fork is being made, and how many of the repeated episodes are done.
+    pub fn forking(&self) -> Option<(String, Progress)> {
+        let pending = self.job(|command| matches!(command, Command::Fork(_)))?;
+        Some((pending.command.to_string(), pending.job.progress()))
+    }
+
     /// The settings of a fork.
     fn forked(&self, run: &RunView, name: &str, command: &Fork) -> Result<RunConfig, SessionError> {
         let before = run.config();
@@ -64,6 +78,10 @@ impl Session {
             }
         }
         config.validate().map_err(SettingError::Range)?;
+        let done = run.records().len();
+        if done < command.episode as usize {
+            return Err(ValidationError::new("the episode", format!("is one of the {done} that {name} has")).into());
+        }
         if config.episodes <= command.episode {
             let few = format!("is {}, but a fork at episode {} needs more", config.episodes, command.episode);
             return Err(ValidationError::new("episodes", few).into());
@@ -186,12 +204,12 @@ mod tests {
         let mut session = session(folder.path());
         play(&mut session, &format!("{TRAIN}fork 12 in other until 13\nwait\n"));
         assert!(folder.path().join("other/config.json").is_file());
-        assert!(refused(&mut session, "fork 12 in other").contains("already holds a run"));
+        assert!(refused(&mut session, "fork 12 in other").contains("other exists"));
         let recorded = session.to_script();
         assert!(recorded.contains("in other until 13"), "{recorded}");
         // Played there again, it fails before anything is trained, and elsewhere it does the same.
         let error = Script::parse(&recorded, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap_err().to_string();
-        assert!(error.starts_with("s:") && error.contains("other already holds a run"), "{error}");
+        assert!(error.starts_with("s:") && error.contains("other exists"), "{error}");
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = self::session(elsewhere.path());
         play(&mut second, &recorded);

@@ -31,7 +31,7 @@ impl App {
         if trained {
             text.push("A run that is stopped keeps a checkpoint and can be continued later.".to_owned());
         }
-        if let Some((work, _)) = &view.model_work {
+        for (work, _) in view.model_work.iter().chain(&view.forking) {
             text.push(format!("{work} ends and its progress is lost."));
         }
         text.extend(self.unsaved());

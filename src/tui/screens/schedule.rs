@@ -182,12 +182,12 @@ fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
 fn explanation(state: &Schedule, ui: &Ui) -> String {
     let settings = &ui.view.settings;
     let method = settings.method;
-    let other = ui.subject.run().filter(|run| run.active && run.epsilon != settings.epsilon);
+    let other = ui.subject.run().filter(|run| run.active && run.config.epsilon != settings.epsilon);
     let usage = match (&state.draft, &settings.epsilon) {
         _ if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
         (None, _) => other.map_or_else(
             || "This schedule is in use.".to_owned(),
-            |run| format!("This is of the next run; {} has {}. One applied here is for both.", run.name, run.epsilon),
+            |run| format!("This is of the next run; {} has {}. One applied here is for both.", run.name, run.config.epsilon),
         ),
         (Some(_), EpsilonSchedule::Need { .. }) => {
             "Not in use: the next run explores by need, unless {apply} replaces that by this schedule; {discard} goes \

@@ -69,6 +69,8 @@ pub struct ViewModel {
     pub hand: HandEpisode,
     /// The current work on a dynamics model and its progress as a share.
     pub model_work: Option<(String, Option<f32>)>,
+    /// The fork that is being made and its progress as a share.
+    pub forking: Option<(String, Option<f32>)>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
     /// The latest lines of the log, oldest first.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::SystemTime;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::{Curves, XAxis};
 use crate::run_label;
@@ -88,7 +88,12 @@ impl RunSummary {
             });
         let config = self.config.in_force(&log.interventions).map_or(self.config, Arc::new);
         let (label, changed) = (run_label(&config), changed.map(Event::to_string));
-        Self { config, label, curves, evaluations, changed, began: log.began, ..self }
+        // The log of a fork begins with that of the run it comes from.
+        let began = match (&config.fork, self.made) {
+            (Some(_), made) => made.and_then(|made| Some(made.duration_since(UNIX_EPOCH).ok()?.as_secs_f64())),
+            _ => log.began,
+        };
+        Self { config, label, curves, evaluations, changed, began, ..self }
     }
 
     /// The same run with what the log in its folder says, unless that is missing or damaged; without curves.

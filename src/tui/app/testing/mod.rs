@@ -177,6 +177,7 @@ pub fn empty() -> ViewModel {
         watched: None,
         hand,
         model_work: None,
+        forking: None,
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,

@@ -169,6 +169,10 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
     if state.by_success {
         title += " · by success";
     }
+    if let Some((command, share)) = &ui.view.forking {
+        let share = share.map_or_else(String::new, |share| format!(", {:.0} %", 100.0 * share));
+        title = format!("{title} · making `{command}`{share}");
+    }
     if ui.view.runs_damaged > 0 {
         title = format!("{title} · {} damaged: {}", ui.view.runs_damaged, ui.text("{screen-log} tells why"));
     }

@@ -90,6 +90,7 @@ pub(super) fn view_of(session: &Session, task: Arc<Task>, hand: HandEpisode) -> 
         watched: None,
         hand,
         model_work: session.model_work().map(|(name, progress)| (name, progress.share())),
+        forking: session.forking().map(|(command, progress)| (command, progress.share())),
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,
