@@ -204,16 +204,30 @@ mod tests {
         let mut session = session(folder.path());
         play(&mut session, &format!("{TRAIN}fork 12 in other until 13\nwait\n"));
         assert!(folder.path().join("other/config.json").is_file());
-        assert!(refused(&mut session, "fork 12 in other").contains("other exists"));
+        assert!(refused(&mut session, "fork 12 in other").contains("already holds a run"));
         let recorded = session.to_script();
         assert!(recorded.contains("in other until 13"), "{recorded}");
         // Played there again, it fails before anything is trained, and elsewhere it does the same.
         let error = Script::parse(&recorded, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap_err().to_string();
-        assert!(error.starts_with("s:") && error.contains("other exists"), "{error}");
+        assert!(error.starts_with("s:") && error.contains("other already holds a run"), "{error}");
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = self::session(elsewhere.path());
         play(&mut second, &recorded);
         assert_eq!(rows(elsewhere.path(), "other"), rows(folder.path(), "other"));
+    }
+
+    #[test]
+    fn the_folder_of_a_fork_that_is_being_made_is_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        play(&mut session, TRAIN);
+        let fork = |line: &str| Command::parse(line).unwrap().unwrap();
+        session.apply(fork("fork 12 in other until 13")).unwrap();
+        assert!(session.forking().is_some_and(|(command, _)| command == "fork 12 in other until 13"));
+        let error = session.apply(fork("fork 6 in other")).unwrap_err().to_string();
+        assert!(error.contains("other exists, or is being made: choose another name"), "{error}");
+        play(&mut session, "wait\nexpect episodes = 13\n");
+        assert!(session.forking().is_none());
     }
 
     #[test]
@@ -224,7 +238,7 @@ mod tests {
         play(&mut session, TRAIN);
         let before = std::fs::read_dir(folder.path()).unwrap().count();
         for (line, reason) in [
-            ("fork 19 episodes=40", "the run has 18 episodes, not 19"),
+            ("fork 19 episodes=40", "the episode: is one of the 18 that task1-ddpg-uniform-seed0 has"),
             ("fork 18", "needs more"),
             ("fork 5 seed=3", "cannot change in a fork"),
             ("fork 5 ddpg.hidden=8", "ddpg.hidden"),
