@@ -187,7 +187,12 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
         _ if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
         (None, _) => other.map_or_else(
             || "This schedule is in use.".to_owned(),
-            |run| format!("This is of the next run; {} has {}. One applied here is for both.", run.name, run.config.epsilon),
+            |run| {
+                format!(
+                    "This is of the next run; {} has {}. One applied here is for both.",
+                    run.name, run.config.epsilon
+                )
+            },
         ),
         (Some(_), EpsilonSchedule::Need { .. }) => {
             "Not in use: the next run explores by need, unless {apply} replaces that by this schedule; {discard} goes \

@@ -29,11 +29,12 @@ pub fn comparable<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method, e
 
 /// The medians of the charged actions and seconds of an episode of runs; `None` before any of them has been read.
 pub fn cost_of_an_episode(runs: &[&RunSummary]) -> Option<[f64; 2]> {
-    let of_one = |axis: XAxis| {
-        median(runs.iter().filter_map(|run| {
-            Some(*run.curves.positions(axis).last()? as f64 / *run.curves.episodes().last()? as f64)
-        }))
-    };
+    let of_one =
+        |axis: XAxis| {
+            median(runs.iter().filter_map(|run| {
+                Some(*run.curves.positions(axis).last()? as f64 / *run.curves.episodes().last()? as f64)
+            }))
+        };
     Some([of_one(XAxis::Charged)?, of_one(XAxis::Time)? / 1000.0])
 }
 
