@@ -3,8 +3,8 @@
 use educe::Educe;
 use rapier2d::prelude::*;
 
-use super::direction::direction;
-use super::outline::{Bounds, Frame, Outline};
+use super::direction::rotation;
+use super::outline::Outline;
 use super::units::DT;
 use mge_base::validation::{ValidationError, in_range};
 
@@ -106,8 +106,8 @@ pub(super) struct Body {
     /// Not wrapped.
     pub angle: f64,
     pub spin: f64,
-    /// Cosine and sine of the angle; not updated for balls, whose shape does not depend on it.
-    rotation: Vector,
+    /// Rotation by the angle; not updated for balls, whose shape does not depend on it.
+    rotation: Rotation,
     /// Velocity that removes overlap in the next step; never added to `velocity`.
     pub bias_velocity: Vector,
     pub bias_spin: f64,
@@ -148,7 +148,7 @@ impl Body {
             velocity: motion.velocity.into(),
             angle: motion.angle,
             spin: motion.angular_velocity,
-            rotation: direction(motion.angle),
+            rotation: rotation(motion.angle),
             mass,
             moment,
             inverse_mass: 1.0 / mass,
@@ -176,7 +176,7 @@ impl Body {
         if angle != self.angle {
             self.angle = angle;
             if !self.is_round {
-                self.rotation = direction(angle);
+                self.rotation = rotation(angle);
             }
         }
     }
@@ -192,9 +192,9 @@ impl Body {
         }
     }
 
-    pub fn frame(&self) -> Frame {
-        let rotation = if self.is_round { direction(self.angle) } else { self.rotation };
-        Frame { position: self.position, rotation }
+    pub fn frame(&self) -> Pose {
+        let rotation = if self.is_round { rotation(self.angle) } else { self.rotation };
+        Pose { translation: self.position, rotation }
     }
 
     pub fn is_asleep(&self) -> bool {
@@ -261,7 +261,7 @@ pub(super) struct Shape {
     /// The engine's number of the shape; counts up as shapes are added.
     pub number: u64,
     pub outline: Outline,
-    pub bounds: Bounds,
+    pub bounds: Aabb,
     /// Index of its body.
     pub body: u32,
     /// Position of the body of a shape that does not move.

@@ -7,8 +7,7 @@
 
 use educe::Educe;
 
-use super::outline::Bounds;
-use rapier2d::prelude::Vector;
+use rapier2d::prelude::{Aabb, BoundingVolume, Vector};
 
 /// No node, leaf or pair.
 const NONE: u32 = u32::MAX;
@@ -29,13 +28,13 @@ pub(super) struct Candidate {
 /// Bounds and velocity of a shape.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
-    pub bounds: Bounds,
+    pub bounds: Aabb,
     pub velocity: Vector,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    bounds: Bounds,
+    bounds: Aabb,
     parent: u32,
     kind: Kind,
 }
@@ -85,7 +84,7 @@ pub(super) struct BroadPhase {
 
 impl BroadPhase {
     /// Adds a shape that does not move.
-    pub fn insert_resting(&mut self, shape: u32, number: u64, bounds: Bounds) {
+    pub fn insert_resting(&mut self, shape: u32, number: u64, bounds: Aabb) {
         let leaf = self.new_leaf(shape, number, bounds);
         self.resting = self.insert(self.resting, leaf);
         if self.moving != NONE {
@@ -233,10 +232,10 @@ impl BroadPhase {
             return self.new_branch(leaf, subtree);
         };
         let (of_a, of_b) = (self.nodes[a as usize].bounds, self.nodes[b as usize].bounds);
-        let mut cost_a = of_b.area() + of_a.merged(&bounds).area();
-        let mut cost_b = of_a.area() + of_b.merged(&bounds).area();
+        let mut cost_a = of_b.volume() + of_a.merged(&bounds).volume();
+        let mut cost_b = of_a.volume() + of_b.merged(&bounds).volume();
         if cost_a == cost_b {
-            (cost_a, cost_b) = (of_a.proximity(&bounds), of_b.proximity(&bounds));
+            (cost_a, cost_b) = (proximity(&of_a, &bounds), proximity(&of_b, &bounds));
         }
         let (a, b) = if cost_b < cost_a { (a, self.insert(b, leaf)) } else { (self.insert(a, leaf), b) };
         self.adopt(subtree, a, b);
@@ -287,7 +286,7 @@ impl BroadPhase {
         node
     }
 
-    fn new_leaf(&mut self, shape: u32, number: u64, bounds: Bounds) -> u32 {
+    fn new_leaf(&mut self, shape: u32, number: u64, bounds: Aabb) -> u32 {
         let leaf = Leaf { shape, stamp: self.stamp, number };
         let node = self.new_node(Node { bounds, parent: NONE, kind: Kind::Leaf(leaf) });
         if self.leaves.len() <= shape as usize {
@@ -354,10 +353,15 @@ impl BroadPhase {
     }
 }
 
+/// Twice the Manhattan distance between the centres.
+fn proximity(a: &Aabb, b: &Aabb) -> f64 {
+    (a.mins.x + a.maxs.x - b.mins.x - b.maxs.x).abs() + (a.mins.y + a.maxs.y - b.mins.y - b.maxs.y).abs()
+}
+
 /// A moving leaf's box, larger than the shape so that it need not be renewed in every step.
-fn widened(extent: &Extent) -> Bounds {
+fn widened(extent: &Extent) -> Aabb {
     let Extent { bounds, velocity } = extent;
-    let margin = (bounds.high - bounds.low) * MARGIN;
+    let margin = (bounds.maxs - bounds.mins) * MARGIN;
     let ahead = *velocity * MARGIN;
-    Bounds { low: bounds.low + (-margin).min(ahead), high: bounds.high + margin.max(ahead) }
+    Aabb { mins: bounds.mins + (-margin).min(ahead), maxs: bounds.maxs + margin.max(ahead) }
 }

@@ -7,7 +7,7 @@
 use rapier2d::prelude::*;
 use smallvec::{SmallVec, smallvec};
 
-use super::outline::{Bounds, Outline, clockwise, normalised};
+use super::outline::{Outline, clockwise, normalised};
 
 /// Largest number of iterations; then the current edge is used.
 const MAX_ROUNDS: usize = 30;
@@ -19,7 +19,7 @@ type Hull = SmallVec<[Difference; 8]>;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side<'a> {
     pub outline: &'a Outline,
-    pub bounds: &'a Bounds,
+    pub bounds: &'a Aabb,
     pub number: u64,
 }
 
@@ -57,9 +57,9 @@ impl Difference {
 pub(super) fn closest(first: Side, second: Side, hint: u32, measures: bool) -> Closest {
     let pair = Pair { first: first.outline, second: second.outline, measures };
     let (start, end) = if hint == 0 {
-        let (low, high) = (second.bounds.low * 0.5, second.bounds.high * 0.5);
+        let (low, high) = (second.bounds.mins * 0.5, second.bounds.maxs * 0.5);
         // As in the engine, the second centre's x and y are subtracted in different orders: ties depend on it.
-        let centre = first.bounds.centre();
+        let centre = first.bounds.center();
         let axis = Vector::new(centre.x - high.x - low.x, centre.y - low.y - high.y).perp();
         (pair.support(axis), pair.support(-axis))
     } else {

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use rapier2d::prelude::Vector;
+use rapier2d::prelude::{Rotation, Vector};
 
 /// Angles at which CREATE builds its tools, in ascending order, with their cosines and sines as NumPy computes them:
 /// measured by `python/benchmarks/directions.py`.
@@ -18,6 +18,12 @@ static MEASURED: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
 pub(super) fn direction(angle: f64) -> Vector {
     let (sin, cos) = pxfm::f_sincos(angle);
     Vector::new(cos, sin)
+}
+
+/// The rotation by an angle, as exact as its [`direction`].
+pub(super) fn rotation(angle: f64) -> Rotation {
+    let along = direction(angle);
+    Rotation::from_cos_sin_unchecked(along.x, along.y)
 }
 
 /// Unit vector of a tool's angle. At the angles of CREATE's tools it is CREATE's, which is up to two units in the last

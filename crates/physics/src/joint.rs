@@ -68,7 +68,7 @@ impl Joint {
     /// Computes the arm, effective masses and targets for this step.
     pub fn prepare(&mut self, bodies: &[Body]) {
         let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
-        self.arm = a.frame().vector(self.anchor);
+        self.arm = a.frame().rotation * self.anchor;
         let arm = self.arm;
         let end = if self.bodies[1] == GROUND as u32 { self.place } else { b.position };
         let apart = (end - a.position) - arm;

@@ -3,39 +3,8 @@
 
 use rapier2d::prelude::*;
 
-use super::direction::direction;
-
 /// Largest number of corners of a polygon.
 pub(super) const MAX_CORNERS: usize = 6;
-
-/// Position and rotation of a body.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
-    pub position: Vector,
-    /// Cosine and sine of the angle.
-    pub rotation: Vector,
-}
-
-impl Frame {
-    pub fn new(position: Vector, angle: f64) -> Self {
-        Self { position, rotation: direction(angle) }
-    }
-
-    /// A point of the body's frame, in the world.
-    fn point(&self, point: Vector) -> Vector {
-        self.vector(point) + self.position
-    }
-
-    /// A direction of the body's frame, in the world.
-    pub fn vector(&self, vector: Vector) -> Vector {
-        turned(vector, self.rotation)
-    }
-}
-
-/// A vector rotated by an angle given as cosine and sine.
-pub(super) fn turned(vector: Vector, rotation: Vector) -> Vector {
-    Vector::new(rotation.x * vector.x - rotation.y * vector.y, rotation.y * vector.x + rotation.x * vector.y)
-}
 
 /// The unit vector along `vector`; the zero vector stays zero.
 pub(super) fn normalised(vector: Vector) -> Vector {
@@ -45,47 +14,6 @@ pub(super) fn normalised(vector: Vector) -> Vector {
 /// A vector rotated clockwise by a right angle.
 pub(super) fn clockwise(vector: Vector) -> Vector {
     Vector::new(vector.y, -vector.x)
-}
-
-/// An axis-aligned box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
-    pub low: Vector,
-    pub high: Vector,
-}
-
-impl Bounds {
-    pub fn intersects(&self, other: &Self) -> bool {
-        self.low.x <= other.high.x
-            && other.low.x <= self.high.x
-            && self.low.y <= other.high.y
-            && other.low.y <= self.high.y
-    }
-
-    pub fn contains(&self, other: &Self) -> bool {
-        self.low.x <= other.low.x
-            && self.high.x >= other.high.x
-            && self.low.y <= other.low.y
-            && self.high.y >= other.high.y
-    }
-
-    pub fn merged(&self, other: &Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
-    pub fn area(&self) -> f64 {
-        (self.high.x - self.low.x) * (self.high.y - self.low.y)
-    }
-
-    /// Twice the Manhattan distance between the centres.
-    pub fn proximity(&self, other: &Self) -> f64 {
-        (self.low.x + self.high.x - other.low.x - other.high.x).abs()
-            + (self.low.y + self.high.y - other.low.y - other.high.y).abs()
-    }
-
-    pub fn centre(&self) -> Vector {
-        self.low * 0.5 + self.high * 0.5
-    }
 }
 
 /// A polygon's corner and the outward normal of the side that ends there.
@@ -163,7 +91,7 @@ impl Outline {
     }
 
     /// The outline, given in a body's frame, in world coordinates.
-    pub fn placed(&self, frame: &Frame) -> Self {
+    pub fn placed(&self, frame: &Pose) -> Self {
         let mut placed = *self;
         placed.move_to(self, frame);
         placed
@@ -171,15 +99,15 @@ impl Outline {
 
     /// Sets it to the outline `local` in world coordinates, like [`placed`](Self::placed). Writes only what a frame
     /// changes: an outline is large, and every step moves several.
-    pub fn move_to(&mut self, local: &Self, frame: &Frame) {
+    pub fn move_to(&mut self, local: &Self, frame: &Pose) {
         match (self, local) {
-            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) => *centre = frame.point(*local),
+            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) => *centre = frame * *local,
             (Self::Segment { a, b, normal, .. }, Self::Segment { a: local_a, b: local_b, normal: local, .. }) => {
-                (*a, *b, *normal) = (frame.point(*local_a), frame.point(*local_b), frame.vector(*local));
+                (*a, *b, *normal) = (frame * *local_a, frame * *local_b, frame.rotation * *local);
             }
             (Self::Polygon(placed), Self::Polygon(local)) => {
                 for (corner, local) in placed.corners.iter_mut().zip(local.corners()) {
-                    *corner = Corner { position: frame.point(local.position), normal: frame.vector(local.normal) };
+                    *corner = Corner { position: frame * local.position, normal: frame.rotation * local.normal };
                 }
             }
             _ => unreachable!("a body's outline keeps its kind"),
@@ -187,17 +115,11 @@ impl Outline {
     }
 
     #[inline]
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> Aabb {
         match self {
             Self::Disc { centre, radius } => around(*centre, *centre, *radius),
             Self::Segment { a, b, radius, .. } => around(a.min(*b), a.max(*b), *radius),
-            Self::Polygon(polygon) => {
-                let mut corners = polygon.corners().iter().map(|corner| corner.position);
-                let first = corners.next().unwrap_or(Vector::ZERO);
-                let (low, high) =
-                    corners.fold((first, first), |(low, high), corner| (low.min(corner), high.max(corner)));
-                Bounds { low, high }
-            }
+            Self::Polygon(polygon) => Aabb::from_points(polygon.corners().iter().map(|corner| corner.position)),
         }
     }
 
@@ -230,6 +152,6 @@ impl Outline {
     }
 }
 
-fn around(low: Vector, high: Vector, radius: f64) -> Bounds {
-    Bounds { low: low - Vector::splat(radius), high: high + Vector::splat(radius) }
+fn around(low: Vector, high: Vector, radius: f64) -> Aabb {
+    Aabb::new(low - Vector::splat(radius), high + Vector::splat(radius))
 }

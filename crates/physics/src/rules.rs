@@ -50,7 +50,7 @@ pub(super) fn fire(cannon: &RuleTool, body: &mut Body) -> bool {
 /// Fan: applies a force to the body's centre for this step.
 pub(super) fn blow(fan: &RuleTool, body: &mut Body) -> bool {
     let local = tool_direction(fan.tool.angle - body.angle) * fan.tool.force;
-    body.force += body.frame().vector(local);
+    body.force += body.frame().rotation * local;
     body.idle = 0.0;
     false
 }

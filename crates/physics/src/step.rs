@@ -1,5 +1,7 @@
 //! One physics step in the engine's order: positions, detection with the tools' rules, sleeping, gravity, impulses.
 
+use rapier2d::prelude::BoundingVolume;
+
 use super::body::GROUND;
 use super::broad::{Candidate, Extent};
 use super::closest::Side;

@@ -6,7 +6,7 @@ use rapier2d::parry::query;
 use rapier2d::prelude::*;
 
 use super::direction::direction;
-use super::outline::{Frame, Outline};
+use super::outline::Outline;
 use super::tool_kind::{ToolKind, local_corners};
 use super::units::START_OVERLAP;
 use mge_base::validation::{ValidationError, in_range};
@@ -121,7 +121,7 @@ impl Tool {
     /// Half width and half height of the axis-aligned box around the tool, in units.
     pub fn half_extents(&self) -> [f32; 2] {
         let (bounds, centre) = (self.outline().bounds(), Vector::from(self.position));
-        single((bounds.high - centre).max(centre - bounds.low))
+        single((bounds.maxs - centre).max(centre - bounds.mins))
     }
 
     /// Whether a point (in units) is farther than `distance` from the tool's bounding box, and thus from its surface:
@@ -174,7 +174,7 @@ impl Tool {
     }
 
     /// The outline in the frame of the body that carries it, and that body's frame.
-    pub(super) fn local_outline(&self) -> (Outline, Frame) {
+    pub(super) fn local_outline(&self) -> (Outline, Pose) {
         (self.kind.row().outline)(self)
     }
 

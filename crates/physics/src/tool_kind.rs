@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI, TAU};
 
-use rapier2d::prelude::Vector;
+use rapier2d::prelude::{Pose, Vector};
 use serde::{Deserialize, Serialize};
 
-use super::direction::tool_direction;
-use super::outline::{Frame, Outline};
+use super::direction::{rotation, tool_direction};
+use super::outline::Outline;
 use super::rules::{self, Rule};
 use super::tool::Tool;
 use mge_base::by_name;
@@ -64,7 +64,7 @@ pub(super) struct ToolType {
     measure: &'static str,
     /// CREATE's default size, in units.
     pub size: f64,
-    pub outline: fn(&Tool) -> (Outline, Frame),
+    pub outline: fn(&Tool) -> (Outline, Pose),
     /// Regular polygons: number of corners, and angle at which the first stands if the tool's angle is 0.
     corners: (usize, f64),
     pub elasticity: f64,
@@ -98,7 +98,7 @@ const PLAIN: ToolType = ToolType {
 /// A regular polygon.
 const fn polygon(corners: usize, turn: f64) -> ToolType {
     ToolType {
-        outline: |tool| (Outline::hull(&local_corners(tool)), unrotated(tool.position)),
+        outline: |tool| (Outline::hull(&local_corners(tool)), Pose::from_translation(tool.position.into())),
         corners: (corners, turn),
         ..PLAIN
     }
@@ -252,9 +252,9 @@ pub(super) fn regular(count: usize, angle: f64, size: f64) -> Vec<Vector> {
     (0..count).map(corner).collect()
 }
 
-/// The frame of a body that is not rotated.
-fn unrotated(position: [f64; 2]) -> Frame {
-    Frame { position: position.into(), rotation: Vector::X }
+/// The frame of a body.
+fn placed(position: [f64; 2], angle: f64) -> Pose {
+    Pose { translation: position.into(), rotation: rotation(angle) }
 }
 
 /// Corners of a tool that is a regular polygon, in the frame of its body; empty for other types.
@@ -263,42 +263,42 @@ pub(super) fn local_corners(tool: &Tool) -> Vec<Vector> {
     regular(count, turn + tool.angle, tool.size)
 }
 
-fn square(tool: &Tool) -> (Outline, Frame) {
-    (Outline::rectangle(tool.size, tool.size), Frame::new(tool.position.into(), tool.angle))
+fn square(tool: &Tool) -> (Outline, Pose) {
+    (Outline::rectangle(tool.size, tool.size), placed(tool.position, tool.angle))
 }
 
-fn disc(tool: &Tool) -> (Outline, Frame) {
-    (Outline::disc(tool.size), unrotated(tool.position))
+fn disc(tool: &Tool) -> (Outline, Pose) {
+    (Outline::disc(tool.size), Pose::from_translation(tool.position.into()))
 }
 
 /// Segments are built in world coordinates: their body is at the origin.
-fn segment_along(tool: &Tool, along: Vector) -> (Outline, Frame) {
+fn segment_along(tool: &Tool, along: Vector) -> (Outline, Pose) {
     let (place, half) = (Vector::from(tool.position), along / 2.0);
-    (Outline::segment(place - half, place + half, tool.radius), unrotated([0.0; 2]))
+    (Outline::segment(place - half, place + half, tool.radius), Pose::IDENTITY)
 }
 
-fn segment(tool: &Tool) -> (Outline, Frame) {
+fn segment(tool: &Tool) -> (Outline, Pose) {
     segment_along(tool, tool_direction(tool.angle) * tool.size)
 }
 
 /// Beyond 90 degrees it is rotated by half a turn, so that its upper side stays up.
-fn trampoline(tool: &Tool) -> (Outline, Frame) {
+fn trampoline(tool: &Tool) -> (Outline, Pose) {
     let angle = if tool.angle > FRAC_PI_2 { tool.angle + PI } else { tool.angle };
     segment_along(tool, tool_direction(angle) * tool.size)
 }
 
-fn plank(tool: &Tool) -> (Outline, Frame) {
+fn plank(tool: &Tool) -> (Outline, Pose) {
     let half = tool_direction(tool.tilt()) * tool.size / 2.0;
-    (Outline::segment(-half, half, tool.radius), unrotated(tool.position))
+    (Outline::segment(-half, half, tool.radius), Pose::from_translation(tool.position.into()))
 }
 
 /// CREATE passes the cannon's width as its angle: it is rotated by 10 radians, wherever it points.
-fn cannon(tool: &Tool) -> (Outline, Frame) {
-    (Outline::rectangle(7.3, 10.0), Frame::new(tool.position.into(), 10.0))
+fn cannon(tool: &Tool) -> (Outline, Pose) {
+    (Outline::rectangle(7.3, 10.0), placed(tool.position, 10.0))
 }
 
-fn fan(tool: &Tool) -> (Outline, Frame) {
-    (Outline::rectangle(6.7, 10.0), Frame::new(tool.position.into(), tool.angle))
+fn fan(tool: &Tool) -> (Outline, Pose) {
+    (Outline::rectangle(6.7, 10.0), placed(tool.position, tool.angle))
 }
 
 /// Angle for the corners of CREATE's star; the engine keeps only the convex hull.

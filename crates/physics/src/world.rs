@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use educe::Educe;
-use rapier2d::prelude::Vector;
+use rapier2d::prelude::{BoundingVolume, Pose, Vector};
 
 use super::body::{Ball, BallState, Body, GROUND, Motion, Shape};
 use super::broad::{BroadPhase, Candidate, Extent};
@@ -11,7 +11,7 @@ use super::closest::Side;
 use super::collide::collide;
 use super::contact::Contact;
 use super::joint::Joint;
-use super::outline::{Frame, Outline};
+use super::outline::Outline;
 use super::rules::RuleTool;
 use super::tool::Tool;
 use super::tool_kind::{STAR_TURN, regular};
@@ -127,7 +127,7 @@ impl World {
     /// Adds a sensor and returns its index.
     pub fn add_sensor(&mut self, sensor: &Sensor) -> usize {
         let (outline, position) = sensor.outline();
-        let frame = Frame { position: position.into(), rotation: Vector::X };
+        let frame = Pose::from_translation(position.into());
         let index = self.sensors.len();
         let shape = self.add_resting_shape(outline, &frame, [0.0; 2], true, ObjectId::Sensor(index));
         self.sensors.push(Some(shape));
@@ -171,13 +171,13 @@ impl World {
     fn add_resting_shape(
         &mut self,
         local: Outline,
-        frame: &Frame,
+        frame: &Pose,
         material: [f64; 2],
         is_sensor: bool,
         owner: ObjectId,
     ) -> u32 {
         let outline = local.placed(frame);
-        let index = self.push_shape(outline, GROUND as u32, frame.position, material, is_sensor, owner);
+        let index = self.push_shape(outline, GROUND as u32, frame.translation, material, is_sensor, owner);
         let Shape { number, bounds, .. } = self.shapes[index as usize];
         self.broad.insert_resting(index, number, bounds);
         index
