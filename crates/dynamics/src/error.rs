@@ -17,8 +17,8 @@ pub enum DynamicsError {
     #[error("dynamics.{0}")]
     Config(#[from] ValidationError),
     /// The caller asked to stop.
-    #[error("stopped before its end")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// No tool type was given, or a type was given twice.
     #[error("the tool set `{given}` is not usable: name each of its tool types once, at least one")]
     ToolSet { given: String },
@@ -57,10 +57,4 @@ pub enum DynamicsError {
     /// The file is not the expected model, or of another format version.
     #[error("{origin}: {reason}")]
     Content { origin: String, reason: String },
-}
-
-impl From<Stopped> for DynamicsError {
-    fn from(_: Stopped) -> Self {
-        Self::Stopped
-    }
 }

@@ -328,6 +328,6 @@ mod tests {
                 stop.request();
             }
         });
-        assert!(matches!(stopped, Err(DynamicsError::Stopped)) && parts == 3, "{parts}");
+        assert!(matches!(stopped, Err(DynamicsError::Stopped(_))) && parts == 3, "{parts}");
     }
 }

@@ -261,7 +261,7 @@ mod tests {
         let cache = tempfile::tempdir().unwrap();
         let stop = Stop::default();
         let stopped = recipe(100_000).model_in(Some(cache.path()), &stop, |_| stop.request());
-        assert!(matches!(stopped, Err(crate::DynamicsError::Stopped)));
+        assert!(matches!(stopped, Err(crate::DynamicsError::Stopped(_))));
         assert!(!cache.path().join(recipe(100_000).key()).join(ENTRY).exists());
     }
 

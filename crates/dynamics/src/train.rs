@@ -124,7 +124,7 @@ impl Training {
             let good = (self.model.clone(), self.optimiser.clone());
             // On a thread of the rayon pool, work is divided with less overhead than from outside.
             match rayon::scope(|_| self.train_epoch(stop)) {
-                Err(DynamicsError::Stopped) => return Err(DynamicsError::Stopped),
+                Err(DynamicsError::Stopped(stopped)) => return Err(stopped.into()),
                 Ok(loss) => {
                     latest = Some(loss);
                     on_progress(&Progress { epoch: self.epoch(), epochs, loss });

@@ -68,7 +68,7 @@ impl JobError for ExperimentError {
     }
 
     fn is_stopped(&self) -> bool {
-        matches!(self, Self::Dynamics(DynamicsError::Stopped) | Self::Trainer(TrainerError::Stopped))
+        matches!(self, Self::Dynamics(DynamicsError::Stopped(_)) | Self::Trainer(TrainerError::Stopped(_)))
     }
 }
 

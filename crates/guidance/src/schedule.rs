@@ -1,31 +1,37 @@
 //! The epsilon threshold as a function of the episode (paper, sections 4.3 and 5.4).
 
-use std::fmt;
 use std::str::FromStr;
 
+use derive_more::Display;
 use serde::{Deserialize, Serialize};
 
 use mge_base::text::counted;
 
 /// The threshold as a function of the episode. Its text form is the EPSILON SPEC of the command line.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Display, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum EpsilonSchedule {
     /// `0.1`: the same in every episode.
+    #[display("{_0}")]
     Constant(f32),
     /// `linear:FROM:TO:EPISODES`: linear over EPISODES, then constant.
+    #[display("linear:{from}:{to}:{episodes}")]
     Linear { from: f32, to: f32, episodes: u32 },
     /// `exp:FROM:TO:FACTOR`: the distance to TO shrinks by FACTOR every episode.
+    #[display("exp:{from}:{to}:{factor}")]
     Exponential { from: f32, to: f32, factor: f32 },
     /// `step:FROM:FACTOR:EPISODES`: multiplied by FACTOR every EPISODES episodes.
+    #[display("step:{from}:{factor}:{episodes}")]
     Step { from: f32, factor: f32, episodes: u32 },
     /// `points:0=0.8,1000=0.3,3000=0`: linear between points.
+    #[display("points:{}", points_text(_0))]
     Points(Vec<(u32, f32)>),
     /// `need:CLUSTERS:NOISE:ATTEMPTS`: depends on need instead of time, separately for each stage.
     /// The need of a stage is the share of failures among its last ATTEMPTS greedy attempts, where
     /// attempts not yet made count as failures. At the beginning of a stage, actions are drawn from
     /// its clusters with probability CLUSTERS times the need, the actor acts with noise with
     /// probability NOISE times the need, and otherwise without noise: a greedy attempt.
+    #[display("need:{clusters}:{noise}:{attempts}")]
     Need { clusters: f32, noise: f32, attempts: u32 },
 }
 
@@ -198,20 +204,9 @@ fn count(text: &str) -> Result<u32, String> {
     }
 }
 
-impl fmt::Display for EpsilonSchedule {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Constant(value) => write!(f, "{value}"),
-            Self::Linear { from, to, episodes } => write!(f, "linear:{from}:{to}:{episodes}"),
-            Self::Exponential { from, to, factor } => write!(f, "exp:{from}:{to}:{factor}"),
-            Self::Step { from, factor, episodes } => write!(f, "step:{from}:{factor}:{episodes}"),
-            Self::Points(points) => {
-                let points: Vec<String> = points.iter().map(|(at, value)| format!("{at}={value}")).collect();
-                write!(f, "points:{}", points.join(","))
-            }
-            Self::Need { clusters, noise, attempts } => write!(f, "need:{clusters}:{noise}:{attempts}"),
-        }
-    }
+/// The text form of points.
+fn points_text(points: &[(u32, f32)]) -> String {
+    points.iter().map(|(at, value)| format!("{at}={value}")).collect::<Vec<_>>().join(",")
 }
 
 impl TryFrom<String> for EpsilonSchedule {

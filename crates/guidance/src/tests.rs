@@ -445,11 +445,11 @@ fn rollouts_and_what_uses_them_can_be_stopped() {
     stop.request();
     for model in [&*learned as &dyn RolloutModel, &TruePhysics, &RapierPhysics] {
         let stopped = model.rollouts(&[env.snapshot()], &[vec![[0.0; 2]]], &stop);
-        assert!(matches!(stopped, Err(DynamicsError::Stopped)), "{model:?}");
-        assert!(matches!(build(&task, model, &config, 0, &stop, |_| ()), Err(DynamicsError::Stopped)));
+        assert!(matches!(stopped, Err(DynamicsError::Stopped(_))), "{model:?}");
+        assert!(matches!(build(&task, model, &config, 0, &stop, |_| ()), Err(DynamicsError::Stopped(_))));
         let plan = plan(model, env.snapshot(), &PlannerConfig::default(), &stop, &mut rng());
-        assert!(matches!(plan, Err(DynamicsError::Stopped)));
+        assert!(matches!(plan, Err(DynamicsError::Stopped(_))));
         let chosen = choose_subgoals(&task, model, 1, &config, 0, &stop, |_| ());
-        assert!(matches!(chosen, Err(DynamicsError::Stopped)));
+        assert!(matches!(chosen, Err(DynamicsError::Stopped(_))));
     }
 }

@@ -43,21 +43,15 @@ pub enum TrainerError {
     #[error(transparent)]
     State(#[from] StateError),
     /// It was asked to stop.
-    #[error("stopped before its end")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// It cannot be done, for the reason that the text gives.
     #[error("{0}")]
     Refused(String),
 }
 
-impl From<Stopped> for TrainerError {
-    fn from(_: Stopped) -> Self {
-        Self::Stopped
-    }
-}
-
 impl From<DynamicsError> for TrainerError {
     fn from(error: DynamicsError) -> Self {
-        if matches!(error, DynamicsError::Stopped) { Self::Stopped } else { Self::Model(error) }
+        if let DynamicsError::Stopped(stopped) = error { Self::Stopped(stopped) } else { Self::Model(error) }
     }
 }

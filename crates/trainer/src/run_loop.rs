@@ -177,7 +177,7 @@ impl RunLoop<'_> {
         let made = config.make_model(&self.writer.directory, on_phase, &self.watch.stop);
         let begin = |()| Training::begin(config, checkpoint, on_phase, &self.watch.stop);
         let training = match made.and_then(begin) {
-            Err(TrainerError::Stopped) => None,
+            Err(TrainerError::Stopped(_)) => None,
             training => Some(training?),
         };
         let stop = if checkpoint.is_none() { self.stop_received() } else { None };
@@ -245,7 +245,7 @@ impl RunLoop<'_> {
         let played = self.pieces.run(training, &self.watch.stop, |training, stop| {
             training.stop_on(stop);
             let played = play(training);
-            (!matches!(played, Err(TrainerError::Stopped))).then_some(played)
+            (!matches!(played, Err(TrainerError::Stopped(_)))).then_some(played)
         });
         let Some(played) = played else { return Ok(()) };
         let EpisodeOutcome { record, trace, practised, refined, evaluated } = played?;

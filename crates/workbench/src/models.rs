@@ -61,7 +61,7 @@ fn train_into_file(job: &ModelJob, to: &Target, made_by: &str, reporter: &Report
     let on_progress = |now: &dynamics::Progress| _ = reporter.progress(now.epoch as usize, now.epochs as usize);
     let trained =
         train_to_file(to, &job.recipe(), made_by, reporter.stop(), on_progress).map_err(|error| match &error {
-            DynamicsError::Stopped => failed(&"stopped: the same command starts again"),
+            DynamicsError::Stopped(_) => failed(&"stopped: the same command starts again"),
             // It names the file.
             DynamicsError::Io { .. } => error.to_string(),
             _ => failed(&error),

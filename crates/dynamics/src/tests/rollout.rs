@@ -100,11 +100,11 @@ fn rollouts_end_soon_after_a_stop() {
     let env = Environment::new(std::sync::Arc::new(task::load("task1").unwrap()));
     let stop = Stop::default();
     let found = rollouts(&Stopping(&stop), &[env.snapshot()], &[vec![[-0.9, -0.9]]], &stop);
-    assert!(matches!(found, Err(DynamicsError::Stopped)));
+    assert!(matches!(found, Err(DynamicsError::Stopped(_))));
     // Many predictions are made in pieces.
     let (stop, many) = (Stop::default(), vec![ball(); 6000]);
     let found = Stopping(&stop).advance_until(&stop, &many, &vec![&[][..]; 6000]);
-    assert!(matches!(found, Err(DynamicsError::Stopped)));
+    assert!(matches!(found, Err(DynamicsError::Stopped(_))));
     let found = Falling(1.0).advance_until(&Stop::default(), &many, &vec![&[][..]; 6000]).unwrap();
     assert_eq!(found.len(), 6000);
 }

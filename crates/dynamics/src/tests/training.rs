@@ -82,9 +82,9 @@ fn a_stop_ends_a_training() {
         epochs = now.epoch;
         stop.request();
     });
-    assert!(matches!(ended, Err(DynamicsError::Stopped)) && epochs == 1);
+    assert!(matches!(ended, Err(DynamicsError::Stopped(_))) && epochs == 1);
     let refused = Training::new(&recipe(small(), quick(), &TOOLS), "test", &stop);
-    assert!(matches!(refused, Err(DynamicsError::Stopped)));
+    assert!(matches!(refused, Err(DynamicsError::Stopped(_))));
 }
 
 #[test]

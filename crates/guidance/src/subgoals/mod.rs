@@ -245,6 +245,6 @@ mod tests {
         stop.request();
         let task = load("task1").unwrap();
         let choice = choose_subgoals(&task, &TruePhysics, 2, &GuidanceConfig::default(), 0, &stop, |_| ());
-        assert!(matches!(choice, Err(DynamicsError::Stopped)));
+        assert!(matches!(choice, Err(DynamicsError::Stopped(_))));
     }
 }

@@ -263,6 +263,6 @@ mod tests {
         let stop = Stop::default();
         stop.request();
         training.stop_on(&stop);
-        assert!(matches!(training.practise(), Err(TrainerError::Stopped)));
+        assert!(matches!(training.practise(), Err(TrainerError::Stopped(_))));
     }
 }
