@@ -241,11 +241,6 @@ impl<'c> Plot<'c> {
         let ([left, zero], [right, end]) = (self.at(x - width / 2.0, 0.0), self.at(x + width / 2.0, estimate.value));
         let bar = Rect::new(left, zero.min(end), right, zero.max(end));
         self.canvas.within(&self.rect, &bar.corners(), |corners| self.canvas.fill(corners, color));
-        self.error_bar(x, estimate);
-    }
-
-    /// A vertical interval with caps.
-    fn error_bar(&self, x: f64, estimate: Estimate) {
         if !estimate.has_interval() {
             return;
         }

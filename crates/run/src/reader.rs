@@ -16,11 +16,8 @@ pub(super) fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])>
 
 /// The event in a line, which has this number.
 pub(super) fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
-    serde_json::from_slice(line).map_err(|error| RunError::Malformed {
-        path: path.to_path_buf(),
-        line: Some(number),
-        reason: format!("not an event: {}", json::message(&error)),
-    })
+    serde_json::from_slice(line)
+        .map_err(|error| RunError::malformed(path, Some(number), format!("not an event: {}", json::message(&error))))
 }
 
 /// Checks that no episode is missing before that of an event; `last` is the last one before.

@@ -34,33 +34,28 @@ impl RunDirectory {
     pub fn discard(&self) -> Result<PathBuf> {
         folder::check(self.path())?;
         let _lock = self.lock()?;
-        discard(self.path())
-    }
-}
-
-/// Moves a folder to the trash beside it and returns its place there. The caller holds the lock of its run.
-fn discard(path: &Path) -> Result<PathBuf> {
-    let (trash, from) = trash_of(path)?;
-    folder::create(&trash)?;
-    let mut number = numbers(&trash)?.max().unwrap_or(0);
-    let place = loop {
-        number += 1;
-        let place = trash.join(number.to_string());
-        match fs::create_dir(&place) {
-            Ok(()) => break place,
-            // Another process was faster.
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(RunError::io("create", &place)(error)),
+        let (trash, from) = trash_of(self.path())?;
+        folder::create(&trash)?;
+        let mut number = numbers(&trash)?.max().unwrap_or(0);
+        let place = loop {
+            number += 1;
+            let place = trash.join(number.to_string());
+            match fs::create_dir(&place) {
+                Ok(()) => break place,
+                // Another process was faster.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(RunError::io("create", &place)(error)),
+            }
+        };
+        let to = place.join(from.file_name().unwrap_or_default());
+        if let Err(error) = fs::rename(&from, &to) {
+            let _ = fs::remove_dir(&place);
+            return Err(RunError::io("delete", self.path())(error));
         }
-    };
-    let to = place.join(from.file_name().unwrap_or_default());
-    if let Err(error) = fs::rename(&from, &to) {
-        let _ = fs::remove_dir(&place);
-        return Err(RunError::io("delete", path)(error));
+        folder::sync(&place)?;
+        folder::sync(&trash)?;
+        Ok(to)
     }
-    folder::sync(&place)?;
-    folder::sync(&trash)?;
-    Ok(to)
 }
 
 /// Moves the run that was last deleted from `path` back to it.
