@@ -138,8 +138,8 @@ impl Snapshot {
         let reason = match self.check_tool(tool, action) {
             Placement::Placed | Placement::NoOp => return None,
             Placement::Invalid => "needs a finite position",
-            Placement::Overlap => "here would be too close to an earlier one",
-            Placement::Collision => "here would overlap another object",
+            Placement::Overlap => "would be too near an earlier tool",
+            Placement::Collision => "would touch an object, a subgoal or the goal",
         };
         Some(format!("{} {reason}", tool.kind))
     }

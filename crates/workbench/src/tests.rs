@@ -180,7 +180,7 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
     assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "placed; reward 0.01");
     assert_eq!(
         apply(&mut session, "place -0.9 0.9").unwrap(),
-        "not placed: box here would be too close to an earlier one; reward 0.00"
+        "not placed, but the action is used: box would be too near an earlier tool; reward 0.00"
     );
     assert_eq!(session.hand_play().trace.steps.len(), 2);
     assert_eq!(session.hand_play().snapshot().placed.len(), 1);

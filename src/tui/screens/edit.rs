@@ -82,9 +82,12 @@ pub fn type_coordinates(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
 
 /// Accepts or rejects all proposals.
 pub fn answer_proposals(ui: &Ui, answer: Edit) -> Vec<Effect> {
-    vec![match ui.view.proposed.is_empty() {
-        true => Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals")),
-        false => Effect::apply(answer),
+    vec![match (ui.view.proposed.is_empty(), ui.view.proposing) {
+        (false, _) => Effect::apply(answer),
+        (true, Some(_)) => Effect::info("nothing is proposed yet: the model is looking for subgoals"),
+        (true, None) => {
+            Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals"))
+        }
     }]
 }
 

@@ -30,7 +30,7 @@ pub fn select_line(screens: &mut Screens, ui: &Ui, tab: Tab, line: impl Fn(usize
         Tab::Models => lists.model = line(lists.model, ui.view.models.len().saturating_sub(1)),
         Tab::Figures => lists.figure = line(lists.figure, FigureKind::ALL.len() - 1),
         Tab::Log => {
-            let last = lists.log.lines(ui.view).len().saturating_sub(1);
+            let last = lists.log.lines(ui).len().saturating_sub(1);
             // Counted from the end.
             let selected = &lists.log.selected;
             selected.set(last - line(last - selected.get().min(last), last));

@@ -12,7 +12,7 @@ use super::lists::Lists;
 use super::pane::{hint, level_style, pane};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Form, Value};
-use crate::tui::view::{Level, LogLine, ViewModel};
+use crate::tui::view::{Level, LogLine};
 use crate::tui::widgets::popup::wrap;
 
 /// Columns of the time of day and the space after it.
@@ -23,6 +23,8 @@ const TIME: usize = 9;
 pub struct LogState {
     /// Number of lines after those that are shown; drawing limits it to what leaves a full page.
     pub selected: Cell<usize>,
+    /// Number of lines when it was drawn last: lines that come later do not move those that are read.
+    drawn: Cell<usize>,
     /// The least level.
     least: Level,
     /// Words that all lines have, in lower case.
@@ -32,7 +34,7 @@ pub struct LogState {
 impl LogState {
     /// Shows all lines from the latest one; false if they are shown already.
     pub fn leave(&mut self) -> bool {
-        std::mem::take(self) != Self::default()
+        Self { drawn: Cell::default(), ..std::mem::take(self) } != Self::default()
     }
 
     /// Shows the lines from the next level on, or all of them after the last.
@@ -58,12 +60,12 @@ impl LogState {
     }
 
     /// The lines that are shown, the oldest first.
-    pub fn lines<'a>(&self, view: &'a ViewModel) -> Vec<&'a LogLine> {
+    pub fn lines<'a>(&self, ui: &Ui<'a>) -> Vec<&'a LogLine> {
         let is_shown = |line: &&LogLine| {
-            let text = line.text.to_lowercase();
+            let text = format!("{}{}", level_style(line.level, ui.theme).0, line.text).to_lowercase();
             line.level >= self.least && self.words.split_whitespace().all(|word| text.contains(word))
         };
-        view.log.iter().filter(is_shown).collect()
+        ui.view.log.iter().filter(is_shown).collect()
     }
 
     fn title(&self) -> String {
@@ -86,7 +88,15 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         let text = "Nothing has happened yet. Everything you do and everything a run reports appears here.";
         return hint(text, inside, theme, buffer);
     }
-    let shown = lists.log.lines(view);
+    let shown = lists.log.lines(ui);
+    if shown.is_empty() {
+        return hint("No line matches. Escape shows all.", inside, theme, buffer);
+    }
+    let LogState { selected, drawn, .. } = &lists.log;
+    if selected.get() > 0 && drawn.get() > 0 {
+        selected.set(selected.get() + shown.len().saturating_sub(drawn.get()));
+    }
+    drawn.set(shown.len());
     let of_entry = |entry: &&LogLine| {
         let (mark, style) = level_style(entry.level, theme);
         let time = entry.time.strftime("%H:%M:%S ").to_string();
@@ -99,8 +109,8 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let height = usize::from(inside.height);
     let rows = shown.iter().enumerate().flat_map(|(place, entry)| of_entry(entry).map(move |_| place + 1));
     let first = rows.take(height).last().unwrap_or(0);
-    let end = shown.len().saturating_sub(lists.log.selected.get()).max(first);
-    lists.log.selected.set(shown.len() - end);
+    let end = shown.len().saturating_sub(selected.get()).max(first);
+    selected.set(shown.len() - end);
     let mut lines: Vec<Line> = shown[..end].iter().rev().flat_map(of_entry).take(height).collect();
     lines.reverse();
     Text::from(lines).render(inside, buffer);

@@ -48,7 +48,17 @@ pub fn replay(scene: &mut Scene, ui: &Ui, choose: fn(Option<u64>, u64) -> u64) -
 /// Shows or hides an overlay of the clusters; says why nothing is to be seen.
 pub fn show_clusters(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
     *overlay = !*overlay;
-    let missing = || Effect::info(ui.text("no action clusters yet: {clusters} computes them"));
+    let (shown, edited) = (&ui.subject.task, &ui.view.task);
+    let missing = || match shown.name == edited.name {
+        true => Effect::info(ui.text("no action clusters yet: {clusters} computes them")),
+        false => {
+            let text = format!(
+                "no action clusters of {} are known: {{clusters}} computes those of {}",
+                shown.name, edited.name
+            );
+            Effect::info(ui.text(&text))
+        }
+    };
     ui.subject.clusters.is_none().then(missing).into_iter().collect()
 }
 

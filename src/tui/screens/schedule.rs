@@ -171,7 +171,7 @@ fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
         let style = Style::new().fg(ui.theme.warn).add_modifier(Modifier::BOLD);
         buffer.set_string(column, row, if selected { chosen } else { mark }, style);
         if selected {
-            let text = format!(" {episode}: {value:.2} ");
+            let text = format!(" {episode}: {} ", rounded(value));
             let width = text.len() as u16;
             let x = if column + 1 + width < axes.plot.right() { column + 1 } else { column.saturating_sub(width) };
             buffer.set_string(x, row, text, ui.theme.selected());
@@ -182,25 +182,23 @@ fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
 fn explanation(state: &Schedule, ui: &Ui) -> String {
     let settings = &ui.view.settings;
     let method = settings.method;
-    let other = ui.subject.run().filter(|run| run.active && run.config.epsilon != settings.epsilon);
-    let usage = match (&state.draft, &settings.epsilon) {
+    let active = ui.subject.run().filter(|run| run.active);
+    let usage = match (&state.draft, active) {
         _ if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
-        (None, _) => other.map_or_else(
-            || "This schedule is in use.".to_owned(),
-            |run| {
-                format!(
-                    "This is of the next run; {} has {}. One applied here is for both.",
-                    run.name, run.config.epsilon
-                )
-            },
-        ),
-        (Some(_), EpsilonSchedule::Need { .. }) => {
-            "Not in use: the next run explores by need, unless {apply} replaces that by this schedule; {discard} goes \
-             back."
-                .to_owned()
+        (None, Some(run)) if run.config.epsilon != settings.epsilon => {
+            format!("Of the next run. {} has {}; one applied here is for both.", run.name, run.config.epsilon)
         }
-        (Some(_), _) => "Not in use yet: {apply} uses it, {discard} goes back.".to_owned(),
+        (None, _) => "This schedule is in use.".to_owned(),
+        (Some(_), Some(run)) => {
+            let name = &run.name;
+            format!("Not in use yet: {{apply}} uses it in {name}, from its next episode on, and in the next run.")
+        }
+        (Some(_), None) if matches!(settings.epsilon, EpsilonSchedule::Need { .. }) => {
+            "Not in use: the next run explores by need, unless {apply} replaces that by this schedule.".to_owned()
+        }
+        (Some(_), None) => "Not in use yet: {apply} uses it.".to_owned(),
     };
+    let back = if state.draft.is_some() { " {discard} goes back." } else { "" };
     let meaning = match state.shown(ui.view) {
         EpsilonSchedule::Need { .. } => {
             "In each stage, actions come from the action clusters with this probability times its need (share of \
@@ -209,7 +207,7 @@ fn explanation(state: &Schedule, ui: &Ui) -> String {
         _ => "In each episode, with this probability, actions come from the action clusters instead of the policy.",
     };
     let help = "{next-point} selects a point, arrows or the mouse move it, {add-point} or a click adds one, {delete-point} deletes it; {epsilon} types another schedule.";
-    ui.text(&format!("{usage} {meaning} {help}"))
+    ui.text(&format!("{usage}{back} {meaning} {help}"))
 }
 
 /// Moves the selected point to an episode and a threshold.

@@ -43,10 +43,12 @@ const TASK: u16 = 5;
 /// Draws the scene and the list of its objects.
 pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let [left, right] = split(area);
-    match scene_pane(ui, scene, left, buffer, regions) {
-        Some(legend) => legend_pane(ui, legend, right, buffer),
-        None => objects(ui, scene, right, buffer, regions),
-    }
+    let Some(legend) = scene_pane(ui, scene, left, buffer, regions) else {
+        return objects(ui, scene, right, buffer, regions);
+    };
+    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(right);
+    objects(ui, scene, above, buffer, regions);
+    legend_pane(ui, legend, below, buffer);
 }
 
 /// Draws the legend of the scene beside it.

@@ -13,7 +13,7 @@ command! {
         let refusal = hand.snapshot().refusal(&hand.task().placeable.tool([0.0; 2]), this.0);
         let step = hand.place(this.0)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
-        let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed: {reason}"));
+        let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed, but the action is used: {reason}"));
         let subgoals: String = step.subgoals.iter().map(|index| format!("; subgoal {} reached", index + 1)).collect();
         Ok(format!("{placed}{subgoals}; reward {:.2}{end}", step.reward))
     };

@@ -171,7 +171,7 @@ command! {
         folder: PathBuf = RUN,
         /// The name; empty for that of its folder.
         name: String = Rest("a name"),
-    }: "rename" "RUN NAME" "give a run another name; an empty one is that of its folder";
+    }: "rename" "RUN NAME" "give a run another name; '' gives it that of its folder";
     execute = |this, session| session.rename(&this.folder, &this.name);
 }
 

@@ -137,16 +137,19 @@ fn schedules() -> Vec<Value> {
     .into()
 }
 
-/// The settings of a run with their ranges, and their values in the form `set` takes.
+/// The settings of a run with their defaults and ranges, and their values in the form `set` takes.
 fn described(config: &RunConfig) -> Vec<(Value, String)> {
-    let whole = json::to_value(config);
+    let all = [config, &RunConfig::default_for(config.task.clone(), config.method)].map(json::to_value);
     let known: Vec<_> = settings().collect();
     let described = |path: String| {
-        let now = path.split('.').try_fold(&whole, |place, name| place.get(name));
-        let now = now.map(json::text).unwrap_or_default();
+        let [now, usual] = all.each_ref().map(|whole| {
+            let found = path.split('.').try_fold(whole, |place, name| place.get(name));
+            found.map(json::text).unwrap_or_default()
+        });
+        let usual = if usual == now { String::new() } else { format!(", by default {usual}") };
         let about = match known.iter().find(|(known, _)| *known == path) {
-            Some((_, setting)) => format!("now {now}; {}: {}", setting.about, setting.range),
-            None => format!("now {now}"),
+            Some((_, setting)) => format!("now {now}{usual}; {}: {}", setting.about, setting.range),
+            None => format!("now {now}{usual}"),
         };
         (Value::new(path, about), now)
     };
@@ -202,7 +205,11 @@ mod tests {
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
         let settings = Arguments::new(&empty()).settings;
         let (gamma, _) = settings.iter().find(|(value, _)| value.text == "ddpg.gamma").unwrap();
-        assert!(gamma.about.starts_with("now 0.9; ") && gamma.about.contains("a number from 0 to"), "{}", gamma.about);
+        assert!(
+            gamma.about.starts_with("now 0.9, by default 0.95; ") && gamma.about.contains("a number from 0 to"),
+            "{}",
+            gamma.about
+        );
     }
 
     #[test]

@@ -316,7 +316,7 @@ impl Layer for CommandPalette {
             };
             let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
                 _ if item.applies => item.entry.keys.to_owned(),
-                Some(tab) => format!("on {}", tab.name()),
+                Some(tab) => format!("{} on {}", item.entry.keys, tab.name()),
                 None => String::new(),
             };
             let room = width.saturating_sub(keys.len());

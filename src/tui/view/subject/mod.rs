@@ -98,7 +98,7 @@ impl Subject {
             clusters,
             networks: live_networks.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
             agent,
-            epsilon: epsilon.filter(|_| matches!(choice, Choice::Past(_))),
+            epsilon: epsilon.filter(|_| matches!(&choice, Choice::Past(past) if past.trace.episode > 0)),
             model: model.filter(|model| model.as_ref().is_ok_and(|model| Arc::ptr_eq(&model.task, &task))),
             hand: Some(view.hand.snapshot.clone()).filter(|_| matches!(choice, Choice::Hand)),
             run: view.watched.as_ref().map(|watched| watched.run.clone()),

@@ -21,6 +21,13 @@ fn the_log_scrolls_by_line_and_page() {
     check(with_log(60), "8 home", &[], "line 1.");
     check(with_log(60), "8 home", &[], "line 30.");
     check(with_log(60), "8 home end", &[], "line 60.");
+    // Lines that come later do not move those that are read.
+    let (mut app, _) = app(with_log(60));
+    press(&mut app, "8 pageup");
+    shot(&mut app, 120, 40);
+    bring(&mut app, with_log(65));
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("line 50.") && !screen.contains("line 51."), "{screen}");
 }
 
 #[test]
@@ -39,6 +46,9 @@ fn the_log_shows_what_matters_or_lines_with_words() {
     assert_eq!(shown("/ t a s k tab enter"), [true, false], "the run's name is completed");
     assert_eq!(shown("v v esc"), [true, true]);
     check(typical(), "8 v v", &[], "warnings and errors, esc shows all");
+    check(typical(), "8 v v", &[], "No line matches. Escape shows all.");
+    let failed = ViewModel { log: vec![at_noon(Level::Error, "no such file")], ..empty() };
+    check(failed, "8 / e r r o r enter", &[], "no such file");
 }
 
 #[test]

@@ -144,7 +144,7 @@ fn a_point_is_moved_by_a_hundredth_or_a_tenth_of_the_episodes() {
 fn a_point_is_selected_after_points_were_removed() {
     let mut three = empty();
     three.settings.epsilon = "points:0=0.8,1000=0.4,1500=0".parse().unwrap();
-    check(three, "3 backtab delete", &[], " 1000: 0.40 ");
+    check(three, "3 backtab delete", &[], " 1000: 0.4 ");
     check(empty(), "3 tab a backspace K enter", &["epsilon points:0=0.8,1500=0.15"], "");
 }
 
